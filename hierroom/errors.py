@@ -1,0 +1,2 @@
+class InputError(ValueError):
+    """What a user gave cannot be used; the message is one line: what was wrong, what is allowed, what was given."""

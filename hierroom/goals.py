@@ -1,0 +1,263 @@
+"""Goal graphs: which key lies in which room, and which room holds the exit.
+
+Goals have two numberings. On a **graph** with ``n`` rooms the ``2 (n - 1) + 1`` goals are ordered by room: the key
+of room ``r`` is ``r - 1``, its door is ``(n - 1) + r - 1``, the exit is last. In a **level** the rooms have colours
+and a goal is one of 13 ids: the key of colour ``c`` is ``c``, its door is ``6 + c``, the exit is 12.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import networkx as nx
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.errors import InputError
+
+COLOURS = ("red", "green", "blue", "purple", "yellow", "grey")
+"""Colour names in the order of MiniGrid's colour ids."""
+N_COLOURS = len(COLOURS)
+FIRST_DOOR_GOAL = N_COLOURS
+EXIT_GOAL = 2 * N_COLOURS
+N_GOALS = 2 * N_COLOURS + 1
+NO_GOAL = -1
+"""The goal id of 'no goal'; as an index into `GOAL_VECTORS` it picks the row of zeros."""
+GOAL_NAMES = (*(f"{c} key" for c in COLOURS), *(f"{c} door" for c in COLOURS), "exit")
+
+MAX_GRID_ROOMS = N_COLOURS + 1
+"""Rooms a grid can draw: one centre room and a branch room for each colour."""
+
+
+def _goal_vectors() -> NDArray[np.float32]:
+    vectors = np.zeros((N_GOALS + 1, 3 + N_COLOURS), np.float32)
+    for colour in range(N_COLOURS):
+        vectors[colour, [0, 3 + colour]] = 1
+        vectors[FIRST_DOOR_GOAL + colour, [1, 3 + colour]] = 1
+    vectors[EXIT_GOAL, [2, 3 + COLOURS.index("green")]] = 1
+    vectors.setflags(write=False)
+    return vectors
+
+
+GOAL_VECTORS = _goal_vectors()
+"""[14, 9] float32: one-hot object (key, door, exit) and one-hot colour of each goal id; row -1 is 'no goal'."""
+
+
+@dataclass(frozen=True)
+class GoalGraph:
+    """Which key lies in which room, and which room holds the exit.
+
+    Room 0 is the centre; room ``r`` in ``1..n_rooms - 1`` is closed by a locked door in the centre's wall.
+
+    Args:
+        key_rooms: entry ``r - 1`` is the room in which the key of room ``r`` lies; a tree rooted at room 0.
+        exit_room: the room that holds the exit, 1 to ``n_rooms - 1``.
+
+    Raises:
+        InputError: if there is no branch room, a room is unknown, the exit is in room 0, or keys lie in a cycle.
+    """
+
+    key_rooms: tuple[int, ...]
+    exit_room: int
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "key_rooms", _integers("key_rooms", self.key_rooms))
+        object.__setattr__(self, "exit_room", _integers("exit_room", (self.exit_room,))[0])
+        if not self.key_rooms:
+            raise InputError("a goal graph needs at least one locked room: key_rooms is empty")
+        last = self.n_rooms - 1
+        for room, key_room in enumerate(self.key_rooms, start=1):
+            if not 0 <= key_room <= last:
+                raise InputError(f"the key of room {room} must lie in a room from 0 to {last}, not in {key_room}")
+        if self.exit_room == 0:
+            raise InputError(f"the exit must lie behind a door, in a room from 1 to {last}, not in room 0")
+        if not 1 <= self.exit_room <= last:
+            raise InputError(f"the exit must lie in a room from 1 to {last}, not in {self.exit_room}")
+        for room in range(1, self.n_rooms):
+            if self._depth(room) is None:
+                raise InputError(
+                    f"key_rooms must form a tree rooted at room 0, but the key of room {room} lies behind a cycle: "
+                    f"{list(self.key_rooms)}"
+                )
+
+    @property
+    def n_rooms(self) -> int:
+        """Rooms, the centre included."""
+        return len(self.key_rooms) + 1
+
+    @property
+    def n_goals(self) -> int:
+        """Goals on the graph: a key and a door for each branch room, and the exit."""
+        return 2 * len(self.key_rooms) + 1
+
+    @property
+    def depths(self) -> tuple[int, ...]:
+        """Depth of each room 0..n_rooms - 1 in the tree of keys; the centre has depth 0."""
+        return tuple(self._depth(room) or 0 for room in range(self.n_rooms))
+
+    @property
+    def exit_depth(self) -> int:
+        """Goals (keys and doors) that must be achieved before the exit: twice the exit room's depth (Table 2)."""
+        return 2 * self.depths[self.exit_room]
+
+    @property
+    def width(self) -> int:
+        """Most rooms at one depth (Table 2)."""
+        return int(np.bincount(self.depths).max())
+
+    @property
+    def name(self) -> str:
+        """The paper's letter where the graph is one of Table 1's up to renaming, else its key rooms and exit room."""
+        canonical = self.canonical()
+        for letter, named in NAMED_GRAPHS.items():
+            if named.canonical() == canonical:
+                return letter
+        return f"keys-{'-'.join(map(str, self.key_rooms))}-exit-{self.exit_room}"
+
+    def _depth(self, room: int) -> int | None:
+        depth = 0
+        while room != 0:
+            room = self.key_rooms[room - 1]
+            depth += 1
+            if depth >= self.n_rooms:
+                return None
+        return depth
+
+    def open_goals(self, keys: ArrayLike, doors: ArrayLike) -> NDArray[np.bool_]:
+        """Goals that can be achieved now, before anything else is.
+
+        Args:
+            keys: [..., n_rooms - 1] bool, whether the agent holds the key of room 1, 2, ...
+            doors: [..., n_rooms - 1] bool, whether the door of room 1, 2, ... is open.
+
+        Returns:
+            [..., n_goals] bool in the graph's order: keys, doors, exit.
+        """
+        held, is_open = np.asarray(keys, bool), np.asarray(doors, bool)
+        enterable = np.concatenate([np.ones((*is_open.shape[:-1], 1), bool), is_open], axis=-1)
+        key_in_reach = ~held & ~is_open & enterable[..., list(self.key_rooms)]
+        exit_in_reach = enterable[..., [self.exit_room]]
+        return np.concatenate([key_in_reach, held & ~is_open, exit_in_reach], axis=-1)
+
+    def canonical(self) -> GoalGraph:
+        """The same graph with its rooms renamed to one fixed order, so that equal means isomorphic."""
+        return GoalGraph(*_canonical(self.key_rooms, self.exit_room))
+
+    def to_networkx(self) -> nx.DiGraph:
+        """The goal dependency graph as the paper draws it: start, keys, doors, exit; an edge is 'makes possible'."""
+        graph = nx.DiGraph()
+        graph.add_node("start", kind="start", room=0)
+        for room, key_room in enumerate(self.key_rooms, start=1):
+            graph.add_node(f"key {room}", kind="key", room=room)
+            graph.add_node(f"door {room}", kind="door", room=room)
+            graph.add_edge("start" if key_room == 0 else f"door {key_room}", f"key {room}")
+            graph.add_edge(f"key {room}", f"door {room}")
+        graph.add_node("exit", kind="exit", room=self.exit_room)
+        graph.add_edge(f"door {self.exit_room}", "exit")
+        return graph
+
+    def to_toml(self, path: str | Path | None = None) -> str:
+        """The graph as TOML text, also written to ``path`` if one is given."""
+        text = f"key_rooms = {list(self.key_rooms)}\nexit_room = {self.exit_room}\n"
+        if path is not None:
+            Path(path).write_text(text)
+        return text
+
+    @classmethod
+    def from_toml(cls, path: str | Path) -> GoalGraph:
+        """Read a graph from a TOML file with the two entries ``key_rooms`` and ``exit_room``.
+
+        Raises:
+            InputError: if the file cannot be read, is not TOML, or does not describe a goal graph.
+        """
+        try:
+            table = tomllib.loads(Path(path).read_text())
+        except OSError as error:
+            raise InputError(f"cannot read the goal graph {path}: {error.strerror}") from error
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise InputError(f"{path} is not a TOML file: {error}") from error
+        if set(table) != {"key_rooms", "exit_room"}:
+            raise InputError(
+                f"{path} must hold key_rooms (a list of rooms) and exit_room (a room), and nothing else; "
+                f"it holds {', '.join(sorted(table)) or 'nothing'}"
+            )
+        try:
+            return cls(table["key_rooms"], table["exit_room"])
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
+
+    @classmethod
+    def named(cls, letter: str) -> GoalGraph:
+        """One of the paper's graphs, ``"a"`` to ``"g"`` (Table 1)."""
+        if letter not in NAMED_GRAPHS:
+            raise InputError(f"the named graphs are {', '.join(NAMED_GRAPHS)}; there is no {letter!r}")
+        return NAMED_GRAPHS[letter]
+
+
+def _integers(what: str, values: Iterable) -> tuple[int, ...]:
+    values = tuple(values) if isinstance(values, Iterable) and not isinstance(values, str) else (values,)
+    if not all(isinstance(v, (int, np.integer)) and not isinstance(v, bool) for v in values):
+        raise InputError(f"{what} takes whole numbers (rooms), not {', '.join(map(repr, values))}")
+    return tuple(int(v) for v in values)
+
+
+NAMED_GRAPHS = {
+    "a": GoalGraph((0,), 1),
+    "b": GoalGraph((0, 0), 1),
+    "c": GoalGraph((0, 1), 2),
+    "d": GoalGraph((0, 0, 1), 2),
+    "e": GoalGraph((0, 0, 0), 3),
+    "f": GoalGraph((0, 0, 1), 3),
+    "g": GoalGraph((0, 1, 2), 3),
+}
+"""The goal graphs of the paper's Table 1."""
+
+
+def as_goal_graph(graph: GoalGraph | str | Path) -> GoalGraph:
+    """The goal graph a user means: a letter ``"a"`` to ``"g"``, a `GoalGraph`, or a path to a TOML file.
+
+    Raises:
+        InputError: if it is none of the three.
+    """
+    if isinstance(graph, GoalGraph):
+        return graph
+    if isinstance(graph, str) and graph in NAMED_GRAPHS:
+        return NAMED_GRAPHS[graph]
+    if isinstance(graph, (str, Path)) and (Path(graph).suffix == ".toml" or Path(graph).is_file()):
+        return GoalGraph.from_toml(graph)
+    raise InputError(f"a graph is a letter from a to g, a GoalGraph or a path to a .toml file, not {graph!r}")
+
+
+def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
+    """Every goal graph with ``n_rooms`` rooms, each once up to renaming: rooted trees with a marked exit room.
+
+    Their number is the coefficient of x^n in T(x)^2 / (1 - T(x)), where T counts rooted trees (OEIS A000081): 1, 3,
+    9, 26, 75, 214, 612, ... from two rooms on.
+    """
+    if n_rooms < 2:
+        raise InputError(f"a goal graph has at least 2 rooms, not {n_rooms}")
+    trees: set[tuple[int, ...]] = {()}
+    for size in range(1, n_rooms):
+        trees = {_canonical((*tree, parent), None)[0] for tree in trees for parent in range(size)}
+    graphs = {_canonical(tree, exit_room) for tree in trees for exit_room in range(1, n_rooms)}
+    return [GoalGraph(*graph) for graph in sorted(graphs)]
+
+
+def _canonical(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[tuple[int, ...], int]:
+    """Rename rooms breadth first, the children of a room ordered by the shape of what hangs below them."""
+    children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
+    for room, parent in enumerate(key_rooms, start=1):
+        children[parent].append(room)
+
+    def shape(room: int) -> tuple:
+        return (room == exit_room, tuple(sorted((shape(child) for child in children[room]), reverse=True)))
+
+    order, new_parent = [0], {}
+    for position, room in enumerate(order):
+        for child in sorted(children[room], key=shape, reverse=True):
+            new_parent[child] = position
+            order.append(child)
+    return tuple(new_parent[room] for room in order[1:]), 0 if exit_room is None else order.index(exit_room)
