@@ -1,0 +1,137 @@
+"""N rooms stepped at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+from hierroom.world import kernels
+from hierroom.world.layout import OUTCOME, State, empty_state, graph_records
+
+MIN_ROOMS_PER_THREAD = 1024
+"""Below this, handing work to another thread costs more than it saves."""
+
+
+class Batch:
+    """N EscapeRooms that are stepped together and begin their next episode by themselves.
+
+    Each room is a stream of episodes fixed by ``(seed, room index, episode)``, whatever batch it is in and however
+    many threads step it.
+
+    Args:
+        graphs: goal graphs; each episode draws one of them.
+        batch_size: N, at least 1.
+        size: cells of the grid's side, 11 to 63, outer walls included.
+        max_steps: steps after which an episode is truncated, at least 1.
+        drop_key: whether action 5 drops a key.
+        seed: 0 to 2**63 - 1.
+        first_index: the room index of the first room.
+        threads: most threads to step with, at least 1; small batches use fewer.
+
+    Attributes:
+        state: the rooms' state, changed in place by each step.
+        outcomes: [N] records of `layout.OUTCOME`, overwritten by each step.
+
+    Raises:
+        InputError: if an argument is out of its range or a graph has more rooms than a grid holds.
+    """
+
+    def __init__(
+        self,
+        graphs: Sequence[GoalGraph],
+        batch_size: int = 1,
+        *,
+        size: int = 19,
+        max_steps: int = 1000,
+        drop_key: bool = False,
+        seed: int = 0,
+        first_index: int = 0,
+        threads: int = 1,
+    ):
+        for name, value in (("max_steps", max_steps), ("threads", threads)):
+            if not isinstance(value, (int, np.integer)) or value < 1:
+                raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
+        self.graph_records = graph_records(graphs)
+        self.state = empty_state(batch_size, size)
+        self.outcomes = np.zeros(batch_size, OUTCOME)
+        rooms = self.state.rooms
+        rooms["index"] = first_index + np.arange(batch_size)
+        rooms["max_steps"], rooms["can_drop"] = max_steps, drop_key
+        self.n_actions = 6 if drop_key else 5
+        n_slices = max(1, min(threads, batch_size // MIN_ROOMS_PER_THREAD))
+        bounds = np.linspace(0, batch_size, n_slices + 1).astype(int)
+        self._slices = [slice(a, b) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+        self._pool = ThreadPoolExecutor(len(self._slices)) if len(self._slices) > 1 else None
+        self.reset(seed)
+
+    def __len__(self) -> int:
+        return len(self.outcomes)
+
+    def reset(self, seed: int | None = None) -> None:
+        """Begin an episode in every room: the first one of a seed, or without a seed each room's next."""
+        if seed is not None:
+            if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**63:
+                raise InputError(f"a seed is a whole number from 0 to 2**63 - 1, not {seed!r}")
+            self.state.rooms["seed"], self.state.rooms["episode"] = seed, -1
+        self._clear_outcomes()
+        kernels.reset_rooms(self.state.rooms, self.state.grids, self.graph_records, self.outcomes)
+
+    def set_graphs(self, graphs: Sequence[GoalGraph]) -> None:
+        """Draw the graphs of later episodes from these."""
+        self.graph_records = graph_records(graphs)
+
+    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
+        """Act once in every room and return the outcomes; a room whose episode ends begins its next one.
+
+        Args:
+            actions: [N] int64; one that is not an action of the room does nothing but costs the step.
+        """
+        rooms, grids = self.state.rooms, self.state.grids
+        if self._pool is None:
+            kernels.step_and_reset_rooms(rooms, grids, self.graph_records, actions, self.outcomes)
+        else:
+            self._in_threads(
+                lambda part: kernels.step_and_reset_rooms(
+                    rooms[part], grids[part], self.graph_records, actions[part], self.outcomes[part]
+                )
+            )
+        return self.outcomes
+
+    def step_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
+        """Act once in every room whose episode is not over and return the outcomes; nothing is reset."""
+        kernels.step_rooms(self.state.rooms, self.state.grids, actions, self.outcomes)
+        return self.outcomes
+
+    def get_state(self, indices: ArrayLike | slice = slice(None)) -> State:
+        """A copy of the exact state of some rooms (all of them by default)."""
+        return self.state[indices]
+
+    def set_state(self, state: State, indices: ArrayLike | slice = slice(None)) -> None:
+        """Put rooms (all of them by default) into a state taken earlier, from this batch or another of its size.
+
+        Raises:
+            InputError: if the state's grid size or number of rooms does not fit.
+        """
+        chosen = np.atleast_1d(np.arange(len(self))[indices])
+        if state.size != self.state.size or len(state) != len(chosen):
+            raise InputError(
+                f"the state must hold {len(chosen)} rooms of size {self.state.size}; "
+                f"it holds {len(state)} of size {state.size}"
+            )
+        self.state.rooms[chosen], self.state.grids[chosen] = state.rooms, state.grids
+        self._clear_outcomes(chosen)
+        kernels.look_rooms(self.state.rooms, self.state.grids, self.outcomes)
+
+    def _clear_outcomes(self, indices=slice(None)) -> None:
+        for name, value in (("event", -1), ("is_first", False), ("reward", 0), ("terminated", False)):
+            self.outcomes[name][indices] = value
+        self.outcomes["truncated"][indices], self.outcomes["length"][indices] = False, 0
+
+    def _in_threads(self, run: Callable[[slice], None]) -> None:
+        assert self._pool is not None
+        list(self._pool.map(run, self._slices))

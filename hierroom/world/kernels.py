@@ -1,0 +1,354 @@
+"""The world's rules as compiled scalar functions on one room, and the thin drivers that run them over a batch.
+
+A room is a record of `layout.ROOM` and a grid of tile codes; both are changed in place. Everything compiled, and every
+constant it reads, stands in this one module, because Numba's disk cache notices a change only in the file of the
+function that is called. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
+"""
+
+import numpy as np
+from numba import config, njit
+
+# Tile codes: what one cell of a grid, or of a view, holds. Light passes codes from EMPTY up to LOCKED_DOOR.
+UNSEEN, EMPTY, EXIT, KEY, OPEN_DOOR, LOCKED_DOOR, WALL = 0, 1, 2, 3, 9, 15, 21
+N_TILES = 22
+
+FORWARD, LEFT, RIGHT, PICKUP, OPEN, DROP = range(6)
+VIEW = 7
+MARGIN = (
+    5  # walls around the grid, as far as a view reaches over its edge, so that no look-up needs a bounds test
+)
+MIN_SIDE, MIN_CENTRE = 2, 3  # cells a branch room is deep, and the centre room wide, at least
+
+# Directions as in MiniGrid: 0 east, 1 south, 2 west, 3 north; a right turn adds one.
+ROW_STEP = np.array([0, 1, 0, -1])
+COL_STEP = np.array([1, 0, -1, 0])
+
+GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
+MIX_2 = np.uint64(0x94D049BB133111EB)
+
+
+@njit(cache=True)
+def mix(bits):
+    """The finalizer of SplitMix64 (Steele, Lea & Flood 2014): a bijection of 64 bits that scrambles them."""
+    bits = (bits ^ (bits >> np.uint64(30))) * MIX_1
+    bits = (bits ^ (bits >> np.uint64(27))) * MIX_2
+    return bits ^ (bits >> np.uint64(31))
+
+
+@njit(cache=True)
+def stream_key(seed, index, episode):
+    """The 64-bit key of one room's episode; draw ``i`` of the episode is ``mix(key + i * GOLDEN)``."""
+    key = mix(np.uint64(seed) + GOLDEN)
+    key = mix(key ^ (np.uint64(index) + GOLDEN))
+    return mix(key ^ (np.uint64(episode) + GOLDEN))
+
+
+@njit(cache=True)
+def draw(room, bound):
+    """The episode's next random whole number in ``0..bound - 1``."""
+    room.draws += np.uint64(1)
+    bits = mix(room.key + room.draws * GOLDEN)
+    return np.int64(((bits >> np.uint64(32)) * np.uint64(bound)) >> np.uint64(32))
+
+
+@njit(cache=True)
+def place(room, grid, rectangle, forbidden_row, forbidden_col, tile):
+    """Put a tile on a random empty cell of a rectangle, but not on the forbidden one; returns (row, col)."""
+    top, left, bottom, right = rectangle[0], rectangle[1], rectangle[2], rectangle[3]
+    free = 0
+    for row in range(top, bottom + 1):
+        for col in range(left, right + 1):
+            if grid[row, col] == EMPTY and not (row == forbidden_row and col == forbidden_col):
+                free += 1
+    rank = draw(room, free)
+    for row in range(top, bottom + 1):
+        for col in range(left, right + 1):
+            if grid[row, col] == EMPTY and not (row == forbidden_row and col == forbidden_col):
+                if rank == 0:
+                    grid[row, col] = tile
+                    return row, col
+                rank -= 1
+    return -1, -1
+
+
+@njit(cache=True)
+def shuffle(room, items):
+    """Shuffle a small array in place (Fisher & Yates)."""
+    for last in range(items.shape[0] - 1, 0, -1):
+        other = draw(room, last + 1)
+        items[last], items[other] = items[other], items[last]
+
+
+@njit(cache=True)
+def carve(room, grid, branch, side, part, walls, corners):
+    """Give a branch room its rectangle on one side of the centre, and its door in the centre's wall.
+
+    Args:
+        part: 0 for the whole side, 1 or 2 for its first or second half.
+        walls: the centre's wall lines (east col, south row, west col, north row).
+        corners: [2, 2] at (south, east): 1 where the corner belongs to the north or south side.
+    """
+    size = grid.shape[0] - 2 * MARGIN
+    is_vertical = side % 2  # the south and north sides extend along columns
+    low_line, high_line = (walls[2], walls[0]) if is_vertical else (walls[3], walls[1])
+    is_far = 1 if side < 2 else 0
+    first, last = low_line + 1, high_line - 1
+    low_corner = corners[is_far, 0] if is_vertical else 1 - corners[0, is_far]
+    high_corner = corners[is_far, 1] if is_vertical else 1 - corners[1, is_far]
+    low = MARGIN + 1 if low_corner else first
+    high = MARGIN + size - 2 if high_corner else last
+    if part != 0:
+        divider = room.divider[side]
+        if part == 1:
+            last, high = divider - 1, divider - 1
+        else:
+            first, low = divider + 1, divider + 1
+    line = walls[side]
+    near = line + 1 if is_far else MARGIN + 1
+    far = MARGIN + size - 2 if is_far else line - 1
+    door = first + draw(room, last - first + 1)
+    rectangle = room.rectangles[branch + 1]
+    if is_vertical:
+        rectangle[0], rectangle[1], rectangle[2], rectangle[3] = near, low, far, high
+        room.doors_at[branch, 0], room.doors_at[branch, 1] = line, door
+    else:
+        rectangle[0], rectangle[1], rectangle[2], rectangle[3] = low, near, high, far
+        room.doors_at[branch, 0], room.doors_at[branch, 1] = door, line
+    grid[rectangle[0] : rectangle[2] + 1, rectangle[1] : rectangle[3] + 1] = EMPTY
+    grid[room.doors_at[branch, 0], room.doors_at[branch, 1]] = LOCKED_DOOR + room.colours[branch]
+
+
+@njit(cache=True)
+def generate(room, grid, graphs):
+    """Begin the room's next episode on a fresh level.
+
+    Up to four branch rooms take one side each; a fifth halves one side and a sixth the opposite one as well. Every
+    level is solvable by construction: each room is a rectangle at least two cells wide and deep, so that the exit,
+    which is never just behind its door, cuts off no cell; keys can be picked up and so never block the way.
+    """
+    room.episode += 1
+    room.key = stream_key(room.seed, room.index, room.episode)
+    room.draws = np.uint64(0)
+    graph = graphs[draw(room, graphs.shape[0])]
+    n_branches = graph.n_rooms - 1
+    room.n_rooms, room.exit_room = graph.n_rooms, graph.exit_room
+    room.key_rooms[:] = graph.key_rooms
+    room.steps, room.keys, room.doors, room.found, room.seen, room.bag_size = 0, 0, 0, 0, 0, 0
+    room.carried, room.is_over = -1, False
+
+    for colour in range(6):
+        room.colours[colour] = colour
+    shuffle(room, room.colours)
+    for branch in range(6):
+        room.branches[room.colours[branch]] = branch
+
+    # The centre's walls, then which side of the centre each corner of the grid belongs to.
+    size = grid.shape[0] - 2 * MARGIN
+    depths = (size - 4 - MIN_CENTRE) // 2 - MIN_SIDE + 1
+    low, high = MARGIN + 1 + MIN_SIDE, MARGIN + size - 2 - MIN_SIDE
+    walls = np.empty(4, np.int64)
+    walls[0], walls[1] = high - draw(room, depths), high - draw(room, depths)
+    walls[2], walls[3] = low + draw(room, depths), low + draw(room, depths)
+    for side in range(4):
+        first, last = (walls[2], walls[0]) if side % 2 else (walls[3], walls[1])
+        room.divider[side] = first + 2 + draw(room, last - first - 3)
+    corners = np.empty((2, 2), np.int64)
+    for row in range(2):
+        for col in range(2):
+            corners[row, col] = draw(room, 2)
+
+    # Which room is on which side: slot = side + 4 * part.
+    slots = np.empty(6, np.int64)
+    for side in range(4):
+        slots[side] = side
+    shuffle(room, slots[:4])
+    if n_branches > 4:
+        halved = slots[0]
+        slots[0], slots[4] = halved + 4, halved + 8
+        if n_branches > 5:
+            opposite = (halved + 2) % 4
+            for slot in range(1, 4):
+                if slots[slot] == opposite:
+                    slots[slot] = opposite + 4
+            slots[5] = opposite + 8
+        shuffle(room, slots[:n_branches])
+        corners[:] = halved % 2
+
+    grid[:] = WALL
+    centre = room.rectangles[0]
+    centre[0], centre[1], centre[2], centre[3] = walls[3] + 1, walls[2] + 1, walls[1] - 1, walls[0] - 1
+    grid[centre[0] : centre[2] + 1, centre[1] : centre[3] + 1] = EMPTY
+    for branch in range(n_branches):
+        carve(room, grid, branch, slots[branch] % 4, slots[branch] // 4, walls, corners)
+
+    door, side = room.doors_at[room.exit_room - 1], slots[room.exit_room - 1] % 4
+    behind_row, behind_col = door[0] + ROW_STEP[side], door[1] + COL_STEP[side]
+    place(room, grid, room.rectangles[room.exit_room], behind_row, behind_col, EXIT)
+    for branch in range(n_branches):
+        place(room, grid, room.rectangles[room.key_rooms[branch]], -1, -1, KEY + room.colours[branch])
+    row, col = place(room, grid, centre, -1, -1, EMPTY)
+    room.row, room.col, room.direction = row, col, draw(room, 4)
+
+
+@njit(cache=True)
+def spread(seen, clear):
+    """Light in one row of the view: (cells of the row that are seen, cells of the row ahead it falls on).
+
+    Args:
+        seen: 7 bits, the cells light falls on from the row behind.
+        clear: 7 bits, the cells light passes.
+
+    MiniGrid's two sweeps (``Grid.process_vis``) as shift fills: left to right, then right to left.
+    """
+    sources = seen & clear
+    chain = clear & (clear << 1)
+    sources |= (sources << 1) & clear
+    sources |= (sources << 2) & chain
+    sources |= (sources << 4) & chain & (chain << 2)
+    sources &= 0x3F
+    seen |= sources << 1
+    ahead = sources | (sources << 1)
+    sources = seen & clear
+    chain = clear & (clear >> 1)
+    sources |= (sources >> 1) & clear
+    sources |= (sources >> 2) & chain
+    sources |= (sources >> 4) & chain & (chain >> 2)
+    sources &= 0x7E
+    seen |= sources >> 1
+    return seen, ahead | sources | (sources >> 1)
+
+
+@njit(cache=True)
+def look(room, grid, view):
+    """Write what the agent sees: view[i, j] is i - 3 cells to its right and 6 - j ahead, as in MiniGrid's image."""
+    forward_row, forward_col = ROW_STEP[room.direction], COL_STEP[room.direction]
+    right = (room.direction + 1) & 3
+    right_row, right_col = ROW_STEP[right], COL_STEP[right]
+    lit = 1 << (VIEW // 2)
+    tiles_seen = 0
+    for j in range(VIEW - 1, -1, -1):
+        row = room.row + (VIEW - 1 - j) * forward_row - (VIEW // 2) * right_row
+        col = room.col + (VIEW - 1 - j) * forward_col - (VIEW // 2) * right_col
+        clear = 0
+        for i in range(VIEW):
+            tile = np.int64(grid[row + i * right_row, col + i * right_col])
+            view[i, j] = tile
+            clear |= (EMPTY <= tile < LOCKED_DOOR) << i
+        seen, lit = spread(lit, clear)
+        for i in range(VIEW):
+            view[i, j] *= (seen >> i) & 1
+            tiles_seen |= 1 << np.int64(view[i, j])
+    view[VIEW // 2, VIEW - 1] = EMPTY if room.carried < 0 else KEY + room.colours[room.carried]
+    doors_seen = (tiles_seen >> OPEN_DOOR) | (tiles_seen >> LOCKED_DOOR)
+    room.seen |= (tiles_seen >> KEY) & 63 | (doors_seen & 63) << 6 | (tiles_seen >> EXIT & 1) << 12
+
+
+@njit(cache=True)
+def update_carried(room):
+    """Find the key the agent would drop: the last one picked up whose door is still locked."""
+    room.carried = -1
+    for slot in range(room.bag_size):
+        if not (room.doors >> room.bag[slot]) & 1:
+            room.carried = room.bag[slot]
+
+
+@njit(cache=True)
+def advance(room, grid, action, outcome):
+    """Let the agent act once; an action that does not apply only costs the step."""
+    outcome.event, outcome.is_first, outcome.reward, outcome.terminated = -1, False, 0.0, False
+    row, col = room.row + ROW_STEP[room.direction], room.col + COL_STEP[room.direction]
+    tile = np.int64(grid[row, col])
+    if action == FORWARD:
+        if tile < KEY or OPEN_DOOR <= tile < LOCKED_DOOR:
+            room.row, room.col = row, col
+            if tile == EXIT:
+                outcome.event, outcome.is_first, outcome.reward, outcome.terminated = 12, True, 1.0, True
+    elif action == LEFT:
+        room.direction = (room.direction + 3) & 3
+    elif action == RIGHT:
+        room.direction = (room.direction + 1) & 3
+    elif action == PICKUP and KEY <= tile < OPEN_DOOR:
+        branch = room.branches[tile - KEY]
+        outcome.event, outcome.is_first = tile - KEY, not (room.found >> branch) & 1
+        room.keys |= 1 << branch
+        room.found |= 1 << branch
+        room.bag[room.bag_size] = branch
+        room.bag_size += 1
+        grid[row, col] = EMPTY
+        update_carried(room)
+    elif action == OPEN and LOCKED_DOOR <= tile < WALL:
+        branch = room.branches[tile - LOCKED_DOOR]
+        if (room.keys >> branch) & 1:
+            outcome.event, outcome.is_first = 6 + tile - LOCKED_DOOR, True
+            room.doors |= 1 << branch
+            grid[row, col] = tile - LOCKED_DOOR + OPEN_DOOR
+            update_carried(room)
+    elif action == DROP and room.can_drop and room.carried >= 0 and tile == EMPTY:
+        branch = room.carried
+        kept = 0
+        for slot in range(room.bag_size):
+            if room.bag[slot] != branch:
+                room.bag[kept] = room.bag[slot]
+                kept += 1
+        room.bag_size = kept
+        room.keys &= ~(1 << branch)
+        grid[row, col] = KEY + room.colours[branch]
+        update_carried(room)
+    room.steps += 1
+    outcome.truncated = room.steps >= room.max_steps
+    outcome.length = room.steps
+    room.is_over = outcome.terminated or outcome.truncated
+
+
+@njit(cache=True, nogil=True)
+def reset_rooms(rooms, grids, graphs, outcomes):
+    """Begin the next episode in every room."""
+    for n in range(rooms.shape[0]):
+        generate(rooms[n], grids[n], graphs)
+        look(rooms[n], grids[n], outcomes[n].tiles)
+
+
+@njit(cache=True, nogil=True)
+def look_rooms(rooms, grids, outcomes):
+    """Write the current view of every room, as after a restored state."""
+    for n in range(rooms.shape[0]):
+        look(rooms[n], grids[n], outcomes[n].tiles)
+
+
+@njit(cache=True, nogil=True)
+def step_rooms(rooms, grids, actions, outcomes):
+    """Step every room once; a room whose episode is over stays as it ended."""
+    for n in range(rooms.shape[0]):
+        if not rooms[n].is_over:
+            advance(rooms[n], grids[n], actions[n], outcomes[n])
+            look(rooms[n], grids[n], outcomes[n].tiles)
+
+
+@njit(cache=True, nogil=True)
+def step_and_reset_rooms(rooms, grids, graphs, actions, outcomes):
+    """Step every room once; where that ends the episode, keep the final view and begin the next episode."""
+    for n in range(rooms.shape[0]):
+        advance(rooms[n], grids[n], actions[n], outcomes[n])
+        look(rooms[n], grids[n], outcomes[n].tiles)
+        if rooms[n].is_over:
+            outcomes[n].final_tiles[:] = outcomes[n].tiles
+            generate(rooms[n], grids[n], graphs)
+            look(rooms[n], grids[n], outcomes[n].tiles)
+
+
+@njit(cache=True, nogil=True)
+def encode_tiles(tiles, triples, observations):
+    """Write views [N, 7, 7] of tile codes as observations [N, 7, 7, 3]; ``triples`` is `tiles.TRIPLES`."""
+    for n in range(tiles.shape[0]):
+        for i in range(VIEW):
+            for j in range(VIEW):
+                tile = tiles[n, i, j]
+                observations[n, i, j, 0] = triples[tile, 0]
+                observations[n, i, j, 1] = triples[tile, 1]
+                observations[n, i, j, 2] = triples[tile, 2]
+
+
+if config.DISABLE_JIT:  # as ordinary Python, uint64 scalars warn of the overflow that the generator lives by
+    reset_rooms = np.errstate(over="ignore")(reset_rooms)
+    step_and_reset_rooms = np.errstate(over="ignore")(step_and_reset_rooms)

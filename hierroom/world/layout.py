@@ -1,0 +1,128 @@
+"""How rooms lie in memory: the record of one room, of what a step did, of a goal graph, and the state of a batch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.errors import InputError
+from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, GoalGraph
+from hierroom.world.kernels import MARGIN, VIEW
+
+MIN_SIZE, MAX_SIZE = 11, 63
+
+
+def _record(*fields: tuple) -> np.dtype:
+    return np.dtype((np.record, np.dtype(list(fields), align=True)))
+
+
+GRAPH = _record(("n_rooms", "i4"), ("exit_room", "i4"), ("key_rooms", "i4", N_COLOURS))
+"""A goal graph as kernels read it."""
+
+ROOM = _record(
+    # Where its random numbers come from.
+    ("seed", "u8"),
+    ("index", "i8"),  # the room's number; a room gives the same episodes in whatever batch it runs
+    ("episode", "i8"),
+    ("key", "u8"),
+    ("draws", "u8"),
+    # The rules it is played by.
+    ("max_steps", "i4"),
+    ("can_drop", "?"),
+    # The level. Rows and columns count the margin of walls.
+    ("n_rooms", "i4"),
+    ("exit_room", "i4"),
+    ("key_rooms", "i4", N_COLOURS),
+    ("colours", "i4", N_COLOURS),  # colour of branch room 1, 2, ...
+    ("branches", "i4", N_COLOURS),  # its inverse: branch room - 1 of each colour
+    ("rectangles", "i4", (MAX_GRID_ROOMS, 4)),  # top, left, bottom, right cell of rooms 0, 1, ...
+    ("doors_at", "i4", (N_COLOURS, 2)),  # (row, col)
+    ("divider", "i4", 4),  # where each side would be halved
+    # The agent.
+    ("row", "i4"),
+    ("col", "i4"),
+    ("direction", "i4"),
+    ("steps", "i4"),
+    ("keys", "i4"),  # bit branch: its key is held
+    ("doors", "i4"),  # bit branch: its door is open
+    ("found", "i4"),  # bit branch: its key was held at some time this episode
+    ("seen", "i4"),  # bit goal id: it was in view at some time this episode
+    ("bag", "i4", N_COLOURS),  # branches of the keys held, in the order of pick-up
+    ("bag_size", "i4"),
+    ("carried", "i4"),  # branch of the key that drop would put down, or -1
+    ("is_over", "?"),
+)
+
+OUTCOME = _record(
+    ("tiles", "u1", (VIEW, VIEW)),  # the view to act on next
+    ("final_tiles", "u1", (VIEW, VIEW)),  # the last view of the episode that this step ended
+    ("event", "i4"),  # goal id achieved by this step, or -1
+    ("is_first", "?"),  # ... for the first time this episode
+    ("reward", "f8"),  # extrinsic
+    ("terminated", "?"),
+    ("truncated", "?"),
+    ("length", "i4"),  # steps of the episode so far, this one included
+)
+
+
+@dataclass(frozen=True)
+class State:
+    """The exact state of some rooms, as plain arrays.
+
+    Args:
+        grids: [N, size + 2 * MARGIN, size + 2 * MARGIN] uint8 tile codes.
+        rooms: [N] records of `ROOM`.
+    """
+
+    grids: NDArray[np.uint8]
+    rooms: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.rooms)
+
+    def __getitem__(self, indices) -> State:
+        """The state of some of the rooms, copied; an integer gives a batch of one."""
+        chosen = np.atleast_1d(np.arange(len(self))[indices])
+        return State(self.grids[chosen], self.rooms[chosen])
+
+    def copy(self) -> State:
+        """The same state in arrays of its own."""
+        return State(self.grids.copy(), self.rooms.copy())
+
+    @property
+    def size(self) -> int:
+        """Cells of the grid's side, its outer walls included."""
+        return self.grids.shape[1] - 2 * MARGIN
+
+
+def empty_state(batch_size: int, size: int) -> State:
+    """Room for a batch of levels whose episodes have not begun."""
+    if not isinstance(size, (int, np.integer)) or not MIN_SIZE <= size <= MAX_SIZE:
+        raise InputError(f"size must be a whole number from {MIN_SIZE} to {MAX_SIZE}, not {size}")
+    if not isinstance(batch_size, (int, np.integer)) or batch_size < 1:
+        raise InputError(f"the number of rooms must be at least 1, not {batch_size}")
+    side = size + 2 * MARGIN
+    return State(np.zeros((batch_size, side, side), np.uint8), np.zeros(batch_size, ROOM))
+
+
+def graph_records(graphs: Sequence[GoalGraph]) -> np.ndarray:
+    """Goal graphs as the records [P] that kernels draw levels from.
+
+    Raises:
+        InputError: if there is none, or one has more rooms than a grid can hold.
+    """
+    if not graphs:
+        raise InputError("levels need at least one goal graph, and were given none")
+    records = np.zeros(len(graphs), GRAPH)
+    for record, graph in zip(records, graphs, strict=True):
+        if graph.n_rooms > MAX_GRID_ROOMS:
+            raise InputError(
+                f"a grid holds at most {MAX_GRID_ROOMS} rooms (one colour for each locked door), "
+                f"but the goal graph has {graph.n_rooms}"
+            )
+        record.n_rooms, record.exit_room = graph.n_rooms, graph.exit_room
+        record.key_rooms[: graph.n_rooms - 1] = graph.key_rooms
+    return records
