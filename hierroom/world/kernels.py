@@ -14,9 +14,7 @@ N_TILES = 22
 
 FORWARD, LEFT, RIGHT, PICKUP, OPEN, DROP = range(6)
 VIEW = 7
-MARGIN = (
-    5  # walls around the grid, as far as a view reaches over its edge, so that no look-up needs a bounds test
-)
+MARGIN = 5  # walls around the grid, as far as a view reaches over its edge, so that no look-up needs a bounds test
 MIN_SIDE, MIN_CENTRE = 2, 3  # cells a branch room is deep, and the centre room wide, at least
 
 # Directions as in MiniGrid: 0 east, 1 south, 2 west, 3 north; a right turn adds one.
