@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.world import kernels
-from hierroom.world.layout import OUTCOME, State, empty_state, graph_records
+from hierroom.world.layout import OUTCOME, ROOM, State, empty_state, graph_records
 
 MIN_ROOMS_PER_THREAD = 1024
 """Below this, handing work to another thread costs more than it saves."""
@@ -37,6 +37,7 @@ class Batch:
     Attributes:
         state: the rooms' state, changed in place by each step.
         outcomes: [N] records of `layout.OUTCOME`, overwritten by each step.
+        finals: [N] records of `layout.ROOM`: each room as its last episode left it.
 
     Raises:
         InputError: if an argument is out of its range or a graph has more rooms than a grid holds.
@@ -60,6 +61,7 @@ class Batch:
         self.graph_records = graph_records(graphs)
         self.state = empty_state(batch_size, size)
         self.outcomes = np.zeros(batch_size, OUTCOME)
+        self.finals = np.zeros(batch_size, ROOM)
         rooms = self.state.rooms
         rooms["index"] = first_index + np.arange(batch_size)
         rooms["max_steps"], rooms["can_drop"] = max_steps, drop_key
@@ -82,6 +84,11 @@ class Batch:
         self._clear_outcomes()
         kernels.reset_rooms(self.state.rooms, self.state.grids, self.graph_records, self.outcomes)
 
+    def stagger_clocks(self) -> None:
+        """Spread the step counts of the episodes under way evenly, so that rooms are not truncated together."""
+        rooms = self.state.rooms
+        rooms["steps"] = np.arange(len(self)) * rooms["max_steps"] // len(self)
+
     def set_graphs(self, graphs: Sequence[GoalGraph]) -> None:
         """Draw the graphs of later episodes from these."""
         self.graph_records = graph_records(graphs)
@@ -94,11 +101,16 @@ class Batch:
         """
         rooms, grids = self.state.rooms, self.state.grids
         if self._pool is None:
-            kernels.step_and_reset_rooms(rooms, grids, self.graph_records, actions, self.outcomes)
+            kernels.step_and_reset_rooms(rooms, grids, self.graph_records, actions, self.outcomes, self.finals)
         else:
             self._in_threads(
                 lambda part: kernels.step_and_reset_rooms(
-                    rooms[part], grids[part], self.graph_records, actions[part], self.outcomes[part]
+                    rooms[part],
+                    grids[part],
+                    self.graph_records,
+                    actions[part],
+                    self.outcomes[part],
+                    self.finals[part],
                 )
             )
         return self.outcomes

@@ -321,18 +321,29 @@ def step_rooms(rooms, grids, actions, outcomes):
         if not rooms[n].is_over:
             advance(rooms[n], grids[n], actions[n], outcomes[n])
             look(rooms[n], grids[n], outcomes[n].tiles)
+            outcomes[n].final_tiles[:] = outcomes[n].tiles
 
 
 @njit(cache=True, nogil=True)
-def step_and_reset_rooms(rooms, grids, graphs, actions, outcomes):
-    """Step every room once; where that ends the episode, keep the final view and begin the next episode."""
+def step_and_reset_rooms(rooms, grids, graphs, actions, outcomes, finals):
+    """Step every room once; where that ends the episode, keep the final view and room and begin the next episode."""
     for n in range(rooms.shape[0]):
         advance(rooms[n], grids[n], actions[n], outcomes[n])
         look(rooms[n], grids[n], outcomes[n].tiles)
         if rooms[n].is_over:
             outcomes[n].final_tiles[:] = outcomes[n].tiles
+            finals[n] = rooms[n]
             generate(rooms[n], grids[n], graphs)
             look(rooms[n], grids[n], outcomes[n].tiles)
+
+
+@njit(cache=True, nogil=True)
+def turn_draws(rooms, turns, draws):
+    """Write uniform numbers in [0, 1) [N, K] for each room's turn: fixed by its episode and the turn's number."""
+    for n in range(rooms.shape[0]):
+        key = mix(rooms[n].key ^ mix(np.uint64(turns[n]) + GOLDEN))
+        for k in range(draws.shape[1]):
+            draws[n, k] = (mix(key + np.uint64(k) * GOLDEN) >> np.uint64(11)) * 2.0**-53
 
 
 @njit(cache=True, nogil=True)
@@ -349,4 +360,5 @@ def encode_tiles(tiles, triples, observations):
 
 if config.DISABLE_JIT:  # as ordinary Python, uint64 scalars warn of the overflow that the generator lives by
     reset_rooms = np.errstate(over="ignore")(reset_rooms)
+    turn_draws = np.errstate(over="ignore")(turn_draws)
     step_and_reset_rooms = np.errstate(over="ignore")(step_and_reset_rooms)
