@@ -1,0 +1,260 @@
+"""Recurrent PPO for any agent that takes turns.
+
+What this learner does, point by point, and where each point comes from. "37 details" is Huang et al., The 37
+Implementation Details of Proximal Policy Optimization (2022); "Andrychowicz" is What Matters in On-Policy
+Reinforcement Learning (2021).
+
+1.  Clipped surrogate objective, value loss and entropy bonus in one loss (Schulman et al. 2017, equation 9), several
+    epochs of minibatches on each batch. `torch_backend.ppo_loss`.
+2.  Advantages by GAE (Schulman et al. 2016); their sum with the old values is the value target, computed once per
+    update. `gae.generalized_advantages`.
+3.  A turn of k primitive steps is discounted by ``gamma ** k`` (options: Sutton, Precup & Singh 1999).
+4.  Terminated and truncated are kept apart: a truncated return counts V of its final observation (Pardo et al. 2018).
+    That V, like the one after the last turn of a sequence, is computed with the recurrent state after the turn,
+    without moving the stored state.
+5.  A reached subgoal ends the return but not the episode: the advantage is cut, the recurrent state goes on.
+6.  Sequences hold the T turns of one agent in one room, whatever other agents did in between; nothing is padded.
+7.  A sequence is replayed from the recurrent state stored when it began, and episodes that begin inside it reset the
+    state there, so the first epoch sees exactly the probabilities the actions were drawn with (37 details, LSTM 2-5;
+    Kapturowski et al. 2019 on stored states). Later epochs use the same, by then slightly stale, stored state.
+8.  The action after an update is drawn with the new weights: `act` is not called between the last `finish` and
+    `update`, so no turn is half old and half new unless its sequence was still filling.
+9.  Minibatches are made of whole sequences, in an order drawn anew every epoch (37 details, LSTM 4).
+10. Illegal actions are taken out of the softmax; the rest renormalises, and the entropy is that of the legal actions
+    (Huang & Ontanon 2020).
+11. Advantages are normalised per minibatch (37 details, 7) with the population deviation, which a floor keeps from
+    blowing up noise (`PPOConfig.min_advantage_std`).
+12. The value loss is half the mean squared error, not clipped (Andrychowicz, 3.2: clipping it does not help).
+13. Orthogonal weights with gain sqrt 2, 0.01 for the policy head and 1 for the value head, LSTM orthogonal, biases 0
+    (37 details, 2 and LSTM 1). `networks.RecurrentActorCritic`.
+14. One Adam for everything, epsilon 1e-5 (37 details, 3), step size constant or annealed linearly (37 details, 4).
+15. The gradient of all parameters together is clipped to norm 0.5 (37 details, 11).
+16. Policy and value share encoder and core (37 details, Atari).
+17. Actions are drawn by inverting the distribution function at uniform numbers from the learner's own generator;
+    weights and shuffles have generators of their own. Nothing global is read or written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import nn
+
+from hierroom.errors import InputError
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.gae import generalized_advantages
+from hierroom.learners.networks import AgentSpace, PolicyNetwork, RecurrentActorCritic
+from hierroom.learners.policy import Policy, check_masks
+from hierroom.learners.rollout import Rollout
+from hierroom.learners.sampling import sample_actions
+from hierroom.learners.torch_backend import STATISTICS, TorchBackend
+
+
+class Learner:
+    """Trains one agent, in N rooms, from that agent's own turns.
+
+    A turn begins with `act` and ends with `finish`; any subset of the rooms may do either at a time. When `ready`,
+    call `update` before the next `act`.
+
+    Args:
+        space: what the agent sees and can do.
+        n_rooms: rooms N.
+        config: hyperparameters.
+        seed: of weights, actions and shuffles.
+        device: where torch computes, such as ``"cpu"`` or ``"cuda"``.
+        network: builds the network from ``(space, hidden_size)``: a class that keeps the `PolicyNetwork` protocol, or
+            a function; None: `RecurrentActorCritic`.
+
+    Raises:
+        InputError: if there is no room, or the network does not keep the protocol.
+    """
+
+    def __init__(
+        self,
+        space: AgentSpace,
+        n_rooms: int,
+        config: PPOConfig,
+        *,
+        seed: int,
+        device: str = "cpu",
+        network: Callable[[AgentSpace, int], nn.Module] | None = None,
+    ) -> None:
+        if n_rooms < 1:
+            raise InputError(f"a learner needs at least 1 room, not {n_rooms}")
+        self.space = space
+        self.config = config
+        self.n_rooms = n_rooms
+        self.sequences_per_update = config.sequences_per_update or n_rooms
+        if self.sequences_per_update < config.minibatches:
+            raise InputError(
+                f"{config.minibatches} minibatches need as many sequences, but an update waits for "
+                f"{self.sequences_per_update}"
+            )
+        action_seed, shuffle_seed, weight_seed = np.random.SeedSequence(seed).spawn(3)
+        self._action_random = np.random.default_rng(action_seed)
+        self._shuffle_random = np.random.default_rng(shuffle_seed)
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(int(weight_seed.generate_state(1)[0]))
+            self.network = (network or RecurrentActorCritic)(space, config.hidden_size)
+        if not isinstance(self.network, PolicyNetwork):
+            raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")
+        self._backend = TorchBackend(self.network, config, device)
+        self._initial_state = self._backend.initial_states(1)  # [1, S]
+        self._states = np.repeat(self._initial_state, n_rooms, axis=0)  # [N, S]
+        self._starts_episode = np.ones(n_rooms, bool)
+        self._rollout = Rollout(
+            n_rooms,
+            config.sequence_length,
+            # Below the threshold, one `finish` can fill a sequence in every room while every room has one.
+            capacity=self.sequences_per_update + n_rooms,
+            n_columns=space.n_columns,
+            n_actions=space.n_actions,
+            state_size=self._states.shape[1],
+        )
+
+    @property
+    def ready(self) -> bool:
+        """Whether enough sequences are full for an `update`."""
+        return self._rollout.n_full >= self.sequences_per_update
+
+    @property
+    def n_rollout_bytes(self) -> int:
+        """Memory of the stored turns in bytes; it never grows."""
+        return self._rollout.n_bytes
+
+    def act(self, rooms: NDArray[np.integer], codes: NDArray[np.uint8], masks: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Begin a turn in some rooms: draw actions, store the turns, move these rooms' recurrent states.
+
+        Args:
+            rooms: [M] int, each once; none may have a turn open.
+            codes: [M, K] uint8, each column below its cardinality.
+            masks: [M, A] bool, the legal actions, at least one for each room.
+
+        Returns:
+            [M] int64 actions, all legal.
+
+        Raises:
+            InputError: if a room has no legal action.
+            RuntimeError: if a room's last turn has not finished, or `update` is overdue.
+        """
+        check_masks(rooms, masks)
+        if self._rollout.is_open[rooms].any():
+            raise RuntimeError("act() was called for a room whose last turn has not finished")
+        resets = self._starts_episode[rooms]
+        states = np.where(resets[:, None], self._initial_state, self._states[rooms])
+        logits, values, self._states[rooms] = self._backend.step(codes, states)
+        actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(rooms)))
+        self._rollout.begin(rooms, states, resets, codes, masks, actions, log_probs, values)
+        self._starts_episode[rooms] = False
+        return actions
+
+    def finish(
+        self,
+        rooms: NDArray[np.integer],
+        rewards: NDArray[np.floating],
+        elapsed: NDArray[np.integer],
+        terminated: NDArray[np.bool_],
+        truncated: NDArray[np.bool_],
+        over: NDArray[np.bool_],
+        next_codes: NDArray[np.uint8],
+    ) -> None:
+        """End the open turn of some rooms.
+
+        Args:
+            rooms: [M] int, each with a turn open.
+            rewards: [M] float, paid for the turn.
+            elapsed: [M] int, primitive steps the turn lasted, at least 1.
+            terminated: [M] bool, the return ends here with nothing to come: the exit or the paid subgoal was reached.
+            truncated: [M] bool, the return ends here but would have gone on: a time limit; V(next_codes) stands for
+                the rest.
+            over: [M] bool, the episode ends here, so the next turn starts from the initial recurrent state.
+            next_codes: [M, K] uint8, where the return ends what was seen last in it (with the old goal), else what
+                the agent sees at its next turn.
+
+        Raises:
+            RuntimeError: if a room has no turn open.
+            InputError: if an episode is over but its return neither terminated nor truncated.
+        """
+        if not self._rollout.is_open[rooms].all():
+            raise RuntimeError("finish() was called for a room in which no turn has begun")
+        if (over & ~(terminated | truncated)).any():
+            raise InputError("an episode that is over must be terminated or truncated")
+        next_values = np.zeros(len(rooms), np.float32)
+        needed = np.flatnonzero(self._rollout.needs_next_value(rooms, terminated, truncated))
+        if len(needed):
+            next_values[needed] = self._backend.step(next_codes[needed], self._states[rooms[needed]])[1]
+        self._rollout.finish(rooms, rewards, elapsed, terminated, truncated, next_values)
+        self._starts_episode[rooms[over]] = True
+
+    def update(self, progress: float) -> dict[str, float]:
+        """Learn from all full sequences and drop them.
+
+        Args:
+            progress: how far training is, 0 to 1; anneals the learning rate.
+
+        Returns:
+            statistics of the losses, means over the minibatches: `torch_backend.STATISTICS`, and
+            ``explained_variance`` of the old values, ``learning_rate``, ``turns`` learned from.
+
+        Raises:
+            RuntimeError: if the learner is not `ready`.
+            FloatingPointError: if a loss or gradient is not a finite number.
+        """
+        if not self.ready:
+            raise RuntimeError("update() was called before enough sequences were full; ask ready first")
+        config = self.config
+        batch = self._rollout.take()
+        advantages = generalized_advantages(
+            batch.rewards,
+            batch.values,
+            batch.next_values,
+            batch.elapsed,
+            batch.terminated,
+            batch.truncated,
+            gamma=config.gamma,
+            gae_lambda=config.gae_lambda,
+        )
+        length, n_sequences = batch.rewards.shape
+        parts = [
+            part
+            for _ in range(config.epochs)
+            for part in np.array_split(self._shuffle_random.permutation(n_sequences), config.minibatches)
+        ]
+        learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
+        means = self._backend.train(batch, advantages, parts, learning_rate)
+        if not np.isfinite(means).all():
+            raise FloatingPointError(f"training diverged: {dict(zip(STATISTICS, means.tolist(), strict=True))}")
+        target_variance = np.var(advantages + batch.values)
+        return {
+            **dict(zip(STATISTICS, means.tolist(), strict=True)),
+            "explained_variance": float(1 - np.var(advantages) / target_variance) if target_variance > 0 else 0.0,
+            "learning_rate": learning_rate,
+            "turns": float(length * n_sequences),
+        }
+
+    def policy(self, n_rooms: int, *, seed: int) -> Policy:
+        """What acts in an evaluation: the current weights, but rooms, recurrent states and generator of its own."""
+        return Policy(self._backend, n_rooms, seed)
+
+    def state_dict(self) -> dict:
+        """Everything that decides what happens next, so that resumed equals uninterrupted; tensors and plain types."""
+        return {
+            "backend": self._backend.state_dict(),
+            "rollout": self._rollout.state_dict(),
+            "states": torch.from_numpy(self._states.copy()),
+            "starts_episode": torch.from_numpy(self._starts_episode.copy()),
+            "action_random": self._action_random.bit_generator.state,
+            "shuffle_random": self._shuffle_random.bit_generator.state,
+        }
+
+    def load_state_dict(self, state: dict) -> None:
+        """Restore what `state_dict` gave, in a learner with the same space, rooms and config."""
+        self._backend.load_state_dict(state["backend"])
+        self._rollout.load_state_dict(state["rollout"])
+        self._states[...] = state["states"].numpy()
+        self._starts_episode[...] = state["starts_episode"].numpy()
+        self._action_random.bit_generator.state = state["action_random"]
+        self._shuffle_random.bit_generator.state = state["shuffle_random"]

@@ -1,0 +1,78 @@
+"""The recurrent core: an LSTM that starts afresh inside a sequence wherever an episode begins."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+
+class ResetLSTM(nn.Module):
+    r"""A long short-term memory (Hochreiter & Schmidhuber 1997, with the forget gate of Gers et al. 2000).
+
+    With gates in the order input, forget, candidate, output:
+
+    .. math::
+        (i, f, g, o) &= (x_t, h_{t-1}) W + b \\
+        c_t &= \sigma(f)\, c_{t-1} + \sigma(i) \tanh(g), \qquad h_t = \sigma(o) \tanh(c_t)
+
+    ``weight`` is [X + H, 4 H], the X rows of the input above the H rows of the hidden state; one matrix, so that a
+    step is one product. Both blocks start orthogonal and the bias at zero.
+
+    Args:
+        input_size: inputs X.
+        hidden_size: units H.
+    """
+
+    def __init__(self, input_size: int, hidden_size: int) -> None:
+        super().__init__()
+        self.input_size = input_size
+        self.hidden_size = hidden_size
+        self.weight = nn.Parameter(torch.empty(input_size + hidden_size, 4 * hidden_size))
+        self.bias = nn.Parameter(torch.zeros(4 * hidden_size))
+        with torch.no_grad():
+            nn.init.orthogonal_(self.weight[:input_size])
+            nn.init.orthogonal_(self.weight[input_size:])
+
+    def initial_state(self, n: int) -> Tensor:
+        """Zeros [n, 2 H]: hidden and cell state side by side."""
+        return self.weight.new_zeros(n, 2 * self.hidden_size)
+
+    def step(self, inputs: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
+        """One step.
+
+        Args:
+            inputs: [N, X] float.
+            state: [N, 2 H] float.
+
+        Returns:
+            the output [N, H] (the new hidden state) and the new state [N, 2 H].
+        """
+        hidden, cell = state.chunk(2, dim=-1)
+        hidden, cell = self._cell(inputs @ self.weight[: self.input_size], hidden, cell)
+        return hidden, torch.cat([hidden, cell], dim=-1)
+
+    def sequence(self, inputs: Tensor, state: Tensor, resets: Tensor) -> Tensor:
+        """T steps in a row.
+
+        Args:
+            inputs: [T, M, X] float.
+            state: [M, 2 H] float, the state before step 0.
+            resets: [T, M] bool, where the state is set to zero before the step.
+
+        Returns:
+            the outputs [T, M, H].
+        """
+        driven = inputs @ self.weight[: self.input_size]  # [T, M, 4 H]: what does not wait for the step before
+        keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]
+        hidden, cell = state.chunk(2, dim=-1)
+        outputs = []
+        for t in range(len(driven)):
+            hidden, cell = self._cell(driven[t], hidden * keeps[t], cell * keeps[t])
+            outputs.append(hidden)
+        return torch.stack(outputs)
+
+    def _cell(self, driven: Tensor, hidden: Tensor, cell: Tensor) -> tuple[Tensor, Tensor]:
+        gates = torch.addmm(self.bias, hidden, self.weight[self.input_size :]) + driven
+        enter, forget, candidate, leave = gates.chunk(4, dim=-1)
+        cell = torch.sigmoid(forget) * cell + torch.sigmoid(enter) * torch.tanh(candidate)
+        return torch.sigmoid(leave) * torch.tanh(cell), cell

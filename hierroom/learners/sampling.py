@@ -1,0 +1,54 @@
+"""Drawing actions from masked logits, by uniform numbers that the caller draws."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True, nogil=True)
+def sample_actions(
+    logits: NDArray[np.floating], masks: NDArray[np.bool_], uniforms: NDArray[np.floating]
+) -> tuple[NDArray[np.int64], NDArray[np.floating]]:
+    """One action per room from the softmax over its legal actions, by inversion of the distribution function.
+
+    Args:
+        logits: [N, A] float.
+        masks: [N, A] bool, at least one True in each row.
+        uniforms: [N] float in [0, 1).
+
+    Returns:
+        actions [N] int64, always legal, and their log-probabilities [N] among the legal actions.
+    """
+    n_rooms, n_actions = logits.shape
+    actions = np.empty(n_rooms, np.int64)
+    log_probs = np.empty(n_rooms, logits.dtype)
+    for room in range(n_rooms):
+        highest = -math.inf
+        for action in range(n_actions):
+            if masks[room, action] and logits[room, action] > highest:
+                highest = logits[room, action]
+        total = 0.0
+        for action in range(n_actions):
+            if masks[room, action]:
+                total += math.exp(logits[room, action] - highest)
+        left = uniforms[room] * total
+        # Rounding can leave a little after the last legal action, so that one is taken if none was before.
+        chosen = -1
+        for action in range(n_actions):
+            if masks[room, action]:
+                chosen = action
+                left -= math.exp(logits[room, action] - highest)
+                if left < 0:
+                    break
+        actions[room] = chosen
+        log_probs[room] = logits[room, chosen] - highest - math.log(total)
+    return actions, log_probs
+
+
+def greedy_actions(logits: NDArray[np.floating], masks: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """The most probable legal action of each room, the first of equals; arguments as in `sample_actions`."""
+    return np.where(masks, logits, -np.inf).argmax(axis=-1)

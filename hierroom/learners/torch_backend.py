@@ -1,0 +1,159 @@
+"""The learner's arithmetic in plain torch: any network, any device, and the reference for the compiled kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from copy import deepcopy
+from typing import cast
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.networks import PolicyNetwork
+from hierroom.learners.rollout import Batch
+
+STATISTICS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm")
+"""What `TorchBackend.train` averages over the minibatches of an update, in this order."""
+
+# Finite, so that an illegal action's probability 0 times its log-probability is 0 and not NaN.
+_ILLEGAL = -1e9
+
+
+class TorchBackend:
+    """Forward passes, loss, gradients and Adam through torch.
+
+    Args:
+        network: a module that keeps the `PolicyNetwork` protocol.
+        config: hyperparameters.
+        device: where the network lives and its arithmetic happens.
+    """
+
+    def __init__(self, network: nn.Module, config: PPOConfig, device: str) -> None:
+        self._module = network.to(device)
+        self._network = cast(PolicyNetwork, network)
+        self._config = config
+        self._device = torch.device(device)
+        self._adam = torch.optim.Adam(network.parameters(), lr=config.learning_rate, eps=config.adam_epsilon)
+
+    def initial_states(self, n: int) -> NDArray[np.float32]:
+        """States of ``n`` rooms at the start of an episode: [n, S]."""
+        with torch.no_grad():
+            return self._network.initial_state(n).cpu().numpy()
+
+    def step(self, codes: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
+        """One turn of M rooms: codes [M, K], states [M, S] to logits [M, A], values [M] and new states [M, S]."""
+        with torch.no_grad():
+            outputs = self._network.step(self._tensor(codes), self._tensor(states))
+        logits, values, new_states = (output.cpu().numpy() for output in outputs)
+        return logits, values, new_states
+
+    def train(
+        self,
+        batch: Batch,
+        advantages: NDArray[np.float32],
+        parts: Iterable[NDArray[np.integer]],
+        learning_rate: float,
+    ) -> NDArray[np.float64]:
+        """One gradient step per minibatch.
+
+        Args:
+            batch: M sequences of T turns.
+            advantages: [T, M] float32, not normalised.
+            parts: the sequences of each minibatch, indices into M.
+            learning_rate: Adam's step size.
+
+        Returns:
+            the mean of each of `STATISTICS` over the minibatches.
+        """
+        for group in self._adam.param_groups:
+            group["lr"] = learning_rate
+        tensors = {name: self._tensor(array) for name, array in vars(batch).items()}
+        advantage = self._tensor(advantages)
+        rows = [self._minibatch(tensors, advantage, self._tensor(part)) for part in parts]
+        return torch.stack(rows).mean(0).cpu().numpy().astype(np.float64)
+
+    def _minibatch(self, data: dict[str, Tensor], advantages: Tensor, part: Tensor) -> Tensor:
+        logits, values = self._network.sequence(
+            data["codes"][:, part], data["initial_states"][part], data["resets"][:, part]
+        )
+        loss, statistics = ppo_loss(
+            logits,
+            values,
+            data["masks"][:, part],
+            data["actions"][:, part],
+            data["log_probs"][:, part],
+            normalized(advantages[:, part], self._config),
+            (advantages + data["values"])[:, part],
+            self._config,
+        )
+        self._adam.zero_grad()
+        loss.backward()
+        norm = nn.utils.clip_grad_norm_(self._module.parameters(), self._config.max_gradient_norm)
+        self._adam.step()
+        return torch.stack([*statistics, norm.detach()])
+
+    def _tensor(self, array: NDArray) -> Tensor:
+        return torch.from_numpy(array).to(self._device)
+
+    def state_dict(self) -> dict:
+        """Copies of the weights and of Adam's moments."""
+        return deepcopy({"network": self._module.state_dict(), "adam": self._adam.state_dict()})
+
+    def load_state_dict(self, state: dict) -> None:
+        """Restore what `state_dict` gave."""
+        self._module.load_state_dict(state["network"])
+        self._adam.load_state_dict(deepcopy(state["adam"]))
+
+
+def normalized(advantages: Tensor, config: PPOConfig) -> Tensor:
+    """Advantages of a minibatch with mean 0 and deviation 1 (see `PPOConfig`); any shape, population deviation."""
+    if not config.normalize_advantages:
+        return advantages
+    deviation = advantages.std(correction=0).clamp(min=config.min_advantage_std)
+    return (advantages - advantages.mean()) / deviation
+
+
+def ppo_loss(
+    logits: Tensor,
+    values: Tensor,
+    masks: Tensor,
+    actions: Tensor,
+    log_probs: Tensor,
+    advantages: Tensor,
+    targets: Tensor,
+    config: PPOConfig,
+) -> tuple[Tensor, list[Tensor]]:
+    r"""The clipped surrogate loss of Schulman et al. (2017), equations 7 and 9, over legal actions.
+
+    .. math::
+        L = \overline{-\min(r A, \mathrm{clip}(r, 1 - \epsilon, 1 + \epsilon) A)}
+            + w_v \overline{\tfrac12 (V - G)^2} - w_e \overline{H}
+
+    Args:
+        logits: [T, M, A] float, of all actions.
+        values: [T, M] float V.
+        masks: [T, M, A] bool, the legal actions.
+        actions: [T, M] int64.
+        log_probs: [T, M] float, of the actions when they were taken; r is the ratio of probabilities now and then.
+        advantages: [T, M] float A, already normalised.
+        targets: [T, M] float G.
+        config: clip :math:`\epsilon` and weights.
+
+    Returns:
+        the loss, and the first five of `STATISTICS`, detached.
+    """
+    log_policy = torch.log_softmax(logits.masked_fill(~masks, _ILLEGAL), dim=-1)  # [T, M, A]
+    log_ratio = log_policy.gather(-1, actions.unsqueeze(-1)).squeeze(-1) - log_probs
+    ratio = log_ratio.exp()
+    clipped = ratio.clamp(1 - config.clip, 1 + config.clip)
+    policy_loss = -torch.minimum(ratio * advantages, clipped * advantages).mean()
+    value_loss = 0.5 * (values - targets).square().mean()
+    entropy = -(log_policy.exp() * log_policy).sum(-1).mean()
+    loss = policy_loss + config.value_weight * value_loss - config.entropy_weight * entropy
+    # Schulman's low-variance estimate of the divergence: mean of (r - 1) - log r.
+    approx_kl = (ratio - 1 - log_ratio).mean()
+    clip_fraction = ((ratio - 1).abs() > config.clip).to(values.dtype).mean()
+    return loss, [s.detach() for s in (policy_loss, value_loss, entropy, approx_kl, clip_fraction)]
