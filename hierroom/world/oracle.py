@@ -1,0 +1,266 @@
+"""The shortest solution of a level: the yardstick every agent is measured against.
+
+A breadth-first search over (cell, direction, keys collected, doors opened), with the keys where they lie now. It is
+exact although it leaves three things out:
+
+- **Dropping a key.** A key in hand blocks no cell and opens its door; a key on a cell blocks it. Whatever can be done
+  after a drop can be done without it, in one step less.
+- **Doors that need not be opened, and rooms that hold nothing needed.** Every branch room has one door, to the centre.
+  A path that enters one and comes back stands in the same doorway as before, so it is no shorter than staying out. What
+  must be opened is one chain: the goal's room, the room that holds its key, and so on down to a key in reach.
+- **The step limit.** Lengths are counted as if the episode had all the time it needs.
+
+Keys that are not needed do matter: they stand in the way, and picking one up may be shorter than walking around it.
+
+Kernels and what they read must share a source file (see `kernels`), so the search has codes of its own, and the world's
+tile codes come in as a table.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.errors import InputError
+from hierroom.goals import COLOURS, EXIT_GOAL, GOAL_NAMES, N_COLOURS, N_GOALS
+from hierroom.world import kernels
+from hierroom.world.layout import State
+
+# What stands on a cell, and equally what kind of goal it is: ``kind = goal // N_COLOURS``.
+A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 3
+# What the search does, in its own numbering; `ACTIONS` translates.
+GO, TURN_LEFT, TURN_RIGHT, TAKE, UNLOCK = range(5)
+# The terrain it walks: free or blocked, or else FIRST_KEY + slot, or FIRST_DOOR + place in the chain.
+BLOCKED, FREE, FIRST_KEY, FIRST_DOOR = 0, 1, 2, 8
+
+ACTIONS = np.array([kernels.FORWARD, kernels.LEFT, kernels.RIGHT, kernels.PICKUP, kernels.OPEN])
+
+
+def _tile_table() -> NDArray[np.uint8]:
+    table = np.full((kernels.N_TILES, 2), OTHER, np.uint8)
+    table[kernels.EXIT] = THE_EXIT, 0
+    for colour in range(len(COLOURS)):
+        table[kernels.KEY + colour] = A_KEY, colour
+        table[kernels.LOCKED_DOOR + colour] = A_DOOR, colour
+    return table
+
+
+TILE_TABLE = _tile_table()
+"""[22, 2] uint8: what each tile code is to the search, and its colour."""
+
+
+@njit(cache=True)
+def room_at(room, row, col):
+    """The room that a cell belongs to, or -1 for a doorway."""
+    for r in range(room.n_rooms):
+        top, left, bottom, right = room.rectangles[r]
+        if top <= row <= bottom and left <= col <= right:
+            return r
+    return -1
+
+
+@njit(cache=True)
+def survey(room, grid, tile_table, kind, colour):
+    """What stands between the agent and a goal.
+
+    Returns:
+        target: the goal's cell, or -1 if it is achieved already, or -2 if it cannot be reached.
+        terrain: [cells] uint8, with everything blocked that the search may leave out.
+        key_slots: slots 0, 1, ... given to the keys that lie in the terrain.
+        needs: [doors in the chain] the bit of the key each door needs, in the order of opening; 0 for a key in hand.
+    """
+    side = grid.shape[1]
+    terrain = np.zeros(grid.size, np.uint8)
+    key_cells = np.full(6, -1, np.int64)
+    exit_cell = -1
+    for row in range(grid.shape[0]):
+        for col in range(side):
+            tile = tile_table[grid[row, col]]
+            if tile[0] == A_KEY:
+                key_cells[room.branches[tile[1]]] = row * side + col
+            elif tile[0] == THE_EXIT:
+                exit_cell = row * side + col
+
+    agent = room.row * side + room.col
+    branch = room.branches[colour]
+    exists = kind == THE_EXIT or branch < room.n_rooms - 1
+    if kind == THE_EXIT:
+        target, goal_room, is_achieved = exit_cell, room.exit_room, agent == exit_cell
+    elif kind == A_DOOR:
+        door = room.doors_at[branch]
+        target, goal_room, is_achieved = door[0] * side + door[1], branch + 1, (room.doors >> branch) & 1 == 1
+    else:
+        target, is_achieved = key_cells[branch], key_cells[branch] < 0
+        goal_room = 0 if is_achieved else room_at(room, target // side, target % side)
+    if not exists or (agent == exit_cell and kind != THE_EXIT):
+        return -2, terrain, 0, key_cells[:0]
+    if is_achieved:
+        return -1, terrain, 0, key_cells[:0]
+
+    # The chain of doors, last one first, and the rooms worth entering.
+    is_needed = np.zeros(room.n_rooms, np.bool_)
+    is_needed[0] = True
+    own_room = room_at(room, room.row, room.col)
+    is_needed[max(own_room, 0)] = True
+    chain = np.empty(6, np.int64)
+    n_doors, r = 0, goal_room
+    while r > 0 and n_doors < 6:
+        is_needed[r] = True
+        if (room.doors >> (r - 1)) & 1:
+            break
+        chain[n_doors] = r - 1
+        n_doors += 1
+        key_cell = key_cells[r - 1]
+        r = 0 if key_cell < 0 else room_at(room, key_cell // side, key_cell % side)
+
+    terrain[agent] = FREE
+    key_bits = np.zeros(6, np.int64)
+    n_keys = 0
+    for r in range(room.n_rooms):
+        if is_needed[r]:
+            top, left, bottom, right = room.rectangles[r]
+            for row in range(top, bottom + 1):
+                terrain[row * side + left : row * side + right + 1] = FREE
+            if r > 0:
+                terrain[room.doors_at[r - 1, 0] * side + room.doors_at[r - 1, 1]] = FREE
+    for other in range(room.n_rooms - 1):
+        if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:
+            terrain[key_cells[other]] = FIRST_KEY + n_keys
+            key_bits[other] = 1 << n_keys
+            n_keys += 1
+    if exit_cell >= 0:
+        terrain[exit_cell] = BLOCKED
+    needs = np.empty(n_doors, np.int64)
+    for place in range(n_doors):
+        door_branch = chain[n_doors - 1 - place]
+        needs[place] = key_bits[door_branch]
+        terrain[room.doors_at[door_branch, 0] * side + room.doors_at[door_branch, 1]] = FIRST_DOOR + place
+    return target, terrain, n_keys, needs
+
+
+@njit(cache=True, nogil=True)
+def solve(room, grid, tile_table, kind, colour):
+    """The fewest actions that achieve a goal.
+
+    A node is ``layer << layer_shift | cell << 2 | direction``; its layer is ``doors opened << n_keys | keys taken``.
+
+    Returns:
+        The actions in the search's numbering, int64, and their number: 0 if the goal is achieved already, -1 if the
+        level does not have it or the episode has ended on the exit.
+    """
+    target, terrain, n_keys, needs = survey(room, grid, tile_table, kind, colour)
+    if target < 0:
+        return needs[:0], target + 1
+    side = grid.shape[1]
+    steps = (1, side, -1, -side)
+    layer_shift = 2
+    while (1 << layer_shift) < 4 * grid.size:
+        layer_shift += 1
+    n_nodes = ((needs.size + 1) << n_keys) << layer_shift
+    cell_mask = (1 << (layer_shift - 2)) - 1
+    key_mask = (1 << n_keys) - 1
+    reached_by = np.zeros(n_nodes, np.uint8)  # one more than the action that first reached the node
+    queue = np.empty(n_nodes, np.int32)
+    parents = np.empty(n_nodes, np.int32)  # where in the queue the node before it stands
+    queue[0] = (room.row * side + room.col) << 2 | room.direction
+    reached_by[queue[0]] = 1
+    head, tail = 0, 1
+    while head < tail:
+        node = np.int64(queue[head])
+        direction = node & 3
+        layer = node >> layer_shift
+        taken, opened = layer & key_mask, layer >> n_keys
+        ahead = ((node >> 2) & cell_mask) + steps[direction]
+        what = np.int64(terrain[ahead])
+        action, reached = GO, node + (steps[direction] << 2)
+        if FIRST_KEY <= what < FIRST_DOOR and not (taken >> (what - FIRST_KEY)) & 1:
+            action, reached = TAKE, node + (1 << (what - FIRST_KEY + layer_shift))
+        elif what >= FIRST_DOOR and opened <= what - FIRST_DOOR:
+            place = what - FIRST_DOOR
+            can_open = opened == place and taken & needs[place] == needs[place]
+            action, reached = UNLOCK, node + (1 << (n_keys + layer_shift)) if can_open else node
+        elif what == BLOCKED:
+            reached = node
+        if ahead == target and (kind == THE_EXIT or reached != node):
+            return trace(queue, parents, reached_by, head, action)
+        if not reached_by[reached]:
+            reached_by[reached] = action + 1
+            queue[tail], parents[tail] = reached, head
+            tail += 1
+        for turn, turned in ((TURN_LEFT, (direction + 3) & 3), (TURN_RIGHT, (direction + 1) & 3)):
+            reached = node - direction + turned
+            if not reached_by[reached]:
+                reached_by[reached] = turn + 1
+                queue[tail], parents[tail] = reached, head
+                tail += 1
+        head += 1
+    return needs[:0], -1
+
+
+@njit(cache=True)
+def trace(queue, parents, reached_by, last, final_action):
+    """The actions from the start to node ``last`` of the queue, then the final one; and their number."""
+    length, position = 1, last
+    while position > 0:
+        length += 1
+        position = parents[position]
+    path = np.empty(length, np.int64)
+    path[length - 1] = final_action
+    position = last
+    for i in range(length - 2, -1, -1):
+        path[i] = reached_by[queue[position]] - 1
+        position = parents[position]
+    return path, length
+
+
+@njit(cache=True, nogil=True)
+def solve_rooms(rooms, grids, tile_table, kinds, colours, lengths):
+    """Write the length of the shortest solution of every room."""
+    for n in range(rooms.shape[0]):
+        _, lengths[n] = solve(rooms[n], grids[n], tile_table, kinds[n], colours[n])
+
+
+def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.int64]:
+    """The number of actions in the shortest solution of every room.
+
+    Args:
+        state: N rooms, of whatever graphs.
+        goals: goal id 0 to 12, one for all rooms or [N].
+
+    Returns:
+        [N] int64; 0 where the goal is achieved already (the key is held, the door is open, the agent stands on the
+        exit), -1 where it cannot be: the level has no such key or door, or the episode has ended on the exit.
+
+    Raises:
+        InputError: if a goal is not a goal id.
+    """
+    ids = np.broadcast_to(np.asarray(goals), len(state))
+    if ids.dtype.kind not in "iu" or (len(ids) and not 0 <= ids.min() <= ids.max() < N_GOALS):
+        raise InputError(f"goals are whole numbers from 0 to {N_GOALS - 1}, not {goals}")
+    lengths = np.empty(len(state), np.int64)
+    solve_rooms(state.rooms, state.grids, TILE_TABLE, ids // N_COLOURS, ids % N_COLOURS, lengths)
+    return lengths
+
+
+def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
+    """The shortest sequence of actions that achieves a goal; one of them, where there are several.
+
+    Args:
+        state: one room.
+        goal: goal id 0 to 12, the exit by default.
+
+    Returns:
+        [length] int64, empty if the goal is achieved already. A path to a key or a door never steps on the exit.
+
+    Raises:
+        InputError: if the state holds more than one room, or the goal is none or cannot be achieved.
+    """
+    if len(state) != 1:
+        raise InputError(f"the shortest actions are those of one room; the state holds {len(state)}: index it first")
+    if not isinstance(goal, (int, np.integer)) or not 0 <= goal < N_GOALS:
+        raise InputError(f"a goal is a whole number from 0 to {N_GOALS - 1}, not {goal!r}")
+    path, length = solve(state.rooms[0], state.grids[0], TILE_TABLE, goal // N_COLOURS, goal % N_COLOURS)
+    if length < 0:
+        raise InputError(f"the goal {GOAL_NAMES[goal]} cannot be achieved: the level has none, or the episode is over")
+    return ACTIONS[path]

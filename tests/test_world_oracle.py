@@ -1,0 +1,150 @@
+"""The oracle: its paths work, no shorter ones exist, and it says clearly what cannot be reached."""
+
+import numpy as np
+import pytest
+
+from hierroom.errors import InputError
+from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
+from hierroom.world import kernels
+from hierroom.world.batch import Batch
+from hierroom.world.layout import OUTCOME, State
+from hierroom.world.oracle import shortest_actions, shortest_lengths
+
+GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5)]
+
+
+def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:
+    """Fewest steps to each goal event, by breadth-first search over the real rules, one room at a time."""
+    start = state.copy()
+    start.rooms["can_drop"], start.rooms["steps"] = can_drop, 0
+    outcome = np.zeros(1, OUTCOME)
+    fields = ["row", "col", "direction", "keys", "doors", "bag", "bag_size"]
+    frontier, seen, found, distance = [start], set(), {}, 0
+    while frontier:
+        distance += 1
+        following = []
+        for node in frontier:
+            for action in range(6 if can_drop else 5):
+                child = node.copy()
+                kernels.advance(child.rooms[0], child.grids[0], action, outcome[0])
+                if outcome[0].event >= 0:
+                    found.setdefault(int(outcome[0].event), distance)
+                identity = (child.grids.tobytes(), *(child.rooms[name].tobytes() for name in fields))
+                if not outcome[0].terminated and identity not in seen:
+                    seen.add(identity)
+                    following.append(child)
+        frontier = following
+    return found
+
+
+def check_against_search(batch: Batch, can_drop: bool) -> None:
+    found = reachable_goals(batch.state, can_drop)
+    room = batch.state.rooms[0]
+    for goal in range(13):
+        length = shortest_lengths(batch.state, goal)[0]
+        branch = room.branches[goal % 6]
+        if goal == EXIT_GOAL:
+            assert length == found[goal]
+        elif branch >= room.n_rooms - 1:
+            assert length == -1
+            assert goal not in found
+        elif (room.doors >> branch) & 1 or (goal < 6 and (room.keys >> branch) & 1):
+            assert length == 0
+        else:
+            assert length == found[goal], (goal, length)
+
+
+def wander(batch: Batch, steps: int, rng: np.random.Generator) -> None:
+    """Act at random, and now and then as the oracle would for a random goal, so that something happens."""
+    for _ in range(steps):
+        goals = rng.integers(12, size=len(batch))
+        actions = rng.integers(6, size=len(batch))
+        for n in np.flatnonzero(rng.random(len(batch)) < 0.5):
+            if shortest_lengths(batch.state[n], goals[n])[0] > 0:
+                actions[n] = shortest_actions(batch.state[n], goals[n])[0]
+        batch.step_within_episode(actions)
+
+
+@pytest.mark.parametrize("letter", ["a", "b", "c", "d"])
+@pytest.mark.parametrize("index", range(4))
+def test_no_path_is_shorter(letter, index):
+    batch = Batch([NAMED_GRAPHS[letter]], size=11, seed=1, first_index=index, drop_key=True)
+    check_against_search(batch, can_drop=False)
+    wander(batch, 40, np.random.default_rng(index))
+    check_against_search(batch, can_drop=False)
+
+
+def test_dropping_keys_shortens_nothing():
+    batch = Batch([NAMED_GRAPHS["a"]], size=11, seed=3, drop_key=True)
+    check_against_search(batch, can_drop=True)
+    wander(batch, 20, np.random.default_rng(0))
+    check_against_search(batch, can_drop=True)
+
+
+@pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
+@pytest.mark.parametrize("size", [11, 19, 31])
+def test_paths_reach_their_goals_in_as_many_steps_as_stated(graph, size):
+    levels = Batch([graph], 10, size=size, seed=5)
+    for n in range(len(levels)):
+        for goal in range(13):
+            batch = Batch([graph], size=size, seed=5, first_index=n)
+            length = shortest_lengths(batch.state, goal)[0]
+            if length < 0:
+                assert batch.state.rooms[0].branches[goal % 6] >= graph.n_rooms - 1
+                continue
+            path = shortest_actions(batch.state, goal)
+            assert len(path) == length > 0
+            events = [int(batch.step_within_episode(path[t : t + 1])[0].event) for t in range(length)]
+            assert events[-1] == goal
+            assert goal not in events[:-1]
+            assert batch.outcomes[0].terminated == (goal == EXIT_GOAL)
+
+
+def test_a_step_never_gains_more_than_one():
+    """The regret of any walk is never negative: no action brings the exit nearer by more than one step."""
+    rng = np.random.default_rng(0)
+    batch = Batch(GRAPHS, 100, seed=2, drop_key=True)
+    lengths = shortest_lengths(batch.state)
+    for _ in range(300):
+        before = lengths
+        wander(batch, 1, rng)
+        lengths = shortest_lengths(batch.state)
+        assert (before - lengths).max() <= 1
+        assert (lengths > 0).sum() == (~batch.state.rooms["is_over"]).sum()
+    assert (batch.state.rooms["found"] & ~batch.state.rooms["keys"]).any()  # keys were dropped
+    assert batch.state.rooms["doors"].any()
+
+
+def test_each_room_may_have_its_own_goal():
+    batch = Batch([NAMED_GRAPHS["c"]], 30, seed=4)
+    doors = 6 + batch.state.rooms["colours"][:, 1]
+    together = shortest_lengths(batch.state, doors)
+    assert together.tolist() == [shortest_lengths(batch.state[n], doors[n])[0] for n in range(30)]
+    assert (together > shortest_lengths(batch.state, doors - 6)).all()
+
+
+def test_a_goal_achieved_takes_no_action():
+    batch = Batch([NAMED_GRAPHS["a"]], seed=6)
+    key = int(batch.state.rooms[0].colours[0])
+    for action in shortest_actions(batch.state):
+        held = batch.state.rooms[0].keys
+        assert (shortest_lengths(batch.state, key)[0] == 0) == bool(held)
+        batch.step_within_episode(np.array([action]))
+    assert shortest_lengths(batch.state)[0] == 0
+    assert len(shortest_actions(batch.state)) == 0
+    assert shortest_lengths(batch.state, key)[0] == -1  # the episode has ended
+
+
+def test_wrong_input():
+    batch = Batch([NAMED_GRAPHS["a"]], 2)
+    for goals in (13, -1, 0.5, [0, 13]):
+        with pytest.raises(InputError, match="goals are whole numbers from 0 to 12"):
+            shortest_lengths(batch.state, goals)
+    with pytest.raises(InputError, match="one room; the state holds 2"):
+        shortest_actions(batch.state)
+    for goal in (13, -1, "exit"):
+        with pytest.raises(InputError, match="whole number from 0 to 12, not"):
+            shortest_actions(batch.state[0], goal)  # type: ignore[arg-type]
+    missing = 6 + int(batch.state.rooms[0].colours[1])
+    with pytest.raises(InputError, match="door cannot be achieved: the level has none"):
+        shortest_actions(batch.state[0], missing)
