@@ -1,0 +1,208 @@
+"""The learner's promises, on the compiled and on the plain torch path alike."""
+
+import numpy as np
+import pytest
+import torch
+from learner_rooms import SPACE, PlainTorchNetwork, RandomRooms, make_learner
+
+from hierroom.errors import InputError
+from hierroom.learners import AgentSpace, Learner, PPOConfig
+from hierroom.learners.networks import RecurrentActorCritic
+
+both_paths = pytest.mark.parametrize("network", [None, PlainTorchNetwork], ids=["compiled", "torch"])
+
+
+def recomputed_log_probs(network, batch):
+    """Log-probabilities of a batch's actions, from `sequence`."""
+    with torch.no_grad():
+        logits, values = network.sequence(
+            torch.from_numpy(batch.codes), torch.from_numpy(batch.initial_states), torch.from_numpy(batch.resets)
+        )
+    policy = logits.masked_fill(~torch.from_numpy(batch.masks), -1e9).log_softmax(-1)
+    return policy.gather(-1, torch.from_numpy(batch.actions)[..., None])[..., 0].numpy(), values.numpy()
+
+
+@both_paths
+def test_the_first_ratio_is_one_for_every_turn(network):
+    learner = make_learner(network=network, sequences_per_update=11)
+    rooms = RandomRooms(6, seed=2)
+    with torch.no_grad():
+        learner.network.policy_head.weight.normal_()  # far from uniform, so that agreement means something
+    batches = []
+    learner._backend.train = lambda batch, *rest: batches.append(batch) or np.zeros(6)  # ty: ignore
+    while len(batches) < 3:
+        rooms.tick(learner)
+    for batch in batches:
+        assert batch.resets[1:].any(), "no episode began inside a sequence"
+        log_probs, values = recomputed_log_probs(learner.network, batch)
+        np.testing.assert_allclose(np.exp(log_probs - batch.log_probs), 1, atol=2e-6)
+        np.testing.assert_allclose(values, batch.values, atol=2e-6)
+
+
+@both_paths
+def test_a_turn_moves_only_its_own_rooms(network):
+    learner = make_learner(network=network, sequence_length=100)
+    rooms = RandomRooms(6, seed=3)
+    for _ in range(5):
+        rooms.tick(learner)
+    before = learner.state_dict()["states"].clone()
+    acting = np.array([1, 4])
+    learner.act(acting, rooms.codes[acting], np.ones((2, 4), bool))
+    after = learner.state_dict()["states"]
+    others = [0, 2, 3, 5]
+    assert torch.equal(after[others], before[others])
+    assert not torch.isclose(after[acting], before[acting]).all(dim=1).any()
+
+
+@both_paths
+def test_no_masked_action_is_ever_sampled(network):
+    learner = make_learner(network=network)
+    rooms = RandomRooms(6, seed=4)
+    for _ in range(200):
+        _, masks, actions, _ = rooms.tick(learner)
+        assert masks[np.arange(len(actions)), actions].all()
+
+
+@both_paths
+def test_a_room_without_a_legal_action_is_refused(network):
+    learner = make_learner(network=network)
+    masks = np.ones((6, 4), bool)
+    masks[3] = False
+    with pytest.raises(InputError, match="room 3 has no legal action"):
+        learner.act(np.arange(6), np.zeros((6, 4), np.uint8), masks)
+
+
+def test_turns_are_opened_and_closed_in_pairs():
+    learner = make_learner()
+    rooms, codes = np.arange(6), np.zeros((6, 4), np.uint8)
+    none = np.zeros(6, bool)
+    rest = (np.zeros(6), np.ones(6, int), none, none)
+    with pytest.raises(RuntimeError, match="no turn has begun"):
+        learner.finish(rooms, *rest, none, codes)
+    learner.act(rooms, codes, np.ones((6, 4), bool))
+    with pytest.raises(RuntimeError, match="has not finished"):
+        learner.act(rooms, codes, np.ones((6, 4), bool))
+    with pytest.raises(InputError, match="terminated or truncated"):
+        learner.finish(rooms, *rest, ~none, codes)
+    with pytest.raises(RuntimeError, match="ready"):
+        learner.update(0.0)
+
+
+@both_paths
+def test_a_final_observation_is_valued_with_the_state_after_the_turn(network):
+    """The bootstrap of a truncated turn is V(final) one step on, and the stored state does not move for it."""
+    learner = make_learner(n_rooms=2, network=network)
+    rooms, codes = np.arange(2), np.array([[1, 2, 3, 1], [4, 0, 6, 0]], np.uint8)
+    learner.act(rooms, codes, np.ones((2, 4), bool))
+    states = learner.state_dict()["states"]
+    none, all_ = np.zeros(2, bool), np.ones(2, bool)
+    final = codes[::-1].copy()
+    learner.finish(rooms, np.zeros(2), np.ones(2, int), none, all_, all_, final)
+    stored = learner._rollout.slots.next_values[0, :2]
+    expected = learner.network.step(torch.from_numpy(final), states)[1].detach().numpy()
+    np.testing.assert_allclose(stored, expected, rtol=1e-5, atol=1e-6)
+    assert torch.equal(learner.state_dict()["states"], states)
+
+
+@both_paths
+@pytest.mark.parametrize("time_limit", [5, 50])
+def test_a_room_that_pays_one_is_worth_the_same_whatever_its_time_limit(network, time_limit):
+    gamma, n = 0.8, 8
+    config = PPOConfig(
+        gamma=gamma, hidden_size=8, sequence_length=8, learning_rate=0.03, final_learning_rate_fraction=0.01
+    )
+    learner = Learner(AgentSpace((1,), 2), n, config, seed=0, network=network)
+    rooms, codes, masks, none = np.arange(n), np.zeros((n, 1), np.uint8), np.ones((n, 2), bool), np.zeros(n, bool)
+    clocks, updates, values = np.arange(n) % time_limit, 0, []
+    while updates < 80:
+        learner.act(rooms, codes, masks)
+        clocks += 1
+        late = clocks == time_limit
+        clocks[late] = 0
+        learner.finish(rooms, np.ones(n), np.ones(n, int), none, late, late, codes)
+        if learner.ready:
+            values = learner._rollout.slots.values.mean()
+            learner.update(updates / 80)
+            updates += 1
+    assert values == pytest.approx(1 / (1 - gamma), rel=0.03)
+
+
+def test_the_learning_rate_is_annealed_linearly():
+    learner = make_learner(learning_rate=0.1, final_learning_rate_fraction=0.2)
+    rates = []
+    rooms = RandomRooms(6, seed=5)
+    learner_update = learner.update
+    for progress in (0.0, 0.5, 1.0):
+        learner.update = lambda _, p=progress: learner_update(p)  # ty: ignore
+        statistics = None
+        while statistics is None:
+            *_, statistics = rooms.tick(learner)
+        rates.append(statistics["learning_rate"])
+    np.testing.assert_allclose(rates, [0.1, 0.06, 0.02])
+
+
+def test_nothing_global_is_touched_and_the_seed_decides():
+    torch.manual_seed(0)
+    np.random.seed(0)  # noqa: NPY002
+    expected = torch.rand(1), np.random.rand()  # noqa: NPY002
+    torch.manual_seed(0)
+    np.random.seed(0)  # noqa: NPY002
+    actions = []
+    for seed in (7, 7, 8):
+        learner, rooms = make_learner(seed=seed), RandomRooms(6, seed=6)
+        actions.append(np.concatenate([rooms.tick(learner)[2] for _ in range(60)]))
+    assert (torch.rand(1), np.random.rand()) == expected  # noqa: NPY002
+    np.testing.assert_array_equal(actions[0], actions[1])
+    assert (actions[0] != actions[2]).any()
+
+
+def test_a_policy_acts_like_the_learner_and_leaves_it_alone():
+    learner, twin = make_learner(sequence_length=100), make_learner(sequence_length=100)
+    policy = learner.policy(6, seed=0)
+    policy._random = np.random.default_rng(0)
+    learner._action_random, twin._action_random = np.random.default_rng(0), np.random.default_rng(0)
+    codes = RandomRooms(6, seed=7).draw_codes(6)
+    rooms, masks, none = np.arange(6), np.ones((6, 4), bool), np.zeros(6, bool)
+    for turn in range(8):
+        over = none if turn != 4 else rooms == 2
+        sampled = policy.act(rooms, codes, masks)
+        actions = [agent.act(rooms, codes, masks) for agent in (learner, twin)]
+        np.testing.assert_array_equal(actions[0], actions[1])
+        np.testing.assert_array_equal(actions[0], sampled)
+        for agent in (learner, twin):
+            agent.finish(rooms, np.zeros(6), np.ones(6, int), over, none, over, codes)
+        policy.reset(rooms[over])
+
+
+def test_greedy_is_the_best_legal_action():
+    learner = make_learner()
+    with torch.no_grad():
+        learner.network.policy_head.bias.copy_(torch.tensor([0.0, 3.0, 1.0, 2.0]))
+    policy = learner.policy(2, seed=0)
+    masks = np.array([[True] * 4, [True, False, True, True]])
+    np.testing.assert_array_equal(policy.act_greedily(np.arange(2), np.zeros((2, 4), np.uint8), masks), [1, 3])
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"gamma": 1.5}, "gamma must be from 0 to 1, not 1.5"),
+        ({"learning_rate": 0.0}, "learning_rate must be above 0"),
+        ({"epochs": 0}, "epochs must be at least 1"),
+        ({"sequences_per_update": 3}, "sequences_per_update must be at least 4"),
+    ],
+)
+def test_wrong_hyperparameters_are_refused(wrong, message):
+    with pytest.raises(InputError, match=message):
+        PPOConfig(**wrong)
+
+
+def test_wrong_spaces_and_networks_are_refused():
+    with pytest.raises(InputError, match="columns of 1 to 256"):
+        AgentSpace((5, 257), 2)
+    with pytest.raises(InputError, match="lacks initial_state"):
+        Learner(SPACE, 8, PPOConfig(), seed=0, network=lambda space, hidden_size: torch.nn.Linear(1, 1))
+    with pytest.raises(InputError, match="4 minibatches need as many sequences"):
+        Learner(SPACE, 3, PPOConfig(), seed=0)
+    with pytest.raises(InputError, match=r"column 1 has 3 values, so its vectors are \[3, d\]"):
+        RecurrentActorCritic(AgentSpace((2, 3), 2), 8, column_vectors=[None, [[0.0], [1.0]]])

@@ -1,0 +1,43 @@
+"""A learner that is saved in the middle of its turns and loaded goes on exactly as if it had not been."""
+
+import io
+from copy import deepcopy
+
+import pytest
+import torch
+from learner_rooms import PlainTorchNetwork, RandomRooms, make_learner
+
+
+def flattened(state, prefix=""):
+    """Leaves of nested dicts, for an exact comparison."""
+    if isinstance(state, dict):
+        for name, child in state.items():
+            yield from flattened(child, f"{prefix}/{name}")
+    else:
+        yield prefix, state
+
+
+@pytest.mark.parametrize("network", [None, PlainTorchNetwork], ids=["compiled", "torch"])
+@pytest.mark.parametrize("ticks", [3, 37])
+def test_resumed_equals_uninterrupted_bit_for_bit(network, ticks):
+    learner, rooms = make_learner(network=network), RandomRooms(6, seed=1)
+    for _ in range(ticks):
+        rooms.tick(learner)
+    open_rooms, _, _ = rooms.begin(learner)
+    file = io.BytesIO()
+    torch.save(learner.state_dict(), file)
+    file.seek(0)
+    resumed, rooms_then = make_learner(network=network, seed=99), deepcopy(rooms)
+    resumed.load_state_dict(torch.load(file, weights_only=True))
+    rooms.finish(learner, open_rooms)
+    rooms_then.finish(resumed, open_rooms)
+    for _ in range(40):
+        _, _, actions, statistics = rooms.tick(learner)
+        _, _, actions_after, statistics_after = rooms_then.tick(resumed)
+        assert (actions == actions_after).all()
+        assert statistics == statistics_after
+    expected, found = dict(flattened(learner.state_dict())), dict(flattened(resumed.state_dict()))
+    assert expected.keys() == found.keys()
+    for name, value in expected.items():
+        same = torch.equal(value, found[name]) if isinstance(value, torch.Tensor) else value == found[name]
+        assert same, name
