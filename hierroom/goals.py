@@ -137,10 +137,7 @@ class GoalGraph:
             [..., n_goals] bool in the graph's order: keys, doors, exit.
         """
         held, is_open = np.asarray(keys, bool), np.asarray(doors, bool)
-        enterable = np.concatenate([np.ones((*is_open.shape[:-1], 1), bool), is_open], axis=-1)
-        key_in_reach = ~held & ~is_open & enterable[..., list(self.key_rooms)]
-        exit_in_reach = enterable[..., [self.exit_room]]
-        return np.concatenate([key_in_reach, held & ~is_open, exit_in_reach], axis=-1)
+        return open_goals(np.array(self.key_rooms), np.array(self.exit_room), held, is_open)
 
     def canonical(self) -> GoalGraph:
         """The same graph with its rooms renamed to one fixed order, so that equal means isomorphic."""
@@ -229,6 +226,31 @@ def as_goal_graph(graph: GoalGraph | str | Path) -> GoalGraph:
     if isinstance(graph, (str, Path)) and (Path(graph).suffix == ".toml" or Path(graph).is_file()):
         return GoalGraph.from_toml(graph)
     raise InputError(f"a graph is a letter from a to g, a GoalGraph or a path to a .toml file, not {graph!r}")
+
+
+def open_goals(
+    key_rooms: NDArray[np.integer],
+    exit_rooms: NDArray[np.integer],
+    keys: NDArray[np.bool_],
+    doors: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """Goals that can be achieved now, for many graphs at once; all arguments broadcast.
+
+    Args:
+        key_rooms: [..., B] room in which the key of branch room 1, 2, ... B lies.
+        exit_rooms: [...] room that holds the exit.
+        keys: [..., B] whether the agent holds the key.
+        doors: [..., B] whether the door is open.
+
+    Returns:
+        [..., 2 B + 1] bool: keys, doors, exit.
+    """
+    enterable = np.concatenate([np.ones((*doors.shape[:-1], 1), bool), doors], axis=-1)
+    homes = np.broadcast_to(key_rooms, doors.shape)
+    exits = np.broadcast_to(exit_rooms, doors.shape[:-1])[..., None]
+    keys_in_reach = ~keys & ~doors & np.take_along_axis(enterable, homes, axis=-1)
+    exit_in_reach = np.take_along_axis(enterable, exits, axis=-1)
+    return np.concatenate([keys_in_reach, keys & ~doors, exit_in_reach], axis=-1)
 
 
 def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:

@@ -134,6 +134,7 @@ def generate(room, grid, graphs):
     room.key_rooms[:] = graph.key_rooms
     room.steps, room.keys, room.doors, room.found, room.seen, room.bag_size = 0, 0, 0, 0, 0, 0
     room.carried, room.is_over = -1, False
+    room.opened_at[:] = 0
 
     for colour in range(6):
         room.colours[colour] = colour
@@ -280,6 +281,7 @@ def advance(room, grid, action, outcome):
         if (room.keys >> branch) & 1:
             outcome.event, outcome.is_first = 6 + tile - LOCKED_DOOR, True
             room.doors |= 1 << branch
+            room.opened_at[branch] = room.steps + 1
             grid[row, col] = tile - LOCKED_DOOR + OPEN_DOOR
             update_carried(room)
     elif action == DROP and room.can_drop and room.carried >= 0 and tile == EMPTY:

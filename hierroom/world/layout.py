@@ -48,6 +48,7 @@ ROOM = _record(
     ("steps", "i4"),
     ("keys", "i4"),  # bit branch: its key is held
     ("doors", "i4"),  # bit branch: its door is open
+    ("opened_at", "i4", N_COLOURS),  # the step that opened its door, or 0 while it is locked
     ("found", "i4"),  # bit branch: its key was held at some time this episode
     ("seen", "i4"),  # bit goal id: it was in view at some time this episode
     ("bag", "i4", N_COLOURS),  # branches of the keys held, in the order of pick-up

@@ -1,0 +1,118 @@
+"""The PettingZoo AEC environment: a meta-controller and a controller take turns in one EscapeRoom.
+
+| facts | |
+|---|---|
+| agents | ``meta_0``, ``controller_0`` |
+| actions of meta_0 | 0-5 key of that colour, 6-11 door of that colour, 12 exit, 13 no goal |
+| actions of controller_0 | 0 forward, 1 left, 2 right, 3 pickup, 4 open, 5 drop (where enabled) |
+| observations | a dict: ``observation`` 7 x 7 x 3, ``goal``, ``action_mask``, ``direction``, ``keys``, ``doors`` |
+| rewards | meta_0: 1 for the exit; controller_0: by ``pay`` |
+| ends | terminated at the exit, truncated after ``max_steps`` primitive steps; both agents at once |
+
+``meta_0`` acts at reset and whenever its goal's life is over, ``controller_0`` at every other moment. An action that
+is not legal is never an error: the meta-controller's counts as no goal, the controller's only costs the step.
+
+Version history: v0, the first.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+from pettingzoo import AECEnv
+from pettingzoo.utils.wrappers import AssertOutOfBoundsWrapper, OrderEnforcingWrapper
+
+from hierroom.room import AGENTS, CONTROLLER, META, Room
+from hierroom.settings import FRAMES_PER_SECOND, RENDER_MODES, RoomSettings
+
+
+def env(render_mode: str | None = None, **settings: Any) -> AECEnv:
+    """The AEC environment with PettingZoo's checks of order and bounds; the arguments are `raw_env`'s."""
+    return OrderEnforcingWrapper(AssertOutOfBoundsWrapper(raw_env(render_mode, **settings)))
+
+
+class raw_env(AECEnv):  # noqa: N801 - PettingZoo's name for an environment without wrappers
+    """The AEC environment without wrappers.
+
+    Args:
+        render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
+        **settings: see `RoomSettings`.
+
+    Attributes:
+        complexity: the `ComplexityReport` of its goal graph.
+    """
+
+    metadata = {  # noqa: RUF012 - PettingZoo reads it from the class
+        "name": "hierroom_v0",
+        "render_modes": RENDER_MODES,
+        "render_fps": FRAMES_PER_SECOND,
+        "is_parallelizable": False,
+    }
+
+    def __init__(self, render_mode: str | None = None, **settings: Any):
+        super().__init__()
+        self.room = Room(RoomSettings(**settings), render_mode)
+        self.render_mode = render_mode
+        self.complexity = self.room.complexity
+        self.possible_agents = AGENTS[:]
+        self.observation_spaces = self.room.observation_spaces
+        self.action_spaces = self.room.action_spaces
+
+    def observation_space(self, agent: str) -> spaces.Space:
+        """The observation space of an agent: the same object at every call."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> spaces.Space:
+        """The action space of an agent: the same object at every call."""
+        return self.action_spaces[agent]
+
+    def reset(self, seed: int | None = None, options: dict | None = None) -> None:
+        """Begin an episode: the first one of a seed, or without a seed the next one.
+
+        Args:
+            seed: 0 to 2**63 - 1.
+            options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
+        """
+        self.room.reset(seed, options)
+        self.agents = AGENTS[:]
+        self.rewards = dict.fromkeys(AGENTS, 0.0)
+        self._cumulative_rewards = dict.fromkeys(AGENTS, 0.0)
+        self.terminations = dict.fromkeys(AGENTS, False)
+        self.truncations = dict.fromkeys(AGENTS, False)
+        self.infos = self.room.infos
+        self.agent_selection = META
+
+    def observe(self, agent: str) -> dict[str, NDArray]:
+        """What an agent sees now, in fresh arrays."""
+        return self.room.observe(agent)
+
+    def step(self, action: int | None) -> None:
+        """Take the selected agent's turn."""
+        agent = self.agent_selection
+        if self.terminations[agent] or self.truncations[agent]:
+            self._was_dead_step(action)
+            return
+        assert action is not None
+        self._cumulative_rewards[agent] = 0.0
+        self._clear_rewards()
+        if agent == META:
+            self.room.choose(action)
+            self.agent_selection = CONTROLLER
+            return
+        step = self.room.act(action)
+        self.rewards = {META: float(step.extrinsic[0]), CONTROLLER: float(step.rewards[0])}
+        self._accumulate_rewards()
+        self.terminations = dict.fromkeys(AGENTS, bool(step.terminated[0]))
+        self.truncations = dict.fromkeys(AGENTS, bool(step.truncated[0]))
+        self.agent_selection = META if step.option_over[0] else CONTROLLER
+
+    def render(self) -> str | NDArray[np.uint8] | None:
+        """The room as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
+        return self.room.render()
+
+    def close(self) -> None:
+        """Close the window, if one is open."""
+        self.room.close()

@@ -1,0 +1,97 @@
+"""The controller: what it sees, when its goal is reached, how it is paid."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from hierroom.goals import GOAL_VECTORS, N_COLOURS
+from hierroom.world.kernels import VIEW
+from hierroom.world.tiles import encode
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What there is to be seen from M rooms, at one moment.
+
+    Args:
+        tiles: [M, 7, 7] uint8 tile codes of the view.
+        rooms: [M] records of `layout.ROOM`.
+        goals: [M] int, the goal ids pursued, or -1.
+        previous_actions: [M] int, the controller's last action, or the number of actions before the first.
+    """
+
+    tiles: NDArray[np.uint8]
+    rooms: np.ndarray
+    goals: NDArray[np.integer]
+    previous_actions: NDArray[np.integer]
+
+
+def goal_reached(events: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.bool_]:
+    """[N] whether each room's goal event is the goal that was pursued."""
+    return (events >= 0) & (events == goals)
+
+
+@dataclass(frozen=True)
+class Pay:
+    """How the controller is paid.
+
+    Args:
+        rewards: from the outcomes [N] of a step and the goals [N] pursued to the rewards [N], float64.
+        ends_with_goal: whether a return ends where its goal's life ends, because nothing after that pays for it.
+    """
+
+    rewards: Callable[[np.ndarray, NDArray[np.integer]], NDArray[np.float64]]
+    ends_with_goal: bool = False
+
+
+PAYS: Mapping[str, Pay] = {
+    "extrinsic": Pay(lambda outcomes, goals: outcomes["reward"].astype(np.float64)),
+    "bonus": Pay(lambda outcomes, goals: outcomes["is_first"].astype(np.float64)),
+    "intrinsic": Pay(
+        lambda outcomes, goals: goal_reached(outcomes["event"], goals).astype(np.float64), ends_with_goal=True
+    ),
+}
+"""extrinsic: 1 at the exit; bonus: 1 for each key, door and the exit, once an episode; intrinsic: 1 at the goal."""
+
+
+def observation_spaces(n_actions: int) -> dict[str, spaces.Space]:
+    """The spaces of what an agent sees; `observe` fills them."""
+    return {
+        "observation": spaces.Box(0, 10, (VIEW, VIEW, 3), np.uint8),
+        "goal": spaces.Box(0, 1, GOAL_VECTORS.shape[1:], np.float32),
+        "direction": spaces.Discrete(4),
+        "keys": spaces.Box(0, 1, (N_COLOURS,), np.int8),
+        "doors": spaces.Box(0, 1, (N_COLOURS,), np.int8),
+        "action_mask": spaces.Box(0, 1, (n_actions,), np.int8),
+    }
+
+
+def observe(sight: Sight, masks: NDArray[np.bool_]) -> dict[str, NDArray]:
+    """The observations of M rooms, in fresh arrays.
+
+    Args:
+        sight: what there is to be seen.
+        masks: [M, A] bool, the legal actions.
+
+    Returns:
+        ``observation`` [M, 7, 7, 3] uint8 as MiniGrid's ``image``: cell [i, j] is i - 3 cells to the agent's right and
+        6 - j ahead; its channels are MiniGrid's object id, its colour id, and 1 for an open door. ``goal`` [M, 9]
+        float32, one-hot object and colour, zero for no goal. ``direction`` [M] int64, 0 east, 1 south, 2 west, 3
+        north. ``keys`` and ``doors`` [M, 6] int8 by colour, the keys held and the doors open. ``action_mask``
+        [M, A] int8.
+    """
+    rooms = sight.rooms
+    branches = rooms["branches"]
+    return {
+        "observation": encode(sight.tiles),
+        "goal": GOAL_VECTORS[sight.goals],
+        "direction": rooms["direction"].astype(np.int64),
+        "keys": (rooms["keys"][:, None] >> branches & 1).astype(np.int8),
+        "doors": (rooms["doors"][:, None] >> branches & 1).astype(np.int8),
+        "action_mask": masks.astype(np.int8),
+    }

@@ -1,0 +1,101 @@
+"""The PettingZoo parallel environment: both agents act at every primitive step.
+
+Agents, actions, observations, rewards and ends are those of `hierroom.aec_env`. At each step ``meta_0``'s action is
+taken first: on its turn it gives the goal; at any other time only its 14th action (no goal: wait) is legal, and
+anything else is taken as that. Then ``controller_0`` acts. When it is ``meta_0``'s turn the controller's observation
+holds no goal yet: a policy that wants the new one asks the meta-controller first and puts ``GOAL_VECTORS[goal]`` there.
+
+Version history: v0, the first.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+from pettingzoo import ParallelEnv
+
+from hierroom.room import AGENTS, CONTROLLER, META, Room
+from hierroom.settings import FRAMES_PER_SECOND, RENDER_MODES, RoomSettings
+
+
+class parallel_env(ParallelEnv):  # noqa: N801 - PettingZoo's name
+    """The parallel environment.
+
+    Args:
+        render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
+        **settings: see `RoomSettings`.
+
+    Attributes:
+        complexity: the `ComplexityReport` of its goal graph.
+    """
+
+    metadata = {  # noqa: RUF012 - PettingZoo reads it from the class
+        "name": "hierroom_v0",
+        "render_modes": RENDER_MODES,
+        "render_fps": FRAMES_PER_SECOND,
+    }
+
+    def __init__(self, render_mode: str | None = None, **settings: Any):
+        self.room = Room(RoomSettings(**settings), render_mode)
+        self.render_mode = render_mode
+        self.complexity = self.room.complexity
+        self.possible_agents = AGENTS[:]
+        self.agents: list[str] = []
+        self.observation_spaces = self.room.observation_spaces
+        self.action_spaces = self.room.action_spaces
+
+    def observation_space(self, agent: str) -> spaces.Space:
+        """The observation space of an agent: the same object at every call."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> spaces.Space:
+        """The action space of an agent: the same object at every call."""
+        return self.action_spaces[agent]
+
+    def reset(self, seed: int | None = None, options: dict | None = None):
+        """Begin an episode: the first one of a seed, or without a seed the next one.
+
+        Args:
+            seed: 0 to 2**63 - 1.
+            options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
+
+        Returns:
+            (observations, infos), each a dict by agent.
+        """
+        self.room.reset(seed, options)
+        self.agents = AGENTS[:]
+        return self._observations(), self._infos()
+
+    def step(self, actions: dict[str, int]):
+        """Take both agents' actions, the meta-controller's first.
+
+        Returns:
+            (observations, rewards, terminations, truncations, infos), each a dict by agent.
+        """
+        if not self.agents:
+            return {}, {}, {}, {}, {}
+        self.room.choose(actions[META])
+        step = self.room.act(actions[CONTROLLER])
+        rewards = {META: float(step.extrinsic[0]), CONTROLLER: float(step.rewards[0])}
+        terminations = dict.fromkeys(AGENTS, bool(step.terminated[0]))
+        truncations = dict.fromkeys(AGENTS, bool(step.truncated[0]))
+        if step.over[0]:
+            self.agents = []
+        return self._observations(), rewards, terminations, truncations, self._infos()
+
+    def render(self) -> str | NDArray[np.uint8] | None:
+        """The room as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
+        return self.room.render()
+
+    def close(self) -> None:
+        """Close the window, if one is open."""
+        self.room.close()
+
+    def _observations(self) -> dict[str, dict[str, NDArray]]:
+        return {agent: self.room.observe(agent) for agent in AGENTS}
+
+    def _infos(self) -> dict[str, dict[str, Any]]:
+        return {agent: info.copy() for agent, info in self.room.infos.items()}
