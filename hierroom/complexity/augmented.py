@@ -1,0 +1,245 @@
+"""The augmented goal graph (paper, appendix A): a goal graph unrolled over the sets of open doors.
+
+A node is a room together with the doors that are open, a key together with the doors that were open when it was picked
+up, or the exit. A set of open doors is a **level**; levels are ordered by how many doors are open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import networkx as nx
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+
+MAX_NODES = 100_000
+"""Above this many nodes a graph is refused: the count doubles with each room, and so would the wait."""
+
+
+class Node(NamedTuple):
+    """A node of the augmented graph.
+
+    Attributes:
+        kind: `"room"`, `"key"` or `"exit"`.
+        room: the room one is in, the room the key opens, or the exit's room.
+        doors: the rooms whose doors are open, ascending; empty for the exit, which is one node.
+    """
+
+    kind: str
+    room: int
+    doors: tuple[int, ...]
+
+    @property
+    def label(self) -> str:
+        """A name a person can read, such as ``"key 2, open 1"``; unique within a graph."""
+        if self.kind == "exit":
+            return "exit"
+        place = "start" if (self.kind, self.room) == ("room", 0) else f"{self.kind} {self.room}"
+        return f"{place}, open {' '.join(map(str, self.doors))}" if self.doors else place
+
+
+@dataclass(frozen=True)
+class AugmentedGraph:
+    """A goal graph unrolled over the sets of open doors, and the walk on it.
+
+    Args:
+        graph: the goal graph.
+        drop_key: whether a key can be dropped, which leads back from a key node.
+        walk: the chances of one step.
+        reading: which reading of the appendix; the default is the one that reproduces Table 2.
+
+    Raises:
+        InputError: if the graph would have more than `MAX_NODES` nodes.
+    """
+
+    graph: GoalGraph
+    drop_key: bool = False
+    walk: Walk = PAPER_WALK
+    reading: Reading = TABLE_READING
+
+    def __post_init__(self) -> None:
+        n_nodes = count_nodes(self.graph)
+        if n_nodes > MAX_NODES:
+            raise InputError(
+                f"the augmented graph may have at most {MAX_NODES:,} nodes; "
+                f"this goal graph of {self.graph.n_rooms} rooms gives {n_nodes:,}"
+            )
+
+    @cached_property
+    def levels(self) -> tuple[tuple[int, ...], ...]:
+        """Every set of doors that can be open at once, fewest first: those closed under 'its key is in reach'."""
+        found, frontier = [()], [()]
+        while frontier:
+            grown = {tuple(sorted((*doors, key))) for doors in frontier for key in self.keys_in_reach(doors)}
+            frontier = sorted(grown)
+            found += frontier
+        return tuple(found)
+
+    @cached_property
+    def nodes(self) -> tuple[Node, ...]:
+        """Nodes level by level: its rooms, then the keys in reach there; the start is first and the exit last."""
+        unrolled = []
+        for doors in self.levels:
+            unrolled += [Node("room", room, doors) for room in (0, *doors)]
+            unrolled += [Node("key", room, doors) for room in self.keys_in_reach(doors)]
+        return (*unrolled, Node("exit", self.graph.exit_room, ()))
+
+    @cached_property
+    def index(self) -> dict[Node, int]:
+        """Where each node stands in `nodes`."""
+        return {node: i for i, node in enumerate(self.nodes)}
+
+    @property
+    def start(self) -> int:
+        """Index of the start node: the centre room, all doors closed."""
+        return 0
+
+    @property
+    def exit(self) -> int:
+        """Index of the exit node."""
+        return len(self.nodes) - 1
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """The label of each node."""
+        return tuple(node.label for node in self.nodes)
+
+    @cached_property
+    def edges(self) -> NDArray[np.int64]:
+        """[n_edges, 2] int64, the moves (from, to) between nodes, restarts not counted."""
+        pairs = [(i, self.index[after]) for i, node in enumerate(self.nodes) for after in self._moves(node)]
+        return np.array(pairs, np.int64)
+
+    @cached_property
+    def weights(self) -> sp.csr_array:
+        """W [n, n] float64: 0.19 split evenly over a node's edges, and 0.01 back to the start (paper, appendix A).
+
+        Staying is not stored: it drops out of the Laplacian, and a row's missing chance is the chance to stay.
+        """
+        n, (sources, targets) = len(self.nodes), self.edges.T
+        out_degree = np.bincount(sources, minlength=n)
+        others = np.delete(np.arange(n), self.start)
+        rows = np.concatenate([sources, others])
+        columns = np.concatenate([targets, np.full(n - 1, self.start)])
+        chances = np.concatenate([self.walk.move / out_degree[sources], np.full(n - 1, self.walk.restart)])
+        weights = sp.coo_array((chances, (rows, columns)), shape=(n, n)).tocsr()  # adds up a move and a restart
+        weights.eliminate_zeros()
+        return weights
+
+    @cached_property
+    def goals(self) -> dict[str, tuple[int, ...]]:
+        """Nodes at which each goal has been achieved: ``"key r"`` picked up, ``"door r"`` open, ``"exit"`` reached."""
+        achieved: dict[str, list[int]] = {}
+        for what in ("key", "door"):
+            achieved |= {f"{what} {room}": [] for room in range(1, self.graph.n_rooms)}
+        for i, node in enumerate(self.nodes[:-1]):
+            if node.kind == "key":
+                achieved[f"key {node.room}"].append(i)
+            for room in node.doors:
+                achieved[f"door {room}"].append(i)
+        return {goal: tuple(indices) for goal, indices in achieved.items()} | {"exit": (self.exit,)}
+
+    def keys_in_reach(self, doors: tuple[int, ...]) -> list[int]:
+        """Rooms still closed whose key lies in an accessible room when ``doors`` are open."""
+        accessible = {0, *doors}
+        return [
+            room
+            for room, key_room in enumerate(self.graph.key_rooms, start=1)
+            if room not in accessible and key_room in accessible
+        ]
+
+    def to_networkx(self) -> nx.DiGraph:
+        """The moves as a networkx graph.
+
+        Nodes are labels with attributes ``kind``, ``room``, ``doors``; edges carry ``weight``. Restarts and staying are
+        left out, as in the paper's drawing; `weights` has the restarts.
+        """
+        unrolled = nx.DiGraph(drop_key=self.drop_key)
+        for node in self.nodes:
+            unrolled.add_node(node.label, **node._asdict())
+        out_degree = np.bincount(self.edges[:, 0], minlength=len(self.nodes))
+        for i, j in self.edges.tolist():
+            unrolled.add_edge(self.labels[i], self.labels[j], weight=self.walk.move / int(out_degree[i]))
+        return unrolled
+
+    def _moves(self, node: Node) -> Iterator[Node]:
+        if node.kind == "room":
+            yield from self._moves_from_room(node)
+        elif node.kind == "key":
+            yield Node("room", node.room, tuple(sorted((*node.doors, node.room))))
+            if self.drop_key:
+                yield from self._drops(node)
+
+    def _moves_from_room(self, node: Node) -> Iterator[Node]:
+        for room in (0, *node.doors):
+            if room != node.room and self._leads_to(node.room, room):
+                yield Node("room", room, node.doors)
+        for key in self.keys_in_reach(node.doors):
+            if self._sees(node.room, self.graph.key_rooms[key - 1]):
+                yield Node("key", key, node.doors)
+        if node.room == self.graph.exit_room:
+            yield Node("exit", node.room, ())
+
+    def _drops(self, node: Node) -> Iterator[Node]:
+        key_room = self.graph.key_rooms[node.room - 1]
+        for room in (0, *node.doors):
+            if self.reading.drop == "accessible" or room == (key_room if self.reading.drop == "key room" else 0):
+                yield Node("room", room, node.doors)
+
+    def _leads_to(self, room: int, other: int) -> bool:
+        if self.reading.rooms == "accessible":
+            return True
+        if self.reading.rooms == "through the start":
+            return 0 in (room, other)
+        return self._parent(room) == other or self._parent(other) == room
+
+    def _sees(self, room: int, key_room: int) -> bool:
+        if self.reading.keys == "accessible" or room == key_room:
+            return True
+        if self.reading.keys == "own room":
+            return False
+        while room != 0:
+            room = self.graph.key_rooms[room - 1]
+            if room == key_room:
+                return True
+        return False
+
+    def _parent(self, room: int) -> int:
+        return self.graph.key_rooms[room - 1] if room else -1
+
+
+def count_nodes(graph: GoalGraph) -> int:
+    """Nodes of the augmented graph, counted without building it.
+
+    Levels are the subtrees of the tree of keys that hold room 0. Let c(r) count the subtrees of what hangs from room r
+    that hold r: c(r) = prod over its children of (1 + c(child)). The sums over them of the rooms inside (one room node
+    each) and of the children just outside (one key node each) follow by the product rule.
+
+    Args:
+        graph: the goal graph.
+
+    Returns:
+        Rooms and keys summed over the levels, and one for the exit.
+    """
+    children: list[list[int]] = [[] for _ in range(graph.n_rooms)]
+    for room, key_room in enumerate(graph.key_rooms, start=1):
+        children[key_room].append(room)
+
+    def subtrees(room: int) -> tuple[int, int]:
+        count, inside_and_fringe = 1, 1  # the subtree of this room alone
+        for child in children[room]:
+            with_child, its_nodes = subtrees(child)
+            # without the child: one more key on the fringe; with it: the child's own nodes beside ours
+            inside_and_fringe = inside_and_fringe * (1 + with_child) + count * (1 + its_nodes)
+            count *= 1 + with_child
+        return count, inside_and_fringe
+
+    return subtrees(0)[1] + 1

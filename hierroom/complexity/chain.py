@@ -1,0 +1,205 @@
+"""A walk on named nodes, and what follows from its weights: the part that an assumed and a measured walk share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.complexity.hitting import (
+    expected_visits,
+    first_passage_variance,
+    hitting_probability,
+    mean_first_passage_time,
+    passage_time_sensitivity,
+)
+from hierroom.complexity.laplacian import laplacian_hitting_time, laplacian_sensitivity
+from hierroom.complexity.reach import expected_states, reach_probability
+from hierroom.errors import InputError
+
+EXIT = "exit"
+
+
+class EdgeSensitivity(NamedTuple):
+    """What one edge does to the time to the exit.
+
+    Attributes:
+        source: label of the node the edge leaves.
+        target: label of the node it leads to.
+        weight: its weight in W.
+        steps_slope: d expected_steps / d weight.
+        hitting_time_slope: d hitting_time / d weight.
+        elasticity: percent by which expected_steps changes if the weight grows by one percent.
+    """
+
+    source: str
+    target: str
+    weight: float
+    steps_slope: float
+    hitting_time_slope: float
+    elasticity: float
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """A walk on named nodes; every quantity is computed when it is first asked for.
+
+    Args:
+        weights: W [n, n] CSR, the chance of each move in one step; what a row lacks to one is the chance to stay.
+        labels: a name for each node.
+        source: the node to start from.
+        goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
+        kinds: nodes of which one each suffices where nodes are summed over, and how many each stands for.
+    """
+
+    weights: sp.csr_array
+    labels: tuple[str, ...]
+    source: int
+    goals: Mapping[str, tuple[int, ...]]
+    kinds: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
+
+    @cached_property
+    def hitting_time(self) -> float:
+        """The paper's hitting time of the exit, b' pinv(D - W) b; not in steps: see `laplacian_hitting_time`."""
+        return laplacian_hitting_time(self.weights, self.source, self.goals[EXIT][0])
+
+    @cached_property
+    def expected_steps(self) -> float:
+        """Mean first-passage time to the exit, in steps, staying included."""
+        return self.expected_steps_to(EXIT)
+
+    @cached_property
+    def variance(self) -> float:
+        """Variance of the first-passage time to the exit, in steps squared."""
+        return float(first_passage_variance(self.weights, self.goals[EXIT])[self.source])
+
+    @property
+    def std(self) -> float:
+        """Standard deviation of the first-passage time to the exit, in steps."""
+        return self.variance**0.5
+
+    def expected_steps_to(self, goal: str) -> float:
+        """Mean number of steps until a goal is first achieved; ``inf`` if it may never be.
+
+        Args:
+            goal: `"key r"`, `"door r"`, `"exit"`, or the label of one node.
+
+        Raises:
+            InputError: if there is no such goal or node.
+        """
+        return float(mean_first_passage_time(self.weights, self.nodes_of(goal))[self.source])
+
+    def hitting_time_to(self, node: str) -> float:
+        """The paper's hitting time of any one node.
+
+        Args:
+            node: its label; a goal that is achieved at several nodes has no Laplacian hitting time.
+
+        Raises:
+            InputError: if there is no such node, or the goal is achieved at several nodes or none.
+        """
+        nodes = self.nodes_of(node)
+        if len(nodes) != 1:
+            raise InputError(
+                f"the Laplacian hitting time is that of one node, but {node!r} is achieved at {len(nodes)}; "
+                "name one of them, such as 'key 1' or 'room 1, open 1', or ask for the expected steps"
+            )
+        return laplacian_hitting_time(self.weights, self.source, nodes[0])
+
+    def hitting_probability(self, goal: str = EXIT) -> float:
+        """Chance that a goal is ever achieved; ``goal`` as for `expected_steps_to`."""
+        return float(hitting_probability(self.weights, self.nodes_of(goal))[self.source])
+
+    def reach_probability(self, t: ArrayLike, goal: str = EXIT) -> NDArray[np.float64]:
+        """Chance that a goal has been achieved within t steps.
+
+        Args:
+            t: numbers of steps, any shape.
+            goal: as for `expected_steps_to`.
+
+        Returns:
+            float64, the shape of ``t``.
+
+        Raises:
+            InputError: if a number of steps is negative or not whole, or there is no such goal.
+        """
+        return reach_probability(self.weights, self.source, self.nodes_of(goal), t)
+
+    def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Expected number of distinct nodes visited within t steps, the start included.
+
+        Args:
+            t: numbers of steps, any shape.
+
+        Returns:
+            float64, the shape of ``t``.
+
+        Raises:
+            InputError: if a number of steps is negative or not whole.
+        """
+        nodes, multiplicity = self.kinds if self.kinds is not None else (None, None)
+        return expected_states(self.weights, self.source, t, nodes, multiplicity)  # type: ignore[arg-type]
+
+    def expected_visits(self, goal: str = EXIT) -> dict[str, float]:
+        """Expected steps spent at each node before a goal is achieved, by label."""
+        visits = expected_visits(self.weights, self.source, self.nodes_of(goal))
+        return dict(zip(self.labels, visits.tolist(), strict=True))
+
+    def edge_sensitivity(self) -> list[EdgeSensitivity]:
+        """What each edge does to the time to the exit, the most helpful first; empty if that time is ``inf``."""
+        if np.isinf(self.expected_steps):
+            return []
+        exit_node = self.goals[EXIT][0]
+        steps = passage_time_sensitivity(self.weights, self.source, exit_node).tocoo()
+        paper = laplacian_sensitivity(self.weights, self.source, exit_node).tocsr()
+        weights = self.weights.tocsr()
+        edges = [
+            EdgeSensitivity(
+                self.labels[i],
+                self.labels[j],
+                float(weights[i, j]),
+                float(slope),
+                float(paper[i, j]),
+                float(weights[i, j] * slope / self.expected_steps),
+            )
+            for i, j, slope in zip(steps.row, steps.col, steps.data, strict=True)
+        ]
+        return sorted(edges, key=lambda edge: edge.elasticity)
+
+    def goal_sensitivity(self) -> dict[str, float]:
+        """Which goal makes this room hard: percent by which expected_steps changes if a goal gets one percent easier.
+
+        The elasticities of the edges that achieve a goal, summed: from a node where it has not been achieved to one
+        where it has. The most negative is the bottleneck.
+
+        Returns:
+            For each goal its elasticity, the most negative first; empty if the exit may never be reached.
+        """
+        if np.isinf(self.expected_steps):
+            return {}
+        slopes = passage_time_sensitivity(self.weights, self.source, self.goals[EXIT])
+        elasticity = slopes.multiply(self.weights).tocoo()
+        by_goal = {}
+        for goal, nodes in self.goals.items():
+            achieved = np.zeros(len(self.labels), bool)
+            achieved[list(nodes)] = True
+            achieves = ~achieved[elasticity.row] & achieved[elasticity.col]
+            by_goal[goal] = float(elasticity.data[achieves].sum() / self.expected_steps)
+        return dict(sorted(by_goal.items(), key=lambda item: item[1]))
+
+    def nodes_of(self, goal: str) -> tuple[int, ...]:
+        """The nodes at which a goal has been achieved, or the one node of that label.
+
+        Raises:
+            InputError: if there is no such goal or node.
+        """
+        if goal in self.goals:
+            return tuple(self.goals[goal])
+        if goal in self.labels:
+            return (self.labels.index(goal),)
+        raise InputError(f"the goals are {', '.join(self.goals)}, or a node's label; there is no {goal!r}")

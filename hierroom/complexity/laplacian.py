@@ -1,0 +1,178 @@
+"""The paper's hitting time: its singular Laplacian system, solved by least squares, sparsely.
+
+The paper (section 2.1) sets L = W - D and asks for x with L x = b and x_t = 0, where b_s = 1 and b_t = -1, and calls
+x_s the hitting time. L has no inverse, and since the walk is directed b does not lie in its range: no x solves the
+system. What reproduces Table 2 is its least-squares solution, x = pinv(L) b, which makes
+
+    hitting time = b' pinv(D - W) b                                                                              (1)
+
+(the sign of L is dropped, and a constant added to x to make x_t = 0 changes nothing as b sums to zero). It orders
+environments as the mean first-passage time does, but it is not that mean: on graph a it is 8.36 against 28 steps.
+
+**Sparsely.** Let K = D - W. Its left null space is spanned by one vector y_c for each closed class c of the walk, zero
+outside the class, so these are orthogonal; its right null space by the h_c, the chance to end in class c. Hence
+
+    1. b^ = b - sum_c y_c (y_c' b) / (y_c' y_c)        the part of b in the range of K: least squares,
+    2. K x = b^, with x = 0 at one node of each class  a sparse solve with a regular matrix,
+    3. x - H (H' H)^-1 H' x, with columns h_c          the solution of least norm.
+
+On the augmented graph every node restarts, so there is one class, y is the walk's stationary distribution up to scale,
+h = 1, and step 3 subtracts the mean.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
+
+from hierroom.complexity.weights import (
+    Weights,
+    as_node,
+    as_targets,
+    as_weights,
+    can_reach,
+    closed_classes,
+    n_nodes,
+    row_sums,
+)
+from hierroom.errors import InputError
+
+
+def laplacian(weights: Weights) -> sp.csr_array:
+    """The graph Laplacian L = W - D, where D holds the row sums of W (paper, section 2.1).
+
+    Args:
+        weights: W [n, n], dense or sparse.
+
+    Returns:
+        [n, n] float64 CSR; its rows sum to zero.
+
+    Raises:
+        InputError: if W is not valid.
+    """
+    matrix = as_weights(weights)
+    return sp.csr_array(matrix - sp.diags_array(row_sums(matrix)))
+
+
+def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
+    """The paper's hitting time, as Table 2 holds it: b' pinv(D - W) b with b = e_source - e_target.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows may have any sum, the diagonal drops out.
+        source: the start node.
+        target: the goal node.
+
+    Returns:
+        The value of equation (1) above; ``inf`` if no way leads from source to target, 0 if they are one.
+
+    Raises:
+        InputError: if W or a node is not valid.
+    """
+    matrix = as_weights(weights)
+    n = n_nodes(matrix)
+    source, target = as_node(source, n), as_node(target, n)
+    if source == target:
+        return 0.0
+    if not can_reach(matrix, as_targets(target, n))[source]:
+        return np.inf
+    # the pseudo-inverse of a block matrix is that of its blocks: only the part that hangs together with source counts
+    labels = connected_components(matrix, directed=False)[1]
+    part = np.flatnonzero(labels == labels[source])
+    source, target = (int(np.searchsorted(part, node)) for node in (source, target))
+    inverse = LaplacianInverse(matrix[part][:, part])
+    x = inverse.apply(_difference(len(part), source, target))
+    return float(x[source] - x[target])
+
+
+def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_array:
+    """How the paper's hitting time changes with the weight of each edge.
+
+    With K = D - W, x = pinv(K) b, z = pinv(K') b, r = b - K x and u = pinv(K) z, the derivative of a pseudo-inverse of
+    constant rank (Golub and Pereyra, 1973, theorem 4.3) gives, as dK / dW_ij = e_i (e_i - e_j)',
+
+        d(b' pinv(K) b) / dW_ij = -z_i (x_i - x_j) + r_i (u_i - u_j).
+
+    Args:
+        weights: W [n, n], dense or sparse, of a walk with one closed class, such as any that restarts.
+        source: the start node.
+        target: the goal node.
+
+    Returns:
+        [n, n] float64 CSR with an entry for each edge of W, per unit of weight.
+
+    Raises:
+        InputError: if W or a node is not valid, or the walk has several closed classes.
+    """
+    matrix = as_weights(weights)
+    n = n_nodes(matrix)
+    b = _difference(n, as_node(source, n), as_node(target, n))
+    n_classes = len(closed_classes(matrix))
+    if n_classes > 1:
+        raise InputError(
+            "the sensitivity of the Laplacian hitting time needs a walk that can end up in one part of the graph only, "
+            f"but W has {n_classes} parts that are never left"
+        )
+    inverse = LaplacianInverse(matrix)
+    x, z = inverse.apply(b), inverse.apply_transposed(b)
+    u, residual = inverse.apply(z), b - inverse.project(b)
+    edges = matrix.tocoo()
+    i, j = edges.row, edges.col
+    slopes = -z[i] * (x[i] - x[j]) + residual[i] * (u[i] - u[j])
+    return sp.csr_array((slopes, (i, j)), shape=(n, n))
+
+
+class LaplacianInverse:
+    """pinv(D - W), applied to vectors without ever being formed; the derivation stands at the head of this file.
+
+    Args:
+        weights: W [n, n] CSR without stored zeros.
+    """
+
+    def __init__(self, weights: sp.csr_array) -> None:
+        n = n_nodes(weights)
+        classes = closed_classes(weights)
+        pins = [int(nodes[0]) for nodes in classes]
+        self._free = np.setdiff1d(np.arange(n), pins)
+        system = sp.csc_array(sp.diags_array(row_sums(weights)) - weights)
+        self._factors = splu(system[self._free][:, self._free].tocsc()) if self._free.size else None
+        self._left = np.zeros((n, len(classes)))
+        self._right = np.zeros((n, len(classes)))
+        for c, (pin, nodes) in enumerate(zip(pins, classes, strict=True)):
+            self._left[:, c] = self._solve_pinned(weights[[pin]].toarray().ravel(), trans="T")
+            self._left[np.setdiff1d(np.arange(n), nodes), c] = 0.0
+            self._right[:, c] = self._solve_pinned(weights[:, [pin]].toarray().ravel())
+            self._left[pin, c] = self._right[pin, c] = 1.0
+        self._left /= np.linalg.norm(self._left, axis=0)
+
+    def project(self, b: ArrayLike) -> NDArray[np.float64]:
+        """The part of ``b`` [n] that lies in the range of D - W."""
+        b = np.asarray(b, float)
+        return b - self._left @ (self._left.T @ b)
+
+    def apply(self, b: ArrayLike) -> NDArray[np.float64]:
+        """pinv(D - W) b: the least-squares solution of least norm, [n] float64, for ``b`` [n]."""
+        return self._without_right_null(self._solve_pinned(self.project(b)))
+
+    def apply_transposed(self, b: ArrayLike) -> NDArray[np.float64]:
+        """pinv(D - W)' b, the same for the transposed system, whose null spaces change places."""
+        solution = self._solve_pinned(self._without_right_null(np.asarray(b, float)), trans="T")
+        return self.project(solution)
+
+    def _without_right_null(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return x - self._right @ np.linalg.solve(self._right.T @ self._right, self._right.T @ x)
+
+    def _solve_pinned(self, b: NDArray[np.float64], trans: str = "N") -> NDArray[np.float64]:
+        x = np.zeros(len(b))
+        if self._factors is not None:
+            x[self._free] = self._factors.solve(b[self._free], trans)
+        return x
+
+
+def _difference(n: int, source: int, target: int) -> NDArray[np.float64]:
+    b = np.zeros(n)
+    b[source] += 1.0
+    b[target] -= 1.0
+    return b

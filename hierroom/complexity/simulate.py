@@ -1,0 +1,59 @@
+"""Monte Carlo walks, to check the exact equations and to draw single histories."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.complexity.weights import Targets, Weights, as_moves, as_node, as_targets, n_nodes, row_sums
+from hierroom.errors import InputError
+
+NEVER = -1
+"""The passage time of a walk that had not reached a target when it was given up."""
+
+
+def simulate_passage_times(
+    weights: Weights, source: int, targets: Targets, n_walks: int, rng: np.random.Generator, max_steps: int = 10**6
+) -> NDArray[np.int64]:
+    """First-passage times of independent walks.
+
+    The time spent at a node before leaving it is drawn at once, geometric with mean 1 / (chance to leave), so the cost
+    follows the number of moves and not the number of steps.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+        source: the node to start from.
+        targets: a node or several.
+        n_walks: number of walks, at least one.
+        rng: source of randomness.
+        max_steps: a walk that needs more is given up.
+
+    Returns:
+        [n_walks] int64, in steps; `NEVER` for walks given up or caught where no edge leaves.
+
+    Raises:
+        InputError: if W, a node or a number is not valid.
+    """
+    if n_walks < 1 or max_steps < 0:
+        raise InputError(f"simulate at least 1 walk of at least 0 steps, not {n_walks} of {max_steps}")
+    moves = as_moves(weights)
+    n = n_nodes(moves)
+    is_target, leave = as_targets(targets, n), np.minimum(row_sums(moves), 1.0)
+    # one sorted array for all nodes: row i's cumulative chances, shifted to lie in (i, i + 1]
+    owner = np.repeat(np.arange(n), np.diff(moves.indptr))
+    within = np.cumsum(moves.data) - np.concatenate([[0.0], np.cumsum(moves.data)])[moves.indptr[owner]]
+    thresholds = owner + np.minimum(within / np.where(leave > 0, leave, 1.0)[owner], 1.0)
+
+    passage = np.full(n_walks, NEVER)
+    at, clock, walking = np.full(n_walks, as_node(source, n)), np.zeros(n_walks, np.int64), np.arange(n_walks)
+    while walking.size:
+        here = at[walking]
+        there = is_target[here]
+        passage[walking[there]] = clock[walking[there]]
+        walking = walking[~there & (leave[here] > 0)]
+        here = at[walking]
+        clock[walking] += rng.geometric(leave[here])
+        edge = np.searchsorted(thresholds, here + rng.random(walking.size), side="right")
+        at[walking] = moves.indices[np.minimum(edge, moves.indptr[here + 1] - 1)]
+        walking = walking[clock[walking] <= max_steps]
+    return passage

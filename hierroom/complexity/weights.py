@@ -1,0 +1,180 @@
+"""W, the weights of a walk: what is accepted as one, and which of its nodes can be reached from which.
+
+W[i, j] is the chance to move from node i to node j in one step. What a row lacks to one is the chance to stay, as in
+the paper, where staying drops out of the Laplacian; a diagonal entry says the same and is equally welcome.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypeAlias
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.csgraph import connected_components
+
+from hierroom.errors import InputError
+
+Weights: TypeAlias = ArrayLike | sp.sparray | sp.spmatrix
+Targets: TypeAlias = int | Iterable[int]
+
+ROW_SLACK = 1e-9
+"""How far above one a row of probabilities may sum through rounding."""
+
+
+def as_weights(weights: Weights) -> sp.csr_array:
+    """Check a weighted adjacency matrix and bring it into one form.
+
+    Args:
+        weights: [n, n] dense or sparse, finite and not negative; rows need not sum to one.
+
+    Returns:
+        [n, n] float64 CSR without stored zeros, a copy.
+
+    Raises:
+        InputError: if it is not a square matrix of numbers, or an entry is negative or not finite.
+    """
+    try:
+        dense_or_sparse = weights if sp.issparse(weights) else np.atleast_2d(np.asarray(weights, float))
+        matrix = sp.csr_array(dense_or_sparse, dtype=np.float64, copy=True)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"W must be a square matrix of numbers: {error}") from error
+    shape = matrix.shape or ()
+    if len(shape) != 2 or shape[0] != shape[1] or shape[0] == 0:
+        raise InputError(f"W must be a square matrix with at least one node, not of shape {shape}")
+    matrix.sum_duplicates()
+    wrong = np.flatnonzero(~(np.isfinite(matrix.data) & (matrix.data >= 0)))
+    if wrong.size:
+        row = int(np.searchsorted(matrix.indptr, wrong[0], side="right")) - 1
+        column, value = int(matrix.indices[wrong[0]]), matrix.data[wrong[0]]
+        raise InputError(f"W must hold finite weights that are not negative, but W[{row}, {column}] is {value:g}")
+    matrix.eliminate_zeros()
+    return matrix
+
+
+def as_moves(weights: Weights) -> sp.csr_array:
+    """The moves of a walk in discrete time: its chances to leave each node, without the chance to stay.
+
+    D - W is the same with and without a diagonal in W, so the diagonal is left out; what a row of moves lacks to one is
+    the chance to stay.
+
+    Args:
+        weights: [n, n] dense or sparse; each row, its diagonal included, sums to at most one.
+
+    Returns:
+        [n, n] float64 CSR, its diagonal empty.
+
+    Raises:
+        InputError: as `as_weights`, or if a row sums to more than one.
+    """
+    matrix = as_weights(weights)
+    totals = row_sums(matrix)
+    row = int(totals.argmax())
+    if totals[row] > 1 + ROW_SLACK:
+        raise InputError(
+            f"the chances to leave a node must sum to at most 1, but row {row} of W sums to {totals[row]:g}; "
+            "divide counts by their total first"
+        )
+    matrix.setdiag(0.0)
+    matrix.eliminate_zeros()
+    return matrix
+
+
+def n_nodes(matrix: sp.csr_array) -> int:
+    """Number of nodes of a walk, the rows of its matrix."""
+    return matrix.indptr.size - 1
+
+
+def row_sums(matrix: sp.csr_array) -> NDArray[np.float64]:
+    """D, the weighted out-degree of each node: [n] float64."""
+    return np.asarray(matrix.sum(axis=1)).ravel()
+
+
+def as_targets(targets: Targets, n: int) -> NDArray[np.bool_]:
+    """The set of target nodes as a mask.
+
+    Args:
+        targets: one node or several, each 0..n - 1; none at all is a target that cannot be reached.
+        n: number of nodes.
+
+    Returns:
+        [n] bool.
+
+    Raises:
+        InputError: if a node is unknown.
+    """
+    mask = np.zeros(n, bool)
+    for node in targets if isinstance(targets, Iterable) else (targets,):
+        mask[as_node(node, n)] = True
+    return mask
+
+
+def as_node(node: int, n: int) -> int:
+    """One node's index, checked.
+
+    Raises:
+        InputError: if it is not a whole number from 0 to n - 1.
+    """
+    if not isinstance(node, (int, np.integer)) or isinstance(node, bool) or not 0 <= node < n:
+        raise InputError(f"a node is a whole number from 0 to {n - 1}, not {node!r}")
+    return int(node)
+
+
+def as_times(times: ArrayLike) -> NDArray[np.int64]:
+    """Numbers of steps, checked.
+
+    Raises:
+        InputError: if they are not whole numbers from 0 up.
+    """
+    array = np.asarray(times)
+    whole = array.astype(np.int64) if array.dtype.kind in "iuf" and np.isfinite(array).all() else None
+    if whole is None or (whole != array).any() or (whole < 0).any():
+        raise InputError(f"numbers of steps are whole and not negative, not {times!r}")
+    return whole
+
+
+def can_reach(
+    weights: sp.csr_array, targets: NDArray[np.bool_], avoid: NDArray[np.bool_] | None = None
+) -> NDArray[np.bool_]:
+    """Nodes from which a target can be reached along edges of positive weight.
+
+    Args:
+        weights: [n, n] CSR without stored zeros.
+        targets: [n] bool.
+        avoid: [n] bool, nodes that the way may not touch.
+
+    Returns:
+        [n] bool, the targets included.
+    """
+    into = weights.tocsc()
+    found = targets.copy()
+    frontier = np.flatnonzero(found)
+    while frontier.size:
+        reached = np.zeros(len(found), bool)
+        reached[np.concatenate([into.indices[into.indptr[j] : into.indptr[j + 1]] for j in frontier])] = True
+        reached &= ~found
+        if avoid is not None:
+            reached &= ~avoid
+        found |= reached
+        frontier = np.flatnonzero(reached)
+    return found
+
+
+def closed_classes(weights: sp.csr_array) -> list[NDArray[np.int64]]:
+    """Sets of nodes that reach each other and nothing else: where a walk ends up, one of them for sure.
+
+    Args:
+        weights: [n, n] CSR without stored zeros.
+
+    Returns:
+        For each class its nodes, ascending, int64.
+    """
+    n_classes, labels = connected_components(weights, directed=True, connection="strong")
+    edges = weights.tocoo()
+    leaves = labels[edges.row] != labels[edges.col]
+    is_closed = np.ones(n_classes, bool)
+    is_closed[labels[edges.row[leaves]]] = False
+    order = np.argsort(labels, kind="stable")
+    members = np.split(order, np.cumsum(np.bincount(labels, minlength=n_classes))[:-1])
+    return [nodes for nodes, closed in zip(members, is_closed, strict=True) if closed]
