@@ -17,6 +17,10 @@ from hierroom.world.layout import OUTCOME, ROOM, State, empty_state, graph_recor
 MIN_ROOMS_PER_THREAD = 1024
 """Below this, handing work to another thread costs more than it saves."""
 
+Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
+"""Some rooms of a batch."""
+INT64 = np.dtype(np.int64)
+
 
 class Batch:
     """N EscapeRooms that are stepped together and begin their next episode by themselves.
@@ -65,6 +69,7 @@ class Batch:
         rooms = self.state.rooms
         rooms["index"] = first_index + np.arange(batch_size)
         rooms["max_steps"], rooms["can_drop"] = max_steps, drop_key
+        self._shape = (batch_size,)
         self.n_actions = 6 if drop_key else 5
         n_slices = max(1, min(threads, batch_size // MIN_ROOMS_PER_THREAD))
         bounds = np.linspace(0, batch_size, n_slices + 1).astype(int)
@@ -81,7 +86,7 @@ class Batch:
             if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**63:
                 raise InputError(f"a seed is a whole number from 0 to 2**63 - 1, not {seed!r}")
             self.state.rooms["seed"], self.state.rooms["episode"] = seed, -1
-        self._clear_outcomes()
+        self._clear_outcomes(np.arange(len(self)))
         kernels.reset_rooms(self.state.rooms, self.state.grids, self.graph_records, self.outcomes)
 
     def stagger_clocks(self) -> None:
@@ -93,12 +98,16 @@ class Batch:
         """Draw the graphs of later episodes from these."""
         self.graph_records = graph_records(graphs)
 
-    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
+    def step(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every room and return the outcomes; a room whose episode ends begins its next one.
 
         Args:
-            actions: [N] int64; one that is not an action of the room does nothing but costs the step.
+            actions: [N] whole numbers; one that is not an action of the room does nothing but costs the step.
+
+        Raises:
+            InputError: if that is not what the actions are.
         """
+        actions = self._as_actions(actions)
         rooms, grids = self.state.rooms, self.state.grids
         if self._pool is None:
             kernels.step_and_reset_rooms(rooms, grids, self.graph_records, actions, self.outcomes, self.finals)
@@ -115,22 +124,26 @@ class Batch:
             )
         return self.outcomes
 
-    def step_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
+    def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every room whose episode is not over and return the outcomes; nothing is reset."""
+        actions = self._as_actions(actions)
         kernels.step_rooms(self.state.rooms, self.state.grids, actions, self.outcomes)
         return self.outcomes
 
-    def get_state(self, indices: ArrayLike | slice = slice(None)) -> State:
+    def get_state(self, indices: Indices = slice(None)) -> State:
         """A copy of the exact state of some rooms (all of them by default)."""
-        return self.state[indices]
+        return self.state[self._chosen(indices)]
 
-    def set_state(self, state: State, indices: ArrayLike | slice = slice(None)) -> None:
+    def set_state(self, state: State, indices: Indices = slice(None)) -> None:
         """Put rooms (all of them by default) into a state taken earlier, from this batch or another of its size.
 
+        The state brings everything along: graph, step limit, whether keys can be dropped, and the seed and number of
+        the room it was taken from, which fix the episodes that follow.
+
         Raises:
-            InputError: if the state's grid size or number of rooms does not fit.
+            InputError: if the state's grid size or number of rooms does not fit, or a room does not exist.
         """
-        chosen = np.atleast_1d(np.arange(len(self))[indices])
+        chosen = self._chosen(indices)
         if state.size != self.state.size or len(state) != len(chosen):
             raise InputError(
                 f"the state must hold {len(chosen)} rooms of size {self.state.size}; "
@@ -140,10 +153,28 @@ class Batch:
         self._clear_outcomes(chosen)
         kernels.look_rooms(self.state.rooms, self.state.grids, self.outcomes)
 
-    def _clear_outcomes(self, indices=slice(None)) -> None:
-        for name, value in (("event", -1), ("is_first", False), ("reward", 0), ("terminated", False)):
-            self.outcomes[name][indices] = value
-        self.outcomes["truncated"][indices], self.outcomes["length"][indices] = False, 0
+    def _chosen(self, indices: Indices) -> NDArray[np.integer]:
+        try:
+            return np.atleast_1d(np.arange(len(self))[indices])
+        except IndexError as error:
+            raise InputError(f"rooms are numbered from 0 to {len(self) - 1}; there is no {indices}") from error
+
+    def _clear_outcomes(self, indices: NDArray[np.integer]) -> None:
+        """As if the rooms had just come to where they are, without a step that could be told of."""
+        outcomes = np.zeros(len(indices), OUTCOME)
+        outcomes["event"], outcomes["length"] = -1, self.state.rooms["steps"][indices]
+        self.outcomes[indices] = outcomes
+
+    def _as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:
+        if isinstance(actions, np.ndarray) and actions.dtype is INT64 and actions.shape == self._shape:
+            return actions
+        given = np.asarray(actions)
+        if given.shape != self._shape or given.dtype.kind not in "iu":
+            raise InputError(
+                f"actions must be {len(self)} whole numbers, one for each room, "
+                f"not an array of {given.dtype} and shape {given.shape}"
+            )
+        return given.astype(np.int64)
 
     def _in_threads(self, run: Callable[[slice], None]) -> None:
         assert self._pool is not None

@@ -360,7 +360,8 @@ def encode_tiles(tiles, triples, observations):
                 observations[n, i, j, 2] = triples[tile, 2]
 
 
-if config.DISABLE_JIT:  # as ordinary Python, uint64 scalars warn of the overflow that the generator lives by
+if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
+    # As ordinary Python, uint64 scalars warn of the overflow that the generator lives by
     reset_rooms = np.errstate(over="ignore")(reset_rooms)
     turn_draws = np.errstate(over="ignore")(turn_draws)
     step_and_reset_rooms = np.errstate(over="ignore")(step_and_reset_rooms)

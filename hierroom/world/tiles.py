@@ -1,22 +1,25 @@
 """Tile codes in MiniGrid's terms: object, colour and whether a door is open."""
 
 import numpy as np
-from minigrid.core.constants import COLOR_TO_IDX, OBJECT_TO_IDX
 from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS
 from hierroom.world.kernels import EMPTY, EXIT, KEY, LOCKED_DOOR, N_TILES, OPEN_DOOR, WALL, encode_tiles
 
+# MiniGrid's object ids; its colour ids are the places in `COLOURS`. Written down because importing MiniGrid is slow
+# (see `render`); a test compares them.
+EMPTY_ID, WALL_ID, DOOR_ID, KEY_ID, GOAL_ID = 1, 2, 4, 5, 8
+
 
 def _triples() -> NDArray[np.uint8]:
     triples = np.zeros((N_TILES, 3), np.uint8)
-    triples[EMPTY, 0] = OBJECT_TO_IDX["empty"]
-    triples[EXIT, :2] = OBJECT_TO_IDX["goal"], COLOR_TO_IDX["green"]
-    triples[WALL, :2] = OBJECT_TO_IDX["wall"], COLOR_TO_IDX["grey"]
-    for colour, name in enumerate(COLOURS):
-        triples[KEY + colour] = OBJECT_TO_IDX["key"], COLOR_TO_IDX[name], 0
-        triples[OPEN_DOOR + colour] = OBJECT_TO_IDX["door"], COLOR_TO_IDX[name], 1
-        triples[LOCKED_DOOR + colour] = OBJECT_TO_IDX["door"], COLOR_TO_IDX[name], 0
+    triples[EMPTY] = EMPTY_ID, 0, 0
+    triples[EXIT] = GOAL_ID, COLOURS.index("green"), 0
+    triples[WALL] = WALL_ID, COLOURS.index("grey"), 0
+    for colour in range(len(COLOURS)):
+        triples[KEY + colour] = KEY_ID, colour, 0
+        triples[OPEN_DOOR + colour] = DOOR_ID, colour, 1
+        triples[LOCKED_DOOR + colour] = DOOR_ID, colour, 0
     triples.setflags(write=False)
     return triples
 

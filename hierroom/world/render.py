@@ -1,0 +1,210 @@
+"""What a room looks like: a picture in MiniGrid's look, and text for a terminal.
+
+MiniGrid is imported when the first picture is asked for: it loads pygame and registers more than 100 environments,
+which a program that only trains should not pay for.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.errors import InputError
+from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_NAMES, NO_GOAL
+from hierroom.world import kernels
+from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR, MARGIN, N_TILES, OPEN_DOOR, UNSEEN, VIEW, WALL
+from hierroom.world.layout import OUTCOME, State
+from hierroom.world.window import Window
+
+RENDER_MODES = ("ansi", "rgb_array", "human")
+
+OUTLINE = (255, 255, 255)
+CAPTION_INK, CAPTION_PAPER = (255, 255, 255), (20, 20, 20)
+TERMINAL_COLOURS = (91, 92, 94, 95, 93, 37)  # of `COLOURS`, as ANSI foreground codes
+
+
+def default_tile_size(size: int) -> int:
+    """Pixels of a cell's side: MiniGrid's 32, less where a large grid would not fit a screen."""
+    return max(8, min(32, 800 // size))
+
+
+def draw(state: State, goal: int = NO_GOAL, tile_size: int = 32) -> NDArray[np.uint8]:
+    """A picture of one room as MiniGrid draws it, what the agent sees highlighted.
+
+    Args:
+        state: one room.
+        goal: the current subgoal's id; its cell gets an outline, and its name is written across the lower outer wall,
+            so that the picture is equally large with and without one.
+        tile_size: pixels of a cell's side, at least 1.
+
+    Returns:
+        [size * tile_size, size * tile_size, 3] uint8, red, green, blue.
+    """
+    _check(state, goal)
+    if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
+        raise InputError(f"tile_size must be a whole number of at least 1, not {tile_size!r}")
+    tiles, room, size = _tiles(state), state.rooms[0], state.size
+    is_seen = _seen(state)
+    agent = room.row - MARGIN, room.col - MARGIN
+    frame = np.empty((size, tile_size, size, tile_size, 3), np.uint8)
+    for row, col in np.ndindex(size, size):
+        direction = int(room.direction) if (row, col) == agent else None
+        frame[row, :, col] = _tile_picture(int(tiles[row, col]), direction, bool(is_seen[row, col]), int(tile_size))
+    for row, col in _cells_of(goal, tiles):
+        _outline(frame[row, :, col])
+    frame = frame.reshape(size * tile_size, size * tile_size, 3)
+    if goal != NO_GOAL:
+        frame[-tile_size:] = _caption(f"subgoal: {GOAL_NAMES[goal]}", tile_size, size * tile_size)
+    return frame
+
+
+def text(state: State, goal: int = NO_GOAL) -> str:
+    """One room as coloured text, two characters a cell, below it a line on the agent and one on the subgoal.
+
+    The agent is ``>>``, ``vv``, ``<<`` or ``^^``, a key ``k``, a locked door ``D``, an open door ``d``, each with the
+    initial of its colour (``w`` for grey), and the exit ``EX``.
+
+    Args:
+        state: one room.
+        goal: the current subgoal's id.
+    """
+    _check(state, goal)
+    tiles, room = _tiles(state), state.rooms[0]
+    lines = []
+    for row, tiles_in_row in enumerate(tiles):
+        cells = [_characters(int(tile)) for tile in tiles_in_row]
+        if row == room.row - MARGIN:
+            cells[room.col - MARGIN] = _in_colour((">>", "vv", "<<", "^^")[room.direction], 0)
+        lines.append("".join(cells))
+    held = [COLOURS[room.colours[branch]] for branch in range(room.n_rooms - 1) if (room.keys >> branch) & 1]
+    lines.append(f"step {room.steps} of {room.max_steps}, keys: {', '.join(held) or 'none'}")
+    if goal != NO_GOAL:
+        lines.append(f"subgoal: {GOAL_NAMES[goal]}")
+    return "\n".join(lines)
+
+
+class Screen:
+    """Shows one room in the way an environment's ``render_mode`` asks for.
+
+    Args:
+        render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"``, or None to show nothing.
+
+    Raises:
+        InputError: if the mode is none of these.
+    """
+
+    def __init__(self, render_mode: str | None):
+        if render_mode is not None and render_mode not in RENDER_MODES:
+            raise InputError(f"render_mode must be one of {', '.join(RENDER_MODES)} or None, not {render_mode!r}")
+        self.render_mode = render_mode
+        self._window = Window() if render_mode == "human" else None
+
+    def show(self, state: State, goal: int = NO_GOAL) -> None:
+        """Bring the window up to date, if there is one: for every reset and step."""
+        if self._window is not None:
+            self._window.show(draw(state, goal, default_tile_size(state.size)))
+
+    def render(self, state: State, goal: int = NO_GOAL) -> str | NDArray[np.uint8] | None:
+        """The room as text or as a picture [H, W, 3]; None where a window shows it, or nothing does."""
+        if self.render_mode == "ansi":
+            return text(state, goal)
+        if self.render_mode == "rgb_array":
+            return draw(state, goal, default_tile_size(state.size))
+        self.show(state, goal)
+        return None
+
+    def close(self) -> None:
+        """Close the window, if one is open."""
+        if self._window is not None:
+            self._window.close()
+
+
+def _check(state: State, goal: int) -> None:
+    if len(state) != 1:
+        raise InputError(f"a picture shows one room; the state holds {len(state)}: index it first")
+    if not isinstance(goal, (int, np.integer)) or not NO_GOAL <= goal <= EXIT_GOAL:
+        raise InputError(f"a goal is a whole number from 0 to {EXIT_GOAL}, or {NO_GOAL} for none, not {goal!r}")
+
+
+def _tiles(state: State) -> NDArray[np.uint8]:
+    return state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN]
+
+
+def _seen(state: State) -> NDArray[np.bool_]:
+    """Which cells of the grid the agent sees now."""
+    scratch, outcomes = state.copy(), np.zeros(1, OUTCOME)  # looking changes the room: it remembers what it saw
+    kernels.look_rooms(scratch.rooms, scratch.grids, outcomes)
+    room = state.rooms[0]
+    ahead = kernels.ROW_STEP[room.direction], kernels.COL_STEP[room.direction]
+    right = kernels.ROW_STEP[(room.direction + 1) % 4], kernels.COL_STEP[(room.direction + 1) % 4]
+    i, j = np.nonzero(outcomes["tiles"][0] != UNSEEN)
+    is_seen = np.zeros(state.grids.shape[1:], bool)
+    rows = room.row + (VIEW - 1 - j) * ahead[0] + (i - VIEW // 2) * right[0]
+    cols = room.col + (VIEW - 1 - j) * ahead[1] + (i - VIEW // 2) * right[1]
+    is_seen[rows, cols] = True
+    return is_seen[MARGIN:-MARGIN, MARGIN:-MARGIN]
+
+
+def _cells_of(goal: int, tiles: NDArray[np.uint8]) -> NDArray[np.intp]:
+    """Where a goal stands, [0 or 1, 2] as (row, col): a key that is held stands nowhere."""
+    if goal == NO_GOAL:
+        codes = []
+    elif goal == EXIT_GOAL:
+        codes = [EXIT]
+    elif goal >= FIRST_DOOR_GOAL:
+        codes = [LOCKED_DOOR + goal - FIRST_DOOR_GOAL, OPEN_DOOR + goal - FIRST_DOOR_GOAL]
+    else:
+        codes = [KEY + goal]
+    return np.argwhere(np.isin(tiles, codes))
+
+
+@cache
+def _objects() -> list:
+    """MiniGrid's object for each tile code."""
+    from minigrid.core.world_object import Door, Goal, Key, Wall
+
+    objects: list = [None] * N_TILES
+    objects[EXIT], objects[WALL] = Goal(), Wall()
+    for colour, name in enumerate(COLOURS):
+        objects[KEY + colour] = Key(name)
+        objects[OPEN_DOOR + colour] = Door(name, is_open=True)
+        objects[LOCKED_DOOR + colour] = Door(name, is_locked=True)
+    return objects
+
+
+def _tile_picture(tile: int, direction: int | None, is_seen: bool, tile_size: int) -> NDArray[np.uint8]:
+    from minigrid.core.grid import Grid
+
+    return Grid.render_tile(_objects()[tile], direction, is_seen, tile_size)  # MiniGrid caches it
+
+
+def _outline(cell: NDArray[np.uint8]) -> None:
+    """Draw a frame just inside a cell [tile_size, tile_size, 3], in place."""
+    width = max(1, len(cell) // 10)
+    for edge in (cell[:width], cell[-width:], cell[:, :width], cell[:, -width:]):
+        edge[:] = OUTLINE
+
+
+@cache
+def _caption(words: str, height: int, width: int) -> NDArray[np.uint8]:
+    from PIL import Image, ImageDraw, ImageFont
+
+    strip = Image.new("RGB", (width, height), CAPTION_PAPER)
+    font = ImageFont.load_default(size=max(round(0.6 * height), min(height, 11)))
+    ImageDraw.Draw(strip).text((width / 2, height / 2), words, fill=CAPTION_INK, font=font, anchor="mm")
+    return np.asarray(strip)
+
+
+def _in_colour(characters: str, colour: int) -> str:
+    return f"\x1b[1;{TERMINAL_COLOURS[colour]}m{characters}\x1b[0m"
+
+
+def _characters(tile: int) -> str:
+    for first, letter in ((LOCKED_DOOR, "D"), (OPEN_DOOR, "d"), (KEY, "k")):
+        if first <= tile < first + len(COLOURS):
+            return _in_colour(letter + "rgbpyw"[tile - first], tile - first)
+    if tile == EXIT:
+        return _in_colour("EX", COLOURS.index("green"))
+    return "██" if tile == WALL else "  "
