@@ -166,7 +166,7 @@ class EscapeRooms(VectorEnv):
 
 
 def register_envs() -> None:
-    """Register ``hierroom/EscapeRoom-{a..g}-v0``; Gymnasium calls this by itself when hierroom is installed."""
+    """Register ``hierroom/EscapeRoom-{a..g}-v0``; ``import hierroom`` has done so."""
     for letter in NAMED_GRAPHS:
         gymnasium.register(
             f"hierroom/EscapeRoom-{letter}-v0",
