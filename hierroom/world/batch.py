@@ -86,7 +86,7 @@ class Batch:
             if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**63:
                 raise InputError(f"a seed is a whole number from 0 to 2**63 - 1, not {seed!r}")
             self.state.rooms["seed"], self.state.rooms["episode"] = seed, -1
-        self._clear_outcomes(np.arange(len(self)))
+        self._clear_outcomes(np.arange(len(self)), 0)
         kernels.reset_rooms(self.state.rooms, self.state.grids, self.graph_records, self.outcomes)
 
     def stagger_clocks(self) -> None:
@@ -150,7 +150,7 @@ class Batch:
                 f"it holds {len(state)} of size {state.size}"
             )
         self.state.rooms[chosen], self.state.grids[chosen] = state.rooms, state.grids
-        self._clear_outcomes(chosen)
+        self._clear_outcomes(chosen, state.rooms["steps"])
         kernels.look_rooms(self.state.rooms, self.state.grids, self.outcomes)
 
     def _chosen(self, indices: Indices) -> NDArray[np.integer]:
@@ -159,10 +159,10 @@ class Batch:
         except IndexError as error:
             raise InputError(f"rooms are numbered from 0 to {len(self) - 1}; there is no {indices}") from error
 
-    def _clear_outcomes(self, indices: NDArray[np.integer]) -> None:
+    def _clear_outcomes(self, indices: NDArray[np.integer], lengths: ArrayLike) -> None:
         """As if the rooms had just come to where they are, without a step that could be told of."""
         outcomes = np.zeros(len(indices), OUTCOME)
-        outcomes["event"], outcomes["length"] = -1, self.state.rooms["steps"][indices]
+        outcomes["event"], outcomes["length"] = -1, lengths
         self.outcomes[indices] = outcomes
 
     def _as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:

@@ -1,0 +1,68 @@
+"""A real MiniGrid environment that holds one of our levels and keeps to our rules: what the world is compared with."""
+
+from minigrid.core.grid import Grid
+from minigrid.core.mission import MissionSpace
+from minigrid.core.world_object import Door, Goal, Key, Wall
+from minigrid.minigrid_env import MiniGridEnv
+
+from hierroom.goals import COLOURS
+from hierroom.world import kernels
+from hierroom.world.layout import State
+
+
+class MiniGridRoom(MiniGridEnv):
+    """The level of a state in which the agent holds nothing and no door is open."""
+
+    def __init__(self, state: State, **settings):
+        self.start = state.copy()
+        room = self.start.rooms[0]
+        self.can_drop = bool(room.can_drop)
+        super().__init__(
+            MissionSpace(lambda: "reach the exit"), grid_size=state.size, max_steps=int(room.max_steps), **settings
+        )
+
+    def _gen_grid(self, width, height):
+        room = self.start.rooms[0]
+        self.grid = Grid(width, height)
+        for row in range(height):
+            for col in range(width):
+                tile = self.start.grids[0, row + kernels.MARGIN, col + kernels.MARGIN]
+                self.grid.set(col, row, make_object(tile))
+        self.agent_pos = (int(room.col) - kernels.MARGIN, int(room.row) - kernels.MARGIN)
+        self.agent_dir = int(room.direction)
+        self.bag: list[Key] = []
+        self.unlocked: set[str] = set()
+
+    def _reward(self):
+        return 1.0
+
+    def step(self, action):
+        front = self.front_pos
+        thing = self.grid.get(*front)
+        if action == kernels.PICKUP and isinstance(thing, Key):
+            self.bag.append(thing)
+            self.grid.set(*front, None)
+        elif action == kernels.OPEN and isinstance(thing, Door) and thing.is_locked:
+            if thing.color in [key.color for key in self.bag]:
+                thing.is_locked, thing.is_open = False, True
+                self.unlocked.add(thing.color)
+        elif action == kernels.DROP and self.can_drop and thing is None and self.carrying:
+            self.grid.set(*front, self.carrying)
+            self.bag.remove(self.carrying)
+        useful = [key for key in self.bag if key.color not in self.unlocked]
+        self.carrying = useful[-1] if useful else None
+        moves = {kernels.FORWARD: "forward", kernels.LEFT: "left", kernels.RIGHT: "right"}
+        return super().step(self.actions[moves.get(int(action), "done")])
+
+
+def make_object(tile):
+    if tile == kernels.EXIT:
+        return Goal()
+    if tile == kernels.WALL:
+        return Wall()
+    if kernels.KEY <= tile < kernels.OPEN_DOOR:
+        return Key(COLOURS[tile - kernels.KEY])
+    if kernels.LOCKED_DOOR <= tile < kernels.WALL:
+        return Door(COLOURS[tile - kernels.LOCKED_DOOR], is_locked=True)
+    assert tile == kernels.EMPTY
+    return None

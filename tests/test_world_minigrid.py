@@ -1,0 +1,126 @@
+"""The world equals MiniGrid: what is seen, where the agent is, what it is paid, when the episode ends, how it looks."""
+
+from types import SimpleNamespace
+
+import minigrid.core.grid
+import numpy as np
+import pytest
+from minigrid.core.constants import COLOR_TO_IDX, OBJECT_TO_IDX, STATE_TO_IDX
+from minigrid.core.grid import Grid
+from minigrid.core.world_object import Wall
+from minigrid_room import MiniGridRoom
+
+from hierroom.goals import COLOURS, NAMED_GRAPHS, GoalGraph
+from hierroom.world import kernels, tiles
+from hierroom.world.batch import Batch
+from hierroom.world.oracle import shortest_actions
+from hierroom.world.render import draw
+
+GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5)]
+
+
+def expected(observation):
+    """MiniGrid's image with its third channel as ours: 1 where a door is open, else 0."""
+    image = observation["image"].copy()
+    is_door = image[..., 0] == OBJECT_TO_IDX["door"]
+    image[..., 2] = is_door & (image[..., 2] == STATE_TO_IDX["open"])
+    return image
+
+
+def assert_equal(batch, env, observation):
+    room = batch.state.rooms[0]
+    np.testing.assert_array_equal(tiles.encode(batch.outcomes["tiles"])[0], expected(observation))
+    assert (room.row - kernels.MARGIN, room.col - kernels.MARGIN) == (env.agent_pos[1], env.agent_pos[0])
+    assert room.direction == env.agent_dir
+    assert room.steps == env.step_count
+    assert [key.color for key in env.bag] == [COLOURS[room.colours[branch]] for branch in room.bag[: room.bag_size]]
+
+
+def play(batch, env, actions):
+    """Take the same actions in both, to the end of the episode or of the actions; returns how many were taken."""
+    observation, _ = env.reset()
+    assert_equal(batch, env, observation)
+    taken = 0
+    for taken, action in enumerate(actions, start=1):  # noqa: B007 - it is returned
+        outcome = batch.step_within_episode(np.array([action]))[0]
+        observation, reward, terminated, truncated, _ = env.step(action)
+        assert (outcome.reward, outcome.terminated, outcome.truncated) == (reward, terminated, truncated)
+        assert_equal(batch, env, observation)
+        if terminated or truncated:
+            break
+    return taken
+
+
+def bold_actions(batch, rng):
+    """Random actions without end; half of the time one that does something to what is ahead, if there is one."""
+    while True:
+        room = batch.state.rooms[0]
+        ahead = room.row + kernels.ROW_STEP[room.direction], room.col + kernels.COL_STEP[room.direction]
+        tile = batch.state.grids[0][ahead]
+        if rng.random() < 0.5 and kernels.KEY <= tile < kernels.OPEN_DOOR:
+            yield kernels.PICKUP
+        elif rng.random() < 0.5 and kernels.LOCKED_DOOR <= tile < kernels.WALL:
+            yield kernels.OPEN
+        else:
+            yield rng.choice(6, p=[0.5, 0.15, 0.15, 0.05, 0.05, 0.1])
+
+
+@pytest.mark.parametrize("can_drop", [False, True], ids=["", "drop"])
+@pytest.mark.parametrize("size", [11, 19, 31])
+@pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
+def test_random_walks(graph, size, can_drop):
+    """48 cases of 500 steps or more."""
+    rng = np.random.default_rng(size)
+    batch = Batch([graph], size=size, seed=8, drop_key=can_drop, max_steps=150)
+    taken = 0
+    while taken < 500:
+        taken += play(batch, MiniGridRoom(batch.state), bold_actions(batch, rng))
+        batch.reset()
+
+
+@pytest.mark.parametrize("size", [11, 19, 31])
+@pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
+def test_episodes_solved_by_the_oracle(graph, size):
+    batch = Batch([graph], size=size, seed=9)
+    for _ in range(3):
+        path = shortest_actions(batch.state)
+        assert play(batch, MiniGridRoom(batch.state), path) == len(path)
+        assert batch.outcomes[0].terminated
+        batch.reset()
+
+
+def test_spread_of_light_on_every_row(monkeypatch):
+    """All 128 x 128 rows (light falling on them, cells it passes), against MiniGrid's own sweeps."""
+    bits = 1 << np.arange(7)
+    assert kernels.spread(0, 127) == (0, 0)
+    for clear in range(128):
+        for lit in range(1, 128):
+            grid = Grid(7, 3)
+            for i in range(7):
+                grid.set(i, 1, Wall())
+                grid.set(i, 2, None if clear >> i & 1 else Wall())
+            mask = np.zeros((7, 3), bool)
+            mask[:, 2] = lit & bits
+            # MiniGrid lights one cell of an empty mask; here that mask comes with the row already lit.
+            monkeypatch.setattr(minigrid.core.grid, "np", SimpleNamespace(zeros=lambda mask=mask, **_: mask))
+            grid.process_vis((int(np.argmax(mask[:, 2])), 2))
+            seen, ahead = kernels.spread(lit, clear)
+            assert (seen, ahead) == (bits @ mask[:, 2], bits @ mask[:, 1]), (lit, clear)
+
+
+def test_ids_are_those_of_minigrid():
+    assert [COLOR_TO_IDX[name] for name in COLOURS] == list(range(6))
+    names = {"empty": tiles.EMPTY_ID, "wall": tiles.WALL_ID, "door": tiles.DOOR_ID, "key": tiles.KEY_ID}
+    assert {**names, "goal": tiles.GOAL_ID, "unseen": 0}.items() <= OBJECT_TO_IDX.items()
+
+
+@pytest.mark.parametrize(("size", "tile_size"), [(11, 32), (19, 12)])
+@pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
+def test_pictures(graph, size, tile_size):
+    batch = Batch([graph], size=size, seed=10)
+    env = MiniGridRoom(batch.state, render_mode="rgb_array", tile_size=tile_size)
+    env.reset()
+    for action in [*shortest_actions(batch.state)[:-1], -1]:
+        np.testing.assert_array_equal(draw(batch.state, tile_size=tile_size), env.render())
+        batch.step_within_episode(np.array([action]))
+        env.step(action)
