@@ -39,11 +39,13 @@ class Node(NamedTuple):
 
     @property
     def label(self) -> str:
-        """A name a person can read, such as ``"key 2, open 1"``; unique within a graph."""
+        """A name a person can read, such as ``"key 2, open 1"``; unique within a graph and no goal's name."""
         if self.kind == "exit":
             return "exit"
         place = "start" if (self.kind, self.room) == ("room", 0) else f"{self.kind} {self.room}"
-        return f"{place}, open {' '.join(map(str, self.doors))}" if self.doors else place
+        if self.doors:
+            return f"{place}, open {' '.join(map(str, self.doors))}"
+        return place if place == "start" else f"{place}, all closed"
 
 
 @dataclass(frozen=True)

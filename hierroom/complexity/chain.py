@@ -107,7 +107,7 @@ class Chain:
         if len(nodes) != 1:
             raise InputError(
                 f"the Laplacian hitting time is that of one node, but {node!r} is achieved at {len(nodes)}; "
-                "name one of them, such as 'key 1' or 'room 1, open 1', or ask for the expected steps"
+                "name one of them, such as 'key 1, all closed' or 'room 1, open 1', or ask for the expected steps"
             )
         return laplacian_hitting_time(self.weights, self.source, nodes[0])
 

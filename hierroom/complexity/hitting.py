@@ -84,9 +84,9 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
     means[fates.sure] = solve(np.ones(fates.sure.sum()))
     steps = moves[fates.sure].tocoo()
     own_means = means[fates.sure]
-    surprise = np.bincount(steps.row, steps.data * (means[steps.col] + 1 - own_means[steps.row]) ** 2, len(own_means))
-    surprise += 1 - row_sums(moves)[fates.sure]  # a step of staying is off by one
-    variances[fates.sure] = solve(surprise)
+    off_by = steps.data * (means[steps.col] + 1 - own_means[steps.row]) ** 2
+    staying = 1 - row_sums(moves)[fates.sure]  # off by one step
+    variances[fates.sure] = solve(staying + np.bincount(steps.row, off_by, len(own_means)))
     return variances
 
 

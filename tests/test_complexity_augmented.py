@@ -1,0 +1,123 @@
+"""The augmented graph: its nodes and edges by hand, its counts, its symmetries."""
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from hierroom.complexity import AugmentedGraph, Reading, Walk, analyze, count_nodes
+from hierroom.complexity.augmented import MAX_NODES
+from hierroom.complexity.symmetry import alike_nodes
+from hierroom.errors import InputError
+from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
+
+STAR_10 = GoalGraph((0,) * 9, 1)
+
+
+def test_graph_c_by_hand():
+    unrolled = AugmentedGraph(NAMED_GRAPHS["c"]).to_networkx()
+    levels = {
+        "start": {"key 1, all closed"},
+        "key 1, all closed": {"room 1, open 1"},
+        "start, open 1": {"room 1, open 1", "key 2, open 1"},
+        "room 1, open 1": {"start, open 1", "key 2, open 1"},
+        "key 2, open 1": {"room 2, open 1 2"},
+        "start, open 1 2": {"room 1, open 1 2", "room 2, open 1 2"},
+        "room 1, open 1 2": {"start, open 1 2", "room 2, open 1 2"},
+        "room 2, open 1 2": {"start, open 1 2", "room 1, open 1 2", "exit"},
+        "exit": set(),
+    }
+    assert {node: set(unrolled[node]) for node in unrolled} == levels
+    assert unrolled.edges["room 2, open 1 2", "exit"]["weight"] == pytest.approx(0.19 / 3)
+
+
+def test_dropping_a_key_leads_back_to_every_room_accessible_before():
+    plain = AugmentedGraph(NAMED_GRAPHS["c"]).to_networkx()
+    dropping = AugmentedGraph(NAMED_GRAPHS["c"], drop_key=True).to_networkx()
+    assert set(dropping.edges) - set(plain.edges) == {
+        ("key 1, all closed", "start"),
+        ("key 2, open 1", "start, open 1"),
+        ("key 2, open 1", "room 1, open 1"),
+    }
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+@pytest.mark.parametrize("letter", NAMED_GRAPHS)
+def test_weights_are_the_walk(letter, drop_key):
+    unrolled = AugmentedGraph(NAMED_GRAPHS[letter], drop_key)
+    chances = unrolled.weights.toarray()
+    totals = chances.sum(axis=1)
+    assert totals[unrolled.start] == pytest.approx(0.19)
+    assert totals[unrolled.exit] == pytest.approx(0.01)
+    assert totals[1:-1] == pytest.approx(0.20)
+    assert (chances[1:, unrolled.start] >= 0.01).all()
+    moves = nx.to_numpy_array(unrolled.to_networkx(), nodelist=unrolled.labels)
+    moves[1:, unrolled.start] += 0.01
+    np.testing.assert_allclose(chances, moves, atol=1e-15)
+
+
+def test_node_counts_of_the_named_graphs():
+    assert [count_nodes(graph) for graph in NAMED_GRAPHS.values()] == [5, 13, 9, 23, 33, 23, 14]
+
+
+@pytest.mark.parametrize("n_rooms", [2, 3, 4, 5, 6])
+def test_counting_agrees_with_building(n_rooms):
+    for graph in enumerate_graphs(n_rooms):
+        unrolled = AugmentedGraph(graph)
+        assert count_nodes(graph) == len(unrolled.nodes) == len(set(unrolled.labels))
+        assert nx.is_strongly_connected(nx.from_scipy_sparse_array(unrolled.weights, create_using=nx.DiGraph))
+
+
+def test_a_star_of_ten_rooms_has_as_many_nodes_as_subsets_say():
+    # 2^9 levels; a level with k open doors has k + 1 rooms and 9 - k keys in reach: 10 nodes each; and the exit
+    assert count_nodes(STAR_10) == 512 * 10 + 1 == len(AugmentedGraph(STAR_10).nodes)
+
+
+def test_too_many_nodes_is_refused_before_anything_is_built():
+    with pytest.raises(InputError, match=f"at most {MAX_NODES:,} nodes.*41 rooms"):
+        analyze(GoalGraph((0,) * 40, 1))
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_alike_nodes_are_reached_alike(drop_key):
+    unrolled = AugmentedGraph(GoalGraph((0, 0, 0, 1, 2), 3), drop_key)
+    nodes, multiplicity = alike_nodes(unrolled)
+    assert multiplicity.sum() == len(unrolled.nodes)
+    assert len(nodes) < len(unrolled.nodes)
+    report = analyze(unrolled.graph, drop_key)
+    every_node = sum(report.reach_probability([7, 90], goal=label) for label in unrolled.labels)
+    np.testing.assert_allclose(report.expected_states([7, 90]), every_node, atol=1e-10)
+
+
+def test_a_graph_without_symmetry_has_no_alike_nodes():
+    assert (alike_nodes(AugmentedGraph(NAMED_GRAPHS["d"]))[1] == 1).all()
+
+
+def test_readings_change_the_edges_they_name():
+    seen = {
+        keys: AugmentedGraph(NAMED_GRAPHS["f"], reading=Reading(keys=keys)).to_networkx().edges
+        for keys in ("accessible", "way to the start", "own room")
+    }
+    # key 2 lies at the start: from room 1 it is in sight unless only the own room counts
+    assert [("room 1, open 1", "key 2, open 1") in edges for edges in seen.values()] == [True, True, False]
+    # key 3 lies in room 1: from the start it is in sight only where every accessible room is
+    assert [("start, open 1", "key 3, open 1") in edges for edges in seen.values()] == [True, False, False]
+    drawn = AugmentedGraph(NAMED_GRAPHS["c"], reading=Reading(rooms="neighbours")).to_networkx()
+    assert ("start, open 1 2", "room 2, open 1 2") not in drawn.edges  # as in the appendix
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Walk(0.8, 0.3, 0.1), "must sum to 1, not 1.2"),
+        (lambda: Walk(1.2, -0.1, -0.1), "must lie in 0..1"),
+        (lambda: Walk(float("nan"), 0.5, 0.5), "must lie in 0..1"),
+        (lambda: Reading(keys="all"), "reading of keys is one of .*'all'"),
+        (lambda: analyze("h"), "a graph is a letter from a to g"),
+        (lambda: analyze(GoalGraph((2, 1), 1)), "must form a tree rooted at room 0"),
+        (lambda: analyze(GoalGraph((0, 3, 2), 3)), "must form a tree.*the key of room 2 lies behind a cycle"),
+    ],
+)
+def test_one_clear_message(make, message):
+    with pytest.raises(InputError, match=message) as caught:
+        make()
+    assert "\n" not in str(caught.value)

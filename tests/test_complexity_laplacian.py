@@ -1,0 +1,150 @@
+"""The paper's hitting time against numpy's pseudo-inverse, exact fractions and effective resistances."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from hierroom.complexity import (
+    AugmentedGraph,
+    analyze,
+    laplacian,
+    laplacian_hitting_time,
+    laplacian_sensitivity,
+    mean_first_passage_time,
+)
+from hierroom.errors import InputError
+from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
+
+TO_TWO_DIGITS = {
+    False: (8.36, 12.05, 15.07, 15.10, 17.09, 22.44, 27.50),
+    True: (16.54, 25.16, 39.53, 30.23, 36.20, 64.14, 82.46),
+}
+
+
+def dense_hitting_time(weights, source, target):
+    """Equation (1) of `hierroom.complexity.laplacian` with numpy alone."""
+    b = np.zeros(len(weights))
+    b[source], b[target] = 1, -1
+    return b @ np.linalg.pinv(np.diag(weights.sum(axis=1)) - weights) @ b
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_the_two_digits_of_the_specification(drop_key):
+    values = [analyze(letter, drop_key).hitting_time for letter in NAMED_GRAPHS]
+    assert tuple(round(value, 2) for value in values) == TO_TWO_DIGITS[drop_key]
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+@pytest.mark.parametrize("n_rooms", [2, 3, 4, 5])
+def test_every_graph_against_a_dense_pseudo_inverse(n_rooms, drop_key):
+    for graph in enumerate_graphs(n_rooms):
+        unrolled = AugmentedGraph(graph, drop_key)
+        dense = dense_hitting_time(unrolled.weights.toarray(), unrolled.start, unrolled.exit)
+        assert laplacian_hitting_time(unrolled.weights, 0, unrolled.exit) == pytest.approx(dense, abs=1e-9)
+        assert laplacian_hitting_time(unrolled.weights.toarray(), 0, unrolled.exit) == pytest.approx(dense, abs=1e-9)
+
+
+def test_a_large_graph_against_a_dense_pseudo_inverse():
+    report = analyze(GoalGraph((0, 0, 0, 0, 0, 0), 1), drop_key=True)
+    assert report.nodes == 449
+    dense = dense_hitting_time(report.chain.weights.toarray(), 0, 448)
+    assert report.hitting_time == pytest.approx(dense, abs=1e-9)
+
+
+def solve_exactly(matrix, right):
+    """Gauss-Jordan elimination in fractions."""
+    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
+    for column in range(len(rows)):
+        pivot = next(r for r in range(column, len(rows)) if rows[r][column])
+        rows[column], rows[pivot] = rows[pivot], rows[column]
+        rows[column] = [value / rows[column][column] for value in rows[column]]
+        for r in range(len(rows)):
+            if r != column:
+                rows[r] = [a - rows[r][column] * b for a, b in zip(rows[r], rows[column], strict=True)]
+    return [row[-1] for row in rows]
+
+
+def graph_a_in_fractions():
+    """D - W of graph a, written down by hand: start, key 1, start and room 1 with the door open, exit."""
+    move, restart, half = Fraction(19, 100), Fraction(1, 100), Fraction(19, 200)
+    return [
+        [move, -move, 0, 0, 0],
+        [-restart, move + restart, 0, -move, 0],
+        [-restart, 0, move + restart, -move, 0],
+        [-restart, 0, -half, move + restart, -half],
+        [-restart, 0, 0, 0, restart],
+    ]
+
+
+def test_graph_a_in_exact_fractions():
+    k = graph_a_in_fractions()
+    size, b = range(5), [1, 0, 0, 0, -1]
+    # least squares of least norm when the null space is the constants: (K'K + 11') x = K'b
+    normal = [[sum(k[r][i] * k[r][j] for r in size) + 1 for j in size] for i in size]
+    x = solve_exactly(normal, [sum(k[r][i] * b[r] for r in size) for i in size])
+    hitting_time = x[0] - x[4]
+    assert sum(x) == 0
+    assert round(float(hitting_time), 2) == 8.36
+    mean = solve_exactly([row[:4] for row in k[:4]], [1] * 4)[0]
+    report = analyze("a")
+    assert report.hitting_time == pytest.approx(float(hitting_time), abs=1e-12)
+    assert report.expected_steps == pytest.approx(float(mean), abs=1e-11)
+
+
+def test_with_symmetric_weights_it_is_the_effective_resistance():
+    resistors = np.array([2.0, 3.0, 5.0])
+    in_a_row = np.diag(1 / resistors, 1) + np.diag(1 / resistors, -1)
+    assert laplacian_hitting_time(in_a_row, 0, 3) == pytest.approx(10, rel=1e-12)
+    complete = np.ones((6, 6)) - np.eye(6)
+    assert laplacian_hitting_time(complete, 1, 4) == pytest.approx(2 / 6, rel=1e-12)
+
+
+def test_it_is_not_the_mean_first_passage_time():
+    report = analyze("a")
+    assert report.hitting_time == pytest.approx(8.36, abs=0.005)
+    assert report.expected_steps == pytest.approx(28.0, abs=0.05)
+
+
+def test_walks_of_any_shape_against_the_pseudo_inverse():
+    rng = np.random.default_rng(3)
+    several_ends = compared = 0
+    for _ in range(400):
+        n = int(rng.integers(2, 9))
+        weights = rng.random((n, n)) * (rng.random((n, n)) < rng.choice([0.15, 0.3, 0.6]))
+        source, target = rng.choice(n, 2, replace=False).tolist()
+        value = laplacian_hitting_time(weights, source, target)
+        if np.isfinite(value):
+            compared += 1
+            several_ends += np.linalg.matrix_rank(laplacian(weights).toarray()) < n - 1
+            assert value == pytest.approx(dense_hitting_time(weights, source, target), rel=1e-6, abs=1e-7)
+        else:
+            assert mean_first_passage_time(weights / n, target)[source] == np.inf
+    assert compared > 100
+    assert several_ends > 20
+
+
+def test_unreachable_is_infinite():
+    one_way = np.array([[0.0, 0.0], [0.3, 0.0]])
+    assert laplacian_hitting_time(one_way, 0, 1) == np.inf
+    assert laplacian_hitting_time(np.zeros((3, 3)), 0, 2) == np.inf
+    assert laplacian_hitting_time(one_way, 1, 1) == 0
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+@pytest.mark.parametrize("letter", ["a", "d", "g"])
+def test_sensitivity_is_the_slope(letter, drop_key):
+    unrolled = AugmentedGraph(NAMED_GRAPHS[letter], drop_key)
+    weights = unrolled.weights.toarray()
+    for i, j, slope in zip(*sp.find(laplacian_sensitivity(weights, 0, unrolled.exit)), strict=True):
+        nudged = np.zeros_like(weights)
+        nudged[i, j] = 1e-6
+        more = dense_hitting_time(weights + nudged, 0, unrolled.exit)
+        less = dense_hitting_time(weights - nudged, 0, unrolled.exit)
+        assert slope == pytest.approx((more - less) / 2e-6, rel=1e-4, abs=1e-2)
+
+
+def test_sensitivity_needs_one_place_to_end_up():
+    with pytest.raises(InputError, match="2 parts that are never left"):
+        laplacian_sensitivity(np.array([[0, 0.1, 0.1], [0, 0, 0], [0, 0, 0]]), 0, 1)

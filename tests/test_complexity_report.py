@@ -1,0 +1,98 @@
+"""The report: what it says, that it is frozen, light and quick."""
+
+import dataclasses
+import json
+import pickle
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from hierroom.complexity import analyze, mean_first_passage_time
+from hierroom.errors import InputError
+from hierroom.goals import NAMED_GRAPHS, GoalGraph
+
+
+def test_depth_and_width_of_table_2():
+    reports = [analyze(letter) for letter in NAMED_GRAPHS]
+    assert [report.exit_depth for report in reports] == [2, 2, 4, 2, 2, 4, 6]
+    assert [report.width for report in reports] == [1, 2, 1, 2, 3, 2, 1]
+
+
+def test_to_dict_is_plain_and_agrees_with_the_properties():
+    report = analyze("f", drop_key=True)
+    plain = json.loads(json.dumps(report.to_dict(), allow_nan=False))
+    assert plain["graph"] == "f"
+    assert plain["hitting_time"] == report.hitting_time
+    assert plain["expected_steps"] == plain["expected_steps_to"]["exit"] == report.expected_steps
+    assert plain["std"] ** 2 == pytest.approx(report.variance)
+    assert plain["reach_probability"]["1000"] == report.reach_probability(1000)
+
+
+def test_str_says_which_number_is_which():
+    text = str(analyze("c"))
+    assert "hitting time    15.07" in text
+    assert "expected steps  73.8 +- 55.7" in text
+    assert "9 nodes, 14 edges" in text
+
+
+def test_frozen_hashable_and_picklable():
+    report = analyze("d")
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        report.drop_key = True  # type: ignore[misc]
+    assert report == analyze(NAMED_GRAPHS["d"])
+    assert len({report, analyze("d"), analyze("d", drop_key=True)}) == 2
+    assert pickle.loads(pickle.dumps(report)).hitting_time == report.hitting_time
+
+
+def test_goals_on_the_way_come_before_the_exit():
+    report = analyze("g")
+    order = ["key 1", "door 1", "key 2", "door 2", "key 3", "door 3", "exit"]
+    steps = [report.expected_steps_to(goal) for goal in order]
+    assert steps == sorted(steps)
+    assert steps[0] == pytest.approx(1 / 0.19)
+    # from the start the only way leads over key 1 to room 1: 'door 1' is that node's own passage time
+    assert report.expected_steps_to("door 1") == pytest.approx(report.expected_steps_to("room 1, open 1"))
+
+
+def test_the_hitting_time_of_other_goals():
+    report = analyze("c")
+    assert report.hitting_time_to("exit") == report.hitting_time
+    assert 0 < report.hitting_time_to("key 1, all closed") < report.hitting_time
+    with pytest.raises(InputError, match="'door 1' is achieved at 6; name one of them"):
+        report.hitting_time_to("door 1")
+    with pytest.raises(InputError, match=r"the goals are key 1, .* there is no 'key 9'"):
+        report.expected_steps_to("key 9")
+
+
+def test_elasticities_of_all_edges_undo_a_change_of_clock():
+    # all edges k times likelier is the same walk in 1 / k of the time: the elasticities sum to minus one
+    edges = analyze("f", drop_key=True).edge_sensitivity()
+    assert sum(edge.elasticity for edge in edges) == pytest.approx(-1, rel=1e-9)
+
+
+def test_the_bottleneck_is_the_goal_that_helps_most_when_it_gets_easier():
+    report = analyze("d")
+    goal, change = next(iter(report.goal_sensitivity().items()))
+    weights = report.chain.weights.toarray()
+    achieved = np.isin(np.arange(report.nodes), report.chain.goals[goal])
+    easier = weights * np.where(~achieved[:, None] & achieved[None], 1.0001, 1.0)
+    faster = mean_first_passage_time(easier, report.augmented.exit)[0]
+    assert (faster / report.expected_steps - 1) / 0.0001 == pytest.approx(change, rel=1e-3)
+
+
+def test_seven_rooms_in_one_second_and_ten_in_ten():
+    for n_rooms, seconds in ((7, 1.0), (10, 10.0)):
+        started = time.perf_counter()
+        assert analyze(GoalGraph((0,) * (n_rooms - 1), 1), drop_key=True).to_dict()["nodes"] > 0
+        assert time.perf_counter() - started < seconds
+
+
+def test_importing_the_package_draws_in_nothing_heavy():
+    code = (
+        "import sys, hierroom.complexity.report; print([m for m in ('rich', 'tyro', 'deeptime') if m in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
