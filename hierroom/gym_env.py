@@ -159,7 +159,12 @@ class EscapeRooms(VectorEnv):
                 final_observations[n] = {name: values[m] for name, values in last.items()}
             final_info = {"success": step.terminated, "length": step.lengths, "shortest_length": step.shortest}
             final_info |= {f"_{name}": over.copy() for name in final_info}
-            infos |= {"final_obs": final_observations, "_final_obs": over, "final_info": final_info, "_final_info": over}
+            infos |= {
+                "final_obs": final_observations,
+                "_final_obs": over,
+                "final_info": final_info,
+                "_final_info": over,
+            }
         self.turns.ask(self.meta)
         observations = self.turns.controller_observations(self.turns.sight())
         return observations, step.rewards, step.terminated, step.truncated, infos

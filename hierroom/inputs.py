@@ -1,0 +1,114 @@
+"""What a learning agent is fed: columns of small categories, made from what there is to be seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.controller import Sight
+from hierroom.errors import InputError
+from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
+from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR, N_TILES, VIEW
+from hierroom.world.tiles import TRIPLES
+
+N_CELLS = VIEW * VIEW
+
+
+@dataclass(frozen=True)
+class Input:
+    """One thing an agent can be fed.
+
+    Args:
+        cardinalities: from the controller's number of actions to the number of values of each column.
+        codes: what to feed: from a sight of M rooms to [M, columns] whole numbers below the cardinalities.
+        vectors: [cardinality, d] fixed numbers fed for each value, or None: a learned row for each value.
+    """
+
+    cardinalities: Callable[[int], tuple[int, ...]]
+    codes: Callable[[Sight], NDArray]
+    vectors: NDArray | None = None
+
+
+def _goal_categories() -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """For each goal id and, last, no goal: its (object, colour) as categories, 0 for none; its tile code."""
+    categories = np.zeros((N_GOALS + 1, 2), np.uint8)
+    tiles = np.full(N_GOALS + 1, N_TILES, np.uint8)
+    colours = np.arange(N_COLOURS)
+    categories[:N_COLOURS] = np.stack([np.full(N_COLOURS, 1), 1 + colours], axis=1)
+    categories[FIRST_DOOR_GOAL:EXIT_GOAL] = np.stack([np.full(N_COLOURS, 2), 1 + colours], axis=1)
+    categories[EXIT_GOAL] = 3, 1 + COLOURS.index("green")
+    tiles[:N_COLOURS], tiles[FIRST_DOOR_GOAL:EXIT_GOAL], tiles[EXIT_GOAL] = KEY + colours, LOCKED_DOOR + colours, EXIT
+    return categories, tiles
+
+
+_GOAL_CATEGORIES, _GOAL_TILES = _goal_categories()
+
+
+def _goal_cells(sight: Sight) -> NDArray:
+    """[M, 1] the cell of the view that holds the goal, or 49: colours differ, so there is one at most."""
+    is_goal = sight.tiles.reshape(-1, N_CELLS) == _GOAL_TILES[sight.goals][:, None]
+    return np.where(is_goal.any(axis=1), is_goal.argmax(axis=1), N_CELLS)[:, None]
+
+
+def _keys(sight: Sight) -> NDArray:
+    return sight.rooms["keys"][:, None] >> sight.rooms["branches"] & 1
+
+
+INPUTS: Mapping[str, Input] = {
+    "view": Input(lambda _: (N_TILES,) * N_CELLS, lambda sight: sight.tiles.reshape(-1, N_CELLS)),
+    "view-ids": Input(
+        lambda _: (N_TILES,) * N_CELLS, lambda sight: sight.tiles.reshape(-1, N_CELLS), TRIPLES.astype(np.float32)
+    ),
+    "goal": Input(lambda _: (4, 1 + N_COLOURS), lambda sight: _GOAL_CATEGORIES[sight.goals]),
+    "goal-in-view": Input(lambda _: (N_CELLS + 1,), _goal_cells),
+    "direction": Input(lambda _: (4,), lambda sight: sight.rooms["direction"][:, None]),
+    "keys": Input(lambda _: (2,) * N_COLOURS, _keys),
+    "previous-action": Input(lambda n_actions: (n_actions + 1,), lambda sight: sight.previous_actions[:, None]),
+}
+"""view: a learned row for each tile at each cell; view-ids: its object id, colour id and open bit as numbers; goal:
+object and colour; goal-in-view: the cell of the view that holds the goal; direction; keys: those held, by colour;
+previous-action: the last action taken."""
+
+GOAL_INPUTS = ("goal", "goal-in-view")
+"""Inputs that show the goal: left out by methods whose controller does not see it."""
+
+
+@dataclass(frozen=True)
+class InputColumns:
+    """The inputs of one agent, side by side.
+
+    Args:
+        names: names in `INPUTS`, in order.
+        n_actions: the controller's actions.
+
+    Raises:
+        InputError: if a name is unknown or there is none.
+    """
+
+    names: Sequence[str]
+    n_actions: int
+
+    def __post_init__(self) -> None:
+        unknown = [name for name in self.names if name not in INPUTS]
+        if unknown or not self.names:
+            raise InputError(f"inputs are {', '.join(INPUTS)}; not {', '.join(unknown) or 'none at all'}")
+
+    @property
+    def cardinalities(self) -> tuple[int, ...]:
+        """Number of values of each of the K columns."""
+        return tuple(c for name in self.names for c in INPUTS[name].cardinalities(self.n_actions))
+
+    @property
+    def vectors(self) -> list[NDArray | None] | None:
+        """For each column the fixed numbers it is fed as, if any; None where no column has any."""
+        columns = [INPUTS[name].vectors for name in self.names for _ in INPUTS[name].cardinalities(self.n_actions)]
+        return None if all(vectors is None for vectors in columns) else columns
+
+    def codes(self, sight: Sight) -> NDArray[np.uint8]:
+        """[M, K] uint8, what M rooms are fed."""
+        return np.concatenate(
+            [INPUTS[name].codes(sight) for name in self.names], axis=1, dtype=np.uint8, casting="unsafe"
+        )

@@ -1,0 +1,101 @@
+"""What a training run is: every choice in one frozen record, and the presets it starts from."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import tyro
+
+from hierroom.errors import InputError
+from hierroom.learners import PPOConfig
+from hierroom.methods import find_method
+
+
+@dataclass(frozen=True)
+class TrainConfig:
+    """Train an agent in EscapeRooms."""
+
+    method: str = "hippo"
+    """ppo, ppo-bonus, ppo-sketch or hippo."""
+    meta: str | None = None
+    """Who picks the goals: fixed-dfs, random, oracle, none, an entry point or package.module:Class; by default the
+    method's own."""
+    graph: str = "c"
+    """Goal graph: a letter from a to g, a path to a .toml file, or hitting_time:LOW..HIGH for all graphs in between."""
+    steps: int = 2_000_000
+    """Primitive steps to train for, over all rooms."""
+    seed: int = 0
+    """Fixes levels, weights, actions and shuffles."""
+    size: int = 19
+    """Cells of the grid's side, 11 to 63."""
+    max_steps: int = 1000
+    """Primitive steps after which an episode is truncated."""
+    drop_key: bool = False
+    """Give the controller a sixth action that drops a key."""
+    subgoal_horizon: int | None = None
+    """Steps after which a goal's life ends unreached; None: never."""
+    goal_mask: str = "reachable"
+    """Goals the meta-controller may choose: reachable, existing, seen or none (all of them)."""
+    rooms: int = 128
+    """Rooms trained in side by side."""
+    inputs: tuple[str, ...] = ("view", "goal", "goal-in-view", "direction", "keys", "previous-action")
+    """What the controller is fed; methods that do not see goals leave those out."""
+    threads: int = 1
+    """Threads that step the world, where the batch is large enough to gain by it."""
+    device: str = "cpu"
+    """Where the learner computes: cpu, cuda, cuda:1, ..."""
+    ppo: Annotated[PPOConfig, tyro.conf.arg(name="")] = PPOConfig()
+    """Hyperparameters of the learner."""
+
+    @property
+    def meta_name(self) -> str:
+        """The meta-controller in use: the one given, else the method's own."""
+        return self.meta or find_method(self.method).meta
+
+    @property
+    def name(self) -> str:
+        """A short name for the run, fit for a folder."""
+        parts = [self.method, self.meta_name if self.meta_name != "none" else "", self.graph, f"seed{self.seed}"]
+        text = "-".join(part for part in parts if part)
+        return "".join(c if c.isalnum() or c in "-_." else "-" for c in text)
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain types, for JSON."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any]) -> TrainConfig:
+        """The config that `to_dict` gave.
+
+        Raises:
+            InputError: if an entry is missing or unknown.
+        """
+        try:
+            return cls(**{**table, "inputs": tuple(table["inputs"]), "ppo": PPOConfig(**table["ppo"])})
+        except (TypeError, KeyError) as error:
+            raise InputError(f"this is not the config of a training run: {error}") from error
+
+
+PRESETS: Mapping[str, TrainConfig] = {
+    "default": TrainConfig(),
+    "paper": TrainConfig(
+        steps=10_000_000,
+        inputs=("view-ids", "goal"),
+        ppo=PPOConfig(sequence_length=128, learning_rate=2.5e-4, gamma=0.9, gae_lambda=0.95),
+    ),
+}
+"""default: the best known. paper: section 3 of the paper; what it leaves open is as in the default."""
+
+
+def find_preset(name: str) -> TrainConfig:
+    """The preset of that name.
+
+    Raises:
+        InputError: if there is none.
+    """
+    if name not in PRESETS:
+        raise InputError(f"the presets are {', '.join(PRESETS)}; there is no {name!r}")
+    return PRESETS[name]

@@ -1,0 +1,208 @@
+"""Training: rooms, turns, a meta-controller and a learner, put together from a config and stepped."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import torch
+
+from hierroom.episodes import EpisodeLog
+from hierroom.errors import InputError
+from hierroom.goals import as_goal_graph
+from hierroom.inputs import GOAL_INPUTS, InputColumns
+from hierroom.learners import AgentSpace, Learner, RecurrentActorCritic
+from hierroom.meta import make_meta
+from hierroom.methods import find_method
+from hierroom.presets import TrainConfig
+from hierroom.turns import Step, Turns
+from hierroom.world.batch import Batch
+from hierroom.world.layout import ROOM
+
+CHECKPOINT_FORMAT = 1
+
+
+def make_turns(config: TrainConfig, rooms: int, seed: int, *, measure_shortest: bool = False) -> Turns:
+    """The rooms that a config describes, and the turns taken in them."""
+    world = Batch(
+        [as_goal_graph(config.graph)],
+        rooms,
+        size=config.size,
+        max_steps=config.max_steps,
+        drop_key=config.drop_key,
+        seed=seed,
+        threads=config.threads,
+    )
+    return Turns(
+        world,
+        pay=find_method(config.method).pay,
+        subgoal_horizon=config.subgoal_horizon,
+        goal_mask=config.goal_mask,
+        measure_shortest=measure_shortest,
+    )
+
+
+def make_inputs(config: TrainConfig) -> InputColumns:
+    """What the controller of a config is fed."""
+    sees_goal = find_method(config.method).sees_goal
+    names = [name for name in config.inputs if sees_goal or name not in GOAL_INPUTS]
+    return InputColumns(names, n_actions=6 if config.drop_key else 5)
+
+
+def make_learner(config: TrainConfig, rooms: int) -> Learner:
+    """The learner of a config's controller, for a number of rooms."""
+    if config.device != "cpu" and not _has_device(config.device):
+        raise InputError(f"this machine has no device {config.device!r}; cpu is always there")
+    inputs = make_inputs(config)
+    return Learner(
+        AgentSpace(inputs.cardinalities, inputs.n_actions),
+        rooms,
+        config.ppo,
+        seed=config.seed,
+        device=config.device,
+        network=lambda space, hidden_size: RecurrentActorCritic(space, hidden_size, inputs.vectors),
+    )
+
+
+def _has_device(device: str) -> bool:
+    try:
+        torch.empty(1, device=device)
+    except (RuntimeError, AssertionError):
+        return False
+    return True
+
+
+class Trainer:
+    """Trains the controller of a config.
+
+    Args:
+        config: what to train.
+
+    Attributes:
+        steps: primitive steps taken so far, over all rooms.
+        seconds: seconds spent in `advance` so far.
+        log: what the last episodes were like.
+        statistics: of the learner's last update.
+
+    Raises:
+        InputError: if the config holds a value that cannot be used.
+    """
+
+    def __init__(self, config: TrainConfig):
+        if config.steps < 1:
+            raise InputError(f"steps must be at least 1, not {config.steps}")
+        self.config = config
+        self.turns = make_turns(config, config.rooms, config.seed)
+        self.turns.world.stagger_clocks()
+        self.meta = make_meta(config.meta_name)
+        self.inputs = make_inputs(config)
+        self.learner = make_learner(config, config.rooms)
+        self.log = EpisodeLog()
+        self.statistics: dict[str, float] = {}
+        self.steps = 0
+        self.seconds = 0.0
+        self._all = np.arange(config.rooms)
+        self._masks = np.ones((config.rooms, self.inputs.n_actions), bool)
+        self.turns.ask(self.meta)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the config's steps are taken."""
+        return self.steps >= self.config.steps
+
+    def advance(self) -> None:
+        """Act in every room until the learner has learned once more."""
+        started = time.perf_counter() - self.seconds
+        codes = self.inputs.codes(self.turns.sight())
+        while not self.learner.ready:
+            step = self.turns.step(self.learner.act(self._all, codes, self._masks))
+            self.steps += len(self._all)
+            terminated, truncated = self._ends_of_returns(step)
+            bootstrapped = np.flatnonzero(truncated)
+            final_codes = self.inputs.codes(self.turns.final_sight(step, bootstrapped))
+            self.turns.ask(self.meta)
+            codes = self.inputs.codes(self.turns.sight())
+            next_codes = codes.copy()
+            next_codes[bootstrapped] = final_codes
+            elapsed = np.ones(len(self._all), np.int64)
+            self.learner.finish(self._all, step.rewards, elapsed, terminated, truncated, step.over, next_codes)
+            self.log.add(step, self.steps, time.perf_counter() - started)
+        self.statistics = self.learner.update(min(self.steps / self.config.steps, 1.0))
+        self.seconds = time.perf_counter() - started
+
+    def _ends_of_returns(self, step: Step):
+        """Where the controller's returns end with nothing to come, and where they are cut off (both [N] bool)."""
+        terminated, truncated = step.terminated, step.truncated
+        if self.turns.pay.ends_with_goal:
+            terminated, truncated = terminated | step.reached, truncated | step.timed_out
+        return terminated, truncated & ~terminated
+
+    def metrics(self) -> dict[str, float]:
+        """One row of numbers on how training stands."""
+        return {
+            "steps": self.steps,
+            "seconds": self.seconds,
+            "episodes": self.log.episodes,
+            "success_rate": self.log.success_rate,
+            "episode_length": self.log.episode_length,
+            **self.statistics,
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """What is left to be said at the end of training."""
+        return {
+            "success_rate": self.log.success_rate,
+            "episode_length": self.log.episode_length,
+            "episodes": self.log.episodes,
+            "steps": self.steps,
+            "seconds": self.seconds,
+            "steps_per_second": self.steps / self.seconds if self.seconds else 0.0,
+            "rollout_bytes": self.learner.n_rollout_bytes,
+            **{f"steps_to_{m}": self.log.steps_to.get(m) for m in (50, 90, 95, 99)},
+            **{f"seconds_to_{m}": self.log.seconds_to.get(m) for m in (50, 90, 95, 99)},
+        }
+
+    def state_dict(self) -> dict[str, Any]:
+        """Everything that decides what happens next, as tensors and plain types."""
+        turns = self.turns.get_state()
+        turns["rooms"] = turns["rooms"].view(np.uint8)
+        state = {
+            "format": CHECKPOINT_FORMAT,
+            "turns": {name: torch.from_numpy(array) for name, array in turns.items()},
+            "learner": self.learner.state_dict(),
+            "log": self.log.state_dict(),
+            "steps": self.steps,
+            "seconds": self.seconds,
+        }
+        if hasattr(self.meta, "state_dict"):
+            state["meta"] = self.meta.state_dict()  # pyright: ignore[reportAttributeAccessIssue]
+        return state
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Go on from what `state_dict` gave, in a trainer with the same config.
+
+        Raises:
+            InputError: if the checkpoint is of another format.
+        """
+        check_format(state)
+        turns = {name: tensor.numpy() for name, tensor in state["turns"].items()}
+        turns["rooms"] = turns["rooms"].view(ROOM)
+        self.turns.set_state(turns)
+        self.learner.load_state_dict(state["learner"])
+        self.log.load_state_dict(state["log"])
+        self.steps, self.seconds = state["steps"], state["seconds"]
+        if "meta" in state:
+            self.meta.load_state_dict(state["meta"])  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def check_format(state: dict[str, Any]) -> None:
+    """Refuse a checkpoint that another version of hierroom wrote in another format."""
+    if state.get("format") != CHECKPOINT_FORMAT:
+        raise InputError(f"the checkpoint has format {state.get('format')}, this hierroom reads {CHECKPOINT_FORMAT}")
+
+
+def longer(config: TrainConfig, steps: int | None) -> TrainConfig:
+    """The same config for another number of steps, or as it is."""
+    return config if steps is None else replace(config, steps=steps)
