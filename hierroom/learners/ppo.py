@@ -45,6 +45,7 @@ from torch import nn
 
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
+from hierroom.learners.fused_backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
 from hierroom.learners.networks import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.policy import Policy, check_masks
@@ -65,6 +66,7 @@ class Learner:
         config: hyperparameters.
         seed: of weights, actions and shuffles.
         device: where torch computes, such as ``"cpu"`` or ``"cuda"``.
+        threads: how many threads the compiled kernels use; the result does not depend on it.
         network: builds the network from ``(space, hidden_size)``: a class that keeps the `PolicyNetwork` protocol, or
             a function; None: `RecurrentActorCritic`.
 
@@ -80,6 +82,7 @@ class Learner:
         *,
         seed: int,
         device: str = "cpu",
+        threads: int = 1,
         network: Callable[[AgentSpace, int], nn.Module] | None = None,
     ) -> None:
         if n_rooms < 1:
@@ -101,7 +104,11 @@ class Learner:
             self.network = (network or RecurrentActorCritic)(space, config.hidden_size)
         if not isinstance(self.network, PolicyNetwork):
             raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")
-        self._backend = TorchBackend(self.network, config, device)
+        # Equality of types: a subclass may compute something else.
+        if type(self.network) is RecurrentActorCritic and torch.device(device).type == "cpu":
+            self._backend = FusedBackend(self.network, config, threads)
+        else:
+            self._backend = TorchBackend(self.network, config, device)
         self._initial_state = self._backend.initial_states(1)  # [1, S]
         self._states = np.repeat(self._initial_state, n_rooms, axis=0)  # [N, S]
         self._starts_episode = np.ones(n_rooms, bool)

@@ -149,7 +149,7 @@ class Rollout:
         taken, self._full = self._full, []
         self._free.extend(taken)
         slots = vars(self.slots).items()
-        return Batch(**{name: a[taken] if name == "initial_states" else a[:, taken] for name, a in slots})
+        return Batch(**{name: a.take(taken, axis=0 if name == "initial_states" else 1) for name, a in slots})
 
     def state_dict(self) -> dict:
         """Everything, open turns and partly filled sequences included, as tensors and lists."""

@@ -1,0 +1,62 @@
+"""Gradient clipping and Adam over one flat vector of parameters."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+BETA1, BETA2 = 0.9, 0.999
+"""Decay of the two moments: the values of Kingma & Ba (2015), and torch's."""
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def sum_gradients(shares: NDArray[np.floating]) -> float:
+    """Add up gradients [L, P] into the first row, in order; returns the Euclidean norm of the sum."""
+    square = 0.0
+    for i in range(shares.shape[1]):
+        for share in range(1, len(shares)):
+            shares[0, i] += shares[share, i]
+        square += shares[0, i] ** 2
+    return math.sqrt(square)
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def adam_step(
+    parameters: NDArray[np.floating],
+    gradient: NDArray[np.floating],
+    means: NDArray[np.floating],
+    squares: NDArray[np.floating],
+    scale: float,
+    learning_rate: float,
+    epsilon: float,
+    step: int,
+) -> None:
+    r"""One step of Adam (Kingma & Ba 2015, algorithm 1) down ``scale`` times the gradient.
+
+    .. math::
+        m &\leftarrow \beta_1 m + (1 - \beta_1) g, \qquad v \leftarrow \beta_2 v + (1 - \beta_2) g^2 \\
+        \theta &\leftarrow \theta - \alpha\, \frac{m / (1 - \beta_1^t)}{\sqrt{v / (1 - \beta_2^t)} + \epsilon}
+
+    Args:
+        parameters: [P] float, changed.
+        gradient: [P] float.
+        means: [P] float m, changed.
+        squares: [P] float v, changed.
+        scale: what clipping leaves of the gradient, 0 to 1.
+        learning_rate: alpha.
+        epsilon: of the denominator.
+        step: t, 1 at the first step.
+    """
+    to_float = parameters.dtype.type  # so that float32 parameters are moved by float32 arithmetic
+    rate = to_float(learning_rate / (1 - BETA1**step))
+    correction = to_float(1 / (1 - BETA2**step))
+    keep1, keep2, shrink, floor = to_float(BETA1), to_float(BETA2), to_float(scale), to_float(epsilon)
+    take1, take2 = to_float(1 - BETA1), to_float(1 - BETA2)
+    for i in range(len(parameters)):
+        slope = shrink * gradient[i]
+        means[i] = keep1 * means[i] + take1 * slope
+        squares[i] = keep2 * squares[i] + take2 * slope * slope
+        parameters[i] -= rate * means[i] / (np.sqrt(squares[i] * correction) + floor)

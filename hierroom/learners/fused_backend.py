@@ -1,0 +1,229 @@
+"""The learner's arithmetic in compiled kernels: what `TorchBackend` does, for the network that ships, on the CPU.
+
+A minibatch is cut into shards of sequences, always the same ones, and shards are dealt to lanes, always in the same
+way; each lane adds up the gradients of its shards and the lanes are added in order. Threads only decide how many
+lanes are worked on at a time, so their number changes nothing in the result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from hierroom.learners.adam_kernels import adam_step, sum_gradients
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.fused_network import Tape, Weights, backward, encoder_table, forward
+from hierroom.learners.loss_kernels import loss_backward
+from hierroom.learners.networks import RecurrentActorCritic
+from hierroom.learners.rollout import Batch
+
+# 16 sequences of 128 turns take about 5 MB, which stays in the last cache; fewer make the matrix products small.
+_SHARD = 16
+_MAX_LANES = 8
+
+
+class FusedBackend:
+    """Forward passes, loss, gradients and Adam in Numba.
+
+    The parameters of the network become views of one flat vector, so the module stays usable by torch.
+
+    Args:
+        network: the network that ships; its parameters are moved into the flat vector.
+        config: hyperparameters.
+        threads: how many lanes are worked on at a time.
+    """
+
+    def __init__(self, network: RecurrentActorCritic, config: PPOConfig, threads: int) -> None:
+        self._network = network
+        self._config = config
+        self._threads = threads
+        self._parameters = np.concatenate([p.detach().numpy().ravel() for p in network.parameters()])
+        self._weights = Weights.views(self._parameters, network)
+        for parameter, view in zip(network.parameters(), self._weights.arrays(), strict=True):
+            parameter.data = torch.from_numpy(view)
+        self._means = np.zeros_like(self._parameters)
+        self._squares = np.zeros_like(self._parameters)
+        self._n_steps = 0
+        self._shares = np.zeros((_MAX_LANES, len(self._parameters)), np.float32)
+        self._lanes = [_Lane(share, network, config) for share in self._shares]
+        self._acting: dict[int, Tape] = {}
+
+    def initial_states(self, n: int) -> NDArray[np.float32]:
+        """States of ``n`` rooms at the start of an episode: [n, S]."""
+        return self._network.initial_state(n).numpy()
+
+    def step(self, codes: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
+        """One turn of M rooms: codes [M, K], states [M, S] to logits [M, A], values [M] and new states [M, S]."""
+        n_rooms = len(codes)
+        if n_rooms not in self._acting:
+            self._acting[n_rooms] = Tape(1, n_rooms, self._weights)
+        tape = self._acting[n_rooms]
+        never = np.zeros((1, n_rooms), bool)
+        forward(self._weights, *encoder_table(self._network), codes[None], states, never, tape)
+        return tape.logits.copy(), tape.values.copy(), np.concatenate([tape.hidden[0], tape.cells[1]], axis=1)
+
+    def train(
+        self,
+        batch: Batch,
+        advantages: NDArray[np.float32],
+        parts: Iterable[NDArray[np.integer]],
+        learning_rate: float,
+    ) -> NDArray[np.float64]:
+        """One gradient step per minibatch; as `TorchBackend.train`."""
+        targets = advantages + batch.values
+        with ThreadPoolExecutor(self._threads) as pool:
+            rows = [self._minibatch(pool, batch, advantages, targets, part, learning_rate) for part in parts]
+        return np.mean(rows, axis=0)
+
+    def _minibatch(
+        self,
+        pool: ThreadPoolExecutor,
+        batch: Batch,
+        advantages: NDArray[np.float32],
+        targets: NDArray[np.float32],
+        part: NDArray[np.integer],
+        learning_rate: float,
+    ) -> NDArray[np.float64]:
+        shift, scale = _normalization(advantages[:, part], self._config)
+        scores = (advantages - shift) * scale
+        weight = 1 / (len(advantages) * len(part))  # of one turn in the mean
+        shards = np.array_split(part, -(-len(part) // _SHARD))
+        lanes = self._lanes[: len(shards)]
+        table, offsets = encoder_table(self._network)
+
+        def work(first: int) -> NDArray[np.float64]:
+            lane = lanes[first]
+            lane.clear()
+            for shard in shards[first :: len(lanes)]:
+                lane.add_shard(self._weights, table, offsets, batch, scores, targets, shard, weight)
+            return lane.finish()
+
+        statistics = sum(pool.map(work, range(len(lanes))))
+        norm = sum_gradients(self._shares[: len(lanes)])
+        self._n_steps += 1
+        adam_step(
+            self._parameters,
+            self._shares[0],
+            self._means,
+            self._squares,
+            min(1.0, self._config.max_gradient_norm / (norm + 1e-6)),  # as torch's clip_grad_norm_
+            learning_rate,
+            self._config.adam_epsilon,
+            self._n_steps,
+        )
+        return np.append(statistics, norm)
+
+    def state_dict(self) -> dict:
+        """Copies of the weights and of Adam's moments."""
+        return {
+            "network": {name: tensor.clone() for name, tensor in self._network.state_dict().items()},
+            "means": torch.from_numpy(self._means.copy()),
+            "squares": torch.from_numpy(self._squares.copy()),
+            "n_steps": self._n_steps,
+        }
+
+    def load_state_dict(self, state: dict) -> None:
+        """Restore what `state_dict` gave."""
+        self._network.load_state_dict(state["network"])
+        self._means[...] = state["means"].numpy()
+        self._squares[...] = state["squares"].numpy()
+        self._n_steps = state["n_steps"]
+
+
+class _Lane:
+    """A gradient that shards are added to, one after the other, and the memory that takes."""
+
+    def __init__(self, share: NDArray[np.float32], network: RecurrentActorCritic, config: PPOConfig) -> None:
+        self._config = config
+        self._share = share
+        self._gradient = Weights.views(share, network)
+        # Columns fed as numbers have a table that is computed, so its gradient is one product away from the weights'.
+        self._inputs = None if network.encoder.inputs is None else network.encoder.inputs.numpy()
+        self._d_table = (
+            self._gradient.encoder_weight
+            if self._inputs is None
+            else np.zeros((len(self._inputs), config.hidden_size), np.float32)
+        )
+        self._sums = np.zeros(5)
+        self._tapes: dict[tuple[int, int], Tape] = {}
+
+    def clear(self) -> None:
+        """Forget the last minibatch."""
+        self._share.fill(0)
+        self._d_table.fill(0)
+        self._sums.fill(0)
+
+    def add_shard(
+        self,
+        weights: Weights,
+        table: NDArray[np.float32],
+        offsets: NDArray[np.int64],
+        batch: Batch,
+        scores: NDArray[np.float32],
+        targets: NDArray[np.float32],
+        shard: NDArray[np.integer],
+        turn_weight: float,
+    ) -> None:
+        """Add the gradient of the loss of some sequences.
+
+        Args:
+            weights: the parameters.
+            table: [R, H] float32, the encoder's rows.
+            offsets: [K] int64, the row of each column's value 0.
+            batch: M sequences of T turns.
+            scores: [T, M] float32, normalised advantages.
+            targets: [T, M] float32, of the values.
+            shard: the sequences, indices into M.
+            turn_weight: of one turn in the loss.
+        """
+        n_turns, config = len(scores), self._config
+        shape = (n_turns, len(shard))
+        if shape not in self._tapes:
+            self._tapes[shape] = Tape(*shape, weights)
+        tape = self._tapes[shape]
+
+        def rows(array: NDArray) -> NDArray:  # [T, M, ...] to [T * shard, ...], contiguous
+            return array.take(shard, axis=1).reshape(n_turns * len(shard), *array.shape[2:])
+
+        codes, resets = batch.codes.take(shard, axis=1), batch.resets.take(shard, axis=1)
+        forward(weights, table, offsets, codes, batch.initial_states[shard], resets, tape)
+        loss_backward(
+            tape.hidden.reshape(n_turns * len(shard), -1),
+            tape.logits,
+            tape.values,
+            weights.policy_weight,
+            weights.value_weight,
+            rows(batch.masks),
+            rows(batch.actions),
+            rows(batch.log_probs),
+            rows(scores),
+            rows(targets),
+            config.clip,
+            config.value_weight,
+            config.entropy_weight,
+            turn_weight,
+            tape.d_hidden.reshape(n_turns * len(shard), -1),
+            self._gradient.policy_weight,
+            self._gradient.policy_bias,
+            self._gradient.value_weight,
+            self._gradient.value_bias,
+            self._sums,
+        )
+        backward(weights, offsets, codes, resets, tape, self._gradient, self._d_table)
+
+    def finish(self) -> NDArray[np.float64]:
+        """Complete the gradient; returns this lane's part of the first five of `STATISTICS`."""
+        if self._inputs is not None:
+            np.matmul(self._inputs.T, self._d_table, out=self._gradient.encoder_weight)
+        return self._sums
+
+
+def _normalization(advantages: NDArray[np.float32], config: PPOConfig) -> tuple[np.float32, np.float32]:
+    """What to subtract from the advantages of a minibatch, and then to multiply by; see `torch_backend.normalized`."""
+    if not config.normalize_advantages:
+        return np.float32(0), np.float32(1)
+    return advantages.mean(), np.float32(1 / max(advantages.std(), config.min_advantage_std))

@@ -1,0 +1,141 @@
+"""Heads, masked softmax and the clipped loss of PPO in one pass over the samples, with all gradients."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def heads(
+    hidden: NDArray[np.floating],
+    policy_weight: NDArray[np.floating],
+    policy_bias: NDArray[np.floating],
+    value_weight: NDArray[np.floating],
+    value_bias: NDArray[np.floating],
+    logits: NDArray[np.floating],
+    values: NDArray[np.floating],
+) -> None:
+    """Policy and value head: hidden [N, H] to logits [N, A] and values [N], both written.
+
+    Weights are those of `torch.nn.Linear`: [A, H] and [A], [1, H] and [1].
+    """
+    for n in range(len(hidden)):
+        for action in range(len(policy_bias)):
+            logits[n, action] = _dot(policy_weight, action, hidden, n) + policy_bias[action]
+        values[n] = _dot(value_weight, 0, hidden, n) + value_bias[0]
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def loss_backward(
+    hidden: NDArray[np.floating],
+    logits: NDArray[np.floating],
+    values: NDArray[np.floating],
+    policy_weight: NDArray[np.floating],
+    value_weight: NDArray[np.floating],
+    masks: NDArray[np.bool_],
+    actions: NDArray[np.int64],
+    log_probs: NDArray[np.floating],
+    advantages: NDArray[np.floating],
+    targets: NDArray[np.floating],
+    clip: float,
+    value_scale: float,
+    entropy_scale: float,
+    scale: float,
+    d_hidden: NDArray[np.floating],
+    d_policy_weight: NDArray[np.floating],
+    d_policy_bias: NDArray[np.floating],
+    d_value_weight: NDArray[np.floating],
+    d_value_bias: NDArray[np.floating],
+    sums: NDArray[np.float64],
+) -> None:
+    r"""Gradients of `torch_backend.ppo_loss`, where the mean is ``scale`` times the sum over samples.
+
+    With p the policy over legal actions, a the action taken, r the ratio and H the entropy, per sample and logit j:
+
+    .. math::
+        \frac{\partial L}{\partial z_j} = -A r\,[\text{not clipped}] (\delta_{ja} - p_j)
+            + w_e\, p_j (\log p_j + H), \qquad \frac{\partial L}{\partial V} = w_v (V - G)
+
+    Args:
+        hidden: [N, H] float.
+        logits: [N, A] float, of `heads`; overwritten by their gradient, zero where illegal.
+        values: [N] float, of `heads`.
+        policy_weight: [A, H] float.
+        value_weight: [1, H] float.
+        masks: [N, A] bool, at least one True in each row.
+        actions: [N] int64.
+        log_probs: [N] float, when the actions were taken.
+        advantages: [N] float, already normalised.
+        targets: [N] float G.
+        clip: how far the ratio may leave 1.
+        value_scale: weight of the value loss.
+        entropy_scale: weight of the entropy.
+        scale: one over the samples of the minibatch.
+        d_hidden: [N, H] float, written.
+        d_policy_weight: [A, H] float, added to; likewise the three arrays after it, of [A], [1, H] and [1].
+        d_policy_bias: see above.
+        d_value_weight: see above.
+        d_value_bias: see above.
+        sums: [5] float64, added to: ``scale`` times policy loss, value loss, entropy, approximate divergence and
+            clipped samples.
+    """
+    n_samples, size = hidden.shape
+    n_actions = logits.shape[1]
+    to_float = hidden.dtype.type
+    for n in range(n_samples):
+        highest = -1e30  # not infinite: fast arithmetic assumes there is no infinity
+        for action in range(n_actions):
+            if masks[n, action]:
+                highest = max(highest, logits[n, action])
+        total = 0.0
+        for action in range(n_actions):
+            if masks[n, action]:
+                total += math.exp(logits[n, action] - highest)
+        log_total = highest + math.log(total)
+        entropy = 0.0
+        for action in range(n_actions):
+            if masks[n, action]:
+                log_p = logits[n, action] - log_total
+                entropy -= math.exp(log_p) * log_p
+        log_ratio = logits[n, actions[n]] - log_total - log_probs[n]
+        ratio = math.exp(log_ratio)
+        gain = ratio * advantages[n]
+        clipped_gain = min(max(ratio, 1 - clip), 1 + clip) * advantages[n]
+        pull = gain if gain <= clipped_gain else 0.0  # where the clipped term is smaller the objective is flat
+        error = values[n] - targets[n]
+        sums[0] -= scale * min(gain, clipped_gain)
+        sums[1] += scale * 0.5 * error * error
+        sums[2] += scale * entropy
+        sums[3] += scale * (ratio - 1 - log_ratio)
+        sums[4] += scale if abs(ratio - 1) > clip else 0.0
+
+        d_value = to_float(scale * value_scale * error)
+        d_value_bias[0] += d_value
+        for j in range(size):
+            d_value_weight[0, j] += d_value * hidden[n, j]
+            d_hidden[n, j] = d_value * value_weight[0, j]
+        for action in range(n_actions):
+            if not masks[n, action]:
+                logits[n, action] = 0
+                continue
+            log_p = logits[n, action] - log_total
+            p = math.exp(log_p)
+            taken = 1.0 if action == actions[n] else 0.0
+            d_logit = to_float(scale * (pull * (p - taken) + entropy_scale * p * (log_p + entropy)))
+            logits[n, action] = d_logit
+            d_policy_bias[action] += d_logit
+            for j in range(size):
+                d_policy_weight[action, j] += d_logit * hidden[n, j]
+                d_hidden[n, j] += d_logit * policy_weight[action, j]
+
+
+@njit(cache=True, nogil=True, fastmath=True, inline="always")
+def _dot(rows, i, others, n):
+    total = rows.dtype.type(0)
+    for j in range(rows.shape[1]):
+        total += rows[i, j] * others[n, j]
+    return total
