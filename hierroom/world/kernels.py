@@ -134,6 +134,7 @@ def generate(room, grid, graphs):
     room.key_rooms[:] = graph.key_rooms
     room.steps, room.keys, room.doors, room.found, room.seen, room.bag_size = 0, 0, 0, 0, 0, 0
     room.carried, room.is_over = -1, False
+    room.bag[:], room.rectangles[:], room.doors_at[:] = 0, 0, 0  # nothing of the last episode stays in the state
     room.opened_at[:] = 0
 
     for colour in range(6):
@@ -318,9 +319,11 @@ def look_rooms(rooms, grids, outcomes):
 
 @njit(cache=True, nogil=True)
 def step_rooms(rooms, grids, actions, outcomes):
-    """Step every room once; a room whose episode is over stays as it ended."""
+    """Step every room once; in a room whose episode is over nothing happens, and its flags stay as it ended."""
     for n in range(rooms.shape[0]):
-        if not rooms[n].is_over:
+        if rooms[n].is_over:
+            outcomes[n].event, outcomes[n].is_first, outcomes[n].reward = -1, False, 0.0
+        else:
             advance(rooms[n], grids[n], actions[n], outcomes[n])
             look(rooms[n], grids[n], outcomes[n].tiles)
             outcomes[n].final_tiles[:] = outcomes[n].tiles

@@ -104,7 +104,7 @@ def empty_state(batch_size: int, size: int) -> State:
     if not isinstance(size, (int, np.integer)) or not MIN_SIZE <= size <= MAX_SIZE:
         raise InputError(f"size must be a whole number from {MIN_SIZE} to {MAX_SIZE}, not {size}")
     if not isinstance(batch_size, (int, np.integer)) or batch_size < 1:
-        raise InputError(f"the number of rooms must be at least 1, not {batch_size}")
+        raise InputError(f"the number of rooms must be a whole number of at least 1, not {batch_size!r}")
     side = size + 2 * MARGIN
     return State(np.zeros((batch_size, side, side), np.uint8), np.zeros(batch_size, ROOM))
 

@@ -1,0 +1,257 @@
+"""Batches: the same episodes in every company, states that can be taken and put back, and how episodes end."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from hierroom.errors import InputError
+from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
+from hierroom.world import kernels
+from hierroom.world.batch import MIN_ROOMS_PER_THREAD, Batch
+from hierroom.world.kernels import FORWARD, LEFT
+from hierroom.world.layout import OUTCOME, State
+from hierroom.world.oracle import shortest_actions
+
+GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]
+
+
+def actions_of(n_steps, n_rooms, seed=0):
+    return np.random.default_rng(seed).choice(6, size=(n_steps, n_rooms), p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1])
+
+
+def assert_same(one: np.ndarray, other: np.ndarray):
+    for name in one.dtype.names or ():
+        np.testing.assert_array_equal(one[name], other[name], err_msg=name)
+
+
+def same_state(one: State, other: State) -> bool:
+    return np.array_equal(one.grids, other.grids) and same_records(one.rooms, other.rooms)
+
+
+def same_records(one: np.ndarray, other: np.ndarray) -> bool:
+    return all(np.array_equal(one[name], other[name]) for name in one.dtype.names or ())
+
+
+# The same episode in every company.
+
+
+def test_a_room_is_the_same_alone_and_in_a_batch():
+    settings = {"seed": 3, "max_steps": 40, "drop_key": True}
+    together = Batch(GRAPHS, 128, **settings)
+    alone = [Batch(GRAPHS, first_index=n, **settings) for n in range(128)]
+    for actions in actions_of(130, 128):
+        outcomes = together.step(actions)
+        for n, room in enumerate(alone):
+            assert_same(room.step(actions[n : n + 1])[0], outcomes[n])
+    assert (together.state.rooms["episode"] >= 3).all()
+    for n, room in enumerate(alone):
+        assert same_state(room.state, together.state[n])
+        assert same_records(room.finals, together.finals[n : n + 1])
+
+
+def test_two_threads_do_what_one_does(monkeypatch):
+    n_rooms = 2 * MIN_ROOMS_PER_THREAD + 1
+    one, two = (Batch(GRAPHS, n_rooms, size=11, seed=4, max_steps=30, threads=threads) for threads in (1, 2))
+    used = []
+    step = kernels.step_and_reset_rooms
+    monkeypatch.setattr(
+        kernels, "step_and_reset_rooms", lambda *args: (used.append((threading.get_ident(), len(args[0]))), step(*args))
+    )
+    for actions in actions_of(70, n_rooms):
+        assert_same(one.step(actions), two.step(actions))
+    assert same_state(one.state, two.state)
+    assert same_records(one.finals, two.finals)
+    sizes = {size for thread, size in used if thread != threading.get_ident()}
+    assert sizes == {MIN_ROOMS_PER_THREAD, MIN_ROOMS_PER_THREAD + 1}
+
+
+def test_a_small_batch_starts_no_threads():
+    before = threading.active_count()
+    Batch(GRAPHS, MIN_ROOMS_PER_THREAD, size=11, threads=8).step(np.zeros(MIN_ROOMS_PER_THREAD, np.int64))
+    assert threading.active_count() == before
+
+
+def test_reset_with_a_seed_starts_over_and_without_goes_on():
+    batch = Batch(GRAPHS, 20, seed=5)
+    first = batch.get_state()
+    batch.reset()
+    second = batch.get_state()
+    batch.step(np.zeros(20, np.int64))
+    batch.reset(5)
+    assert same_state(batch.state, first)
+    batch.reset()
+    assert same_state(batch.state, second)
+    assert (batch.outcomes["length"] == 0).all()
+    assert (batch.outcomes["event"] == -1).all()
+
+
+def test_seeds_rooms_and_episodes_differ():
+    batches = [Batch([NAMED_GRAPHS["c"]], 50, seed=seed) for seed in (0, 1, 2**63 - 1)]
+    grids = [grid.tobytes() for batch in batches for grid in batch.state.grids]
+    batches[0].reset()
+    grids += [grid.tobytes() for grid in batches[0].state.grids]
+    assert len(set(grids)) == len(grids)
+
+
+def test_turn_draws_are_fixed_by_episode_and_turn():
+    rooms = Batch(GRAPHS, 1000, seed=6).state.rooms
+    draws, again, next_turn = (np.empty((1000, 13)) for _ in range(3))
+    kernels.turn_draws(rooms, np.zeros(1000, np.int64), draws)
+    kernels.turn_draws(rooms[:7], np.zeros(7, np.int64), again[:7])
+    kernels.turn_draws(rooms, np.ones(1000, np.int64), next_turn)
+    assert ((draws >= 0) & (draws < 1)).all()
+    assert abs(draws.mean() - 0.5) < 0.01
+    assert (draws[:7] == again[:7]).all()
+    assert len(np.unique([draws, next_turn])) == 2 * draws.size
+
+
+def test_clocks_can_be_staggered():
+    batch = Batch(GRAPHS, 10, max_steps=100)
+    batch.stagger_clocks()
+    assert batch.state.rooms["steps"].tolist() == list(range(0, 100, 10))
+    lengths = []
+    for _ in range(100):
+        outcomes = batch.step(np.full(10, LEFT))
+        lengths.append(outcomes["truncated"].sum())
+    assert max(lengths) == 1
+
+
+# States.
+
+
+def test_branch_replay_compare():
+    batch = Batch(GRAPHS, 30, seed=7, max_steps=60, drop_key=True)
+    actions = actions_of(150, 30)
+    for action in actions[:50]:
+        batch.step(action)
+    branch = batch.get_state()
+    first = [batch.step(action).copy() for action in actions[50:100]]
+    reached = batch.get_state()
+    for action in actions[100:]:
+        batch.step(action)
+    batch.set_state(branch)
+    np.testing.assert_array_equal(batch.outcomes["length"], branch.rooms["steps"])
+    for expected, action in zip(first, actions[50:100], strict=True):
+        outcomes = batch.step(action)
+        over = outcomes["terminated"] | outcomes["truncated"]
+        assert_same(outcomes[over], expected[over])
+        assert_same(outcomes[[name for name in OUTCOME.names if name != "final_tiles"]], expected)
+    assert same_state(batch.state, reached)
+
+
+def assert_same_view(batch: Batch, n: int):
+    """A room's outcome shows its current view, as a step that does nothing would."""
+    shown = batch.outcomes["tiles"][n].copy()
+    probe = Batch(GRAPHS, size=batch.state.size)
+    probe.set_state(batch.get_state(n))
+    probe.step_within_episode([-1])
+    np.testing.assert_array_equal(probe.outcomes["tiles"][0], shown)
+
+
+def test_some_rooms_can_be_put_back():
+    batch = Batch(GRAPHS, 10, seed=8)
+    start = batch.get_state([2, 5])
+    for action in actions_of(30, 10):
+        batch.step_within_episode(action)
+    before, outcomes = batch.get_state(), batch.outcomes.copy()
+    batch.set_state(start, [5, 7])
+    assert same_state(batch.get_state(slice(5, 6)), start[0])
+    assert same_state(batch.get_state(7), start[1])
+    others = np.delete(np.arange(10), [5, 7])
+    assert same_state(batch.get_state(others), before[others])
+    assert_same(batch.outcomes[others], outcomes[others])
+    for n in range(10):
+        assert_same_view(batch, n)
+
+
+def test_a_state_is_a_copy():
+    batch = Batch(GRAPHS, 3, seed=9)
+    taken = batch.get_state()
+    kept = taken.copy()
+    batch.step(np.full(3, LEFT))
+    assert same_state(taken, kept)
+    batch.set_state(taken)
+    batch.step(np.full(3, LEFT))
+    assert same_state(taken, kept)
+
+
+# The ends of episodes.
+
+
+def test_truncation_keeps_the_final_view_and_begins_the_next_episode():
+    batch = Batch([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
+    twin = Batch([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
+    for step, actions in enumerate(actions_of(5, 20), start=1):
+        outcomes, unreset = batch.step(actions), twin.step_within_episode(actions)
+        assert (outcomes["truncated"] == (step == 5)).all()
+        assert (outcomes["length"] == step).all()
+        assert not outcomes["terminated"].any()
+    np.testing.assert_array_equal(outcomes["final_tiles"], unreset["tiles"])
+    assert same_records(batch.finals, twin.state.rooms)
+    twin.reset()
+    assert same_state(batch.state, twin.state)
+    np.testing.assert_array_equal(outcomes["tiles"], twin.outcomes["tiles"])
+    assert (batch.state.rooms["episode"] == 1).all()
+
+
+def test_the_exit_on_the_last_step_ends_both_ways():
+    """As in MiniGrid, both flags are set."""
+    length = len(shortest_actions(Batch([NAMED_GRAPHS["a"]], seed=11).state))
+    batch = Batch([NAMED_GRAPHS["a"]], seed=11, max_steps=length)
+    for action in shortest_actions(batch.state):
+        outcome = batch.step_within_episode([action])[0]
+    assert (outcome.reward, outcome.terminated, outcome.truncated) == (1, True, True)
+    assert (outcome.event, outcome.is_first) == (EXIT_GOAL, True)
+
+
+def test_after_the_end_nothing_happens_and_nothing_is_paid():
+    batch = Batch([NAMED_GRAPHS["a"]], seed=12)
+    for action in shortest_actions(batch.state):
+        batch.step_within_episode([action])
+    ended = batch.get_state()
+    outcome = batch.step_within_episode([FORWARD])[0]
+    assert same_state(batch.state, ended)
+    assert (outcome.reward, outcome.event, outcome.terminated) == (0, -1, True)
+
+
+# Wrong input.
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"size": 10}, "size must be a whole number from 11 to 63, not 10"),
+        ({"size": 64}, "size must be a whole number from 11 to 63, not 64"),
+        ({"size": 19.5}, "size must be a whole number from 11 to 63, not 19.5"),
+        ({"batch_size": 0}, "the number of rooms must be a whole number of at least 1, not 0"),
+        ({"max_steps": 0}, "max_steps must be a whole number of at least 1, not 0"),
+        ({"threads": 0}, "threads must be a whole number of at least 1, not 0"),
+        ({"seed": -1}, "a seed is a whole number from 0 to 2**63 - 1, not -1"),
+        ({"seed": 2**63}, "a seed is a whole number from 0 to 2**63 - 1"),
+        ({"seed": 1.0}, "a seed is a whole number from 0 to 2**63 - 1, not 1.0"),
+        ({"graphs": []}, "levels need at least one goal graph"),
+        ({"graphs": [GoalGraph((0,) * 7, 1)]}, "a grid holds at most 7 rooms .* but the goal graph has 8"),
+    ],
+)
+def test_wrong_settings(settings, message):
+    with pytest.raises(InputError, match=message.replace("**", r"\*\*")):
+        Batch(**{"graphs": [NAMED_GRAPHS["a"]], **settings})
+
+
+@pytest.mark.parametrize("actions", [[0], [0, 0, 0], [[0, 0]], [0.0, 1.0], 0, ["left", "right"]])
+def test_wrong_actions(actions):
+    batch = Batch([NAMED_GRAPHS["a"]], 2)
+    for step in (batch.step, batch.step_within_episode):
+        with pytest.raises(InputError, match="actions must be 2 whole numbers, one for each room"):
+            step(actions)
+
+
+def test_wrong_states():
+    batch = Batch([NAMED_GRAPHS["a"]], 2)
+    with pytest.raises(InputError, match="must hold 2 rooms of size 19; it holds 1 of size 19"):
+        batch.set_state(batch.get_state(0))
+    with pytest.raises(InputError, match="must hold 2 rooms of size 19; it holds 2 of size 11"):
+        batch.set_state(Batch([NAMED_GRAPHS["a"]], 2, size=11).state)
+    with pytest.raises(InputError, match="rooms are numbered from 0 to 1; there is no 2"):
+        batch.get_state(2)
