@@ -47,7 +47,7 @@ class TrainConfig:
     """Threads that step the world, where the batch is large enough to gain by it."""
     device: str = "cpu"
     """Where the learner computes: cpu, cuda, cuda:1, ..."""
-    ppo: Annotated[PPOConfig, tyro.conf.arg(name="")] = PPOConfig()
+    ppo: Annotated[PPOConfig, tyro.conf.arg(name="")] = dataclasses.field(default_factory=PPOConfig)
     """Hyperparameters of the learner."""
 
     @property

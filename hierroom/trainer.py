@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -201,8 +200,3 @@ def check_format(state: dict[str, Any]) -> None:
     """Refuse a checkpoint that another version of hierroom wrote in another format."""
     if state.get("format") != CHECKPOINT_FORMAT:
         raise InputError(f"the checkpoint has format {state.get('format')}, this hierroom reads {CHECKPOINT_FORMAT}")
-
-
-def longer(config: TrainConfig, steps: int | None) -> TrainConfig:
-    """The same config for another number of steps, or as it is."""
-    return config if steps is None else replace(config, steps=steps)

@@ -1,0 +1,61 @@
+"""A trained agent, ready to act: the meta-controller and the controller of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hierroom.errors import InputError
+from hierroom.learners import Policy
+from hierroom.meta import MetaController, make_meta
+from hierroom.presets import TrainConfig
+from hierroom.runs import RunFolder
+from hierroom.trainer import check_format, make_inputs, make_learner
+from hierroom.turns import Step, Turns
+
+
+class Agent:
+    """Acts in the rooms of a `Turns`; learns nothing.
+
+    Args:
+        config: what was trained.
+        policy: the controller's policy, for as many rooms as the turns have.
+        meta: who picks the goals.
+        is_greedy: whether the controller takes its most probable action instead of drawing one. A policy that
+            escapes whenever it draws can turn on the spot for ever when it is greedy.
+    """
+
+    def __init__(self, config: TrainConfig, policy: Policy, meta: MetaController, *, is_greedy: bool = False):
+        self.inputs = make_inputs(config)
+        self.meta = meta
+        self._act = policy.act_greedily if is_greedy else policy.act
+        self._policy = policy
+
+    @classmethod
+    def load(cls, run: RunFolder, rooms: int, *, seed: int = 0, is_greedy: bool = False) -> Agent:
+        """The agent of a run's newest checkpoint, for a number of rooms.
+
+        Raises:
+            InputError: if the run has no checkpoint that fits its config.
+        """
+        config, state = run.config(), run.load_checkpoint()
+        check_format(state)
+        learner = make_learner(config, config.rooms)
+        meta = make_meta(config.meta_name)
+        try:
+            learner.load_state_dict(state["learner"])
+            if "meta" in state:
+                meta.load_state_dict(state["meta"])  # pyright: ignore[reportAttributeAccessIssue]
+        except (RuntimeError, KeyError, ValueError) as error:
+            raise InputError(f"the newest checkpoint of {run.path} does not fit its config.json") from error
+        return cls(config, learner.policy(rooms, seed=seed), meta, is_greedy=is_greedy)
+
+    def step(self, turns: Turns) -> Step:
+        """Take the turns that are due, and one primitive step in every room."""
+        turns.ask(self.meta)
+        codes = self.inputs.codes(turns.sight())
+        masks = np.ones((len(turns), self.inputs.n_actions), bool)
+        step = turns.step(self._act(np.arange(len(turns)), codes, masks))
+        ended = np.flatnonzero(step.over)
+        if len(ended):
+            self._policy.reset(ended)
+        return step

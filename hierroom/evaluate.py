@@ -1,0 +1,179 @@
+"""Evaluate a trained agent: ``python -m hierroom.evaluate RUN``."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import tyro
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+from scipy.stats import binomtest
+
+from hierroom.agent import Agent
+from hierroom.commands import run
+from hierroom.errors import InputError
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS
+from hierroom.runs import RunFolder
+from hierroom.trainer import make_turns
+from hierroom.turns import Turns
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """How an agent did over some episodes.
+
+    Args:
+        episodes: how many there were.
+        success_rate: share that reached the exit.
+        success_interval: its 95% interval (Wilson 1927).
+        length: mean length in primitive steps.
+        length_over_shortest: mean length over mean shortest possible length of the episodes that reached the exit.
+        steps_to_goals: for each goal (key and door of room 1, 2, ...; exit) the share of episodes that achieved it and
+            the mean step at which they did so first.
+    """
+
+    episodes: int
+    success_rate: float
+    success_interval: tuple[float, float]
+    length: float
+    length_over_shortest: float
+    steps_to_goals: dict[str, tuple[float, float]]
+
+
+def evaluate(agent: Agent, turns: Turns, episodes: int, progress=lambda done: None) -> Evaluation:
+    """Let an agent play the first episodes of each room; rooms play equally many, so short ones do not count more.
+
+    Args:
+        agent: who plays.
+        turns: N fresh rooms whose shortest lengths are measured.
+        episodes: at least so many in all.
+        progress: called with the episodes done so far.
+    """
+    n = len(turns)
+    per_room = -(-episodes // n)
+    branches = turns.world.state.rooms["branches"].copy()
+    firsts = np.zeros((n, 2 * N_COLOURS + 1), np.int64)
+    played = np.zeros(n, np.int64)
+    successes, lengths, shortest, goal_steps = [], [], [], []
+    while (played < per_room).any():
+        step = agent.step(turns)
+        _note_goals(firsts, branches, step.events, step.lengths)
+        ended = np.flatnonzero(step.over)
+        counted = ended[played[ended] < per_room]
+        played[counted] += 1
+        successes.append(step.terminated[counted])
+        lengths.append(step.lengths[counted])
+        shortest.append(step.shortest[counted])
+        goal_steps.append(firsts[counted])
+        firsts[ended] = 0
+        branches[ended] = turns.world.state.rooms["branches"][ended]
+        if len(counted):
+            progress(int(played.sum()))
+    success, length, best = np.concatenate(successes), np.concatenate(lengths), np.concatenate(shortest)
+    interval = binomtest(int(success.sum()), len(success)).proportion_ci(method="wilson")
+    n_rooms = int(turns.world.state.rooms["n_rooms"].max())
+    return Evaluation(
+        episodes=len(success),
+        success_rate=float(success.mean()),
+        success_interval=(float(interval.low), float(interval.high)),
+        length=float(length.mean()),
+        length_over_shortest=float(length[success].mean() / best[success].mean()) if success.any() else float("nan"),
+        steps_to_goals=_goal_table(np.concatenate(goal_steps), n_rooms),
+    )
+
+
+def _note_goals(firsts: NDArray, branches: NDArray, events: NDArray, lengths: NDArray) -> None:
+    """Write the step of each goal's first time into ``firsts`` [N, 13]: keys and doors by room, the exit last."""
+    rooms = np.flatnonzero(events >= 0)
+    goals = events[rooms].copy()
+    is_object = goals < EXIT_GOAL
+    branch = branches[rooms[is_object], goals[is_object] % FIRST_DOOR_GOAL]
+    goals[is_object] = goals[is_object] // FIRST_DOOR_GOAL * FIRST_DOOR_GOAL + branch
+    is_first = firsts[rooms, goals] == 0
+    firsts[rooms[is_first], goals[is_first]] = lengths[rooms[is_first]]
+
+
+def _goal_table(firsts: NDArray, n_rooms: int) -> dict[str, tuple[float, float]]:
+    columns = {f"key {r}": r - 1 for r in range(1, n_rooms)}
+    columns |= {f"door {r}": FIRST_DOOR_GOAL + r - 1 for r in range(1, n_rooms)}
+    columns["exit"] = EXIT_GOAL
+    table = {}
+    for name, column in columns.items():
+        steps = firsts[:, column]
+        achieved = steps > 0
+        table[name] = (float(achieved.mean()), float(steps[achieved].mean()) if achieved.any() else float("nan"))
+    return table
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Evaluate a trained agent: success, length and steps to each goal, sampling its actions and greedily."""
+
+    run: Annotated[Path, tyro.conf.Positional]
+    """The run's folder."""
+    episodes: int = 1000
+    """Episodes to play, at least."""
+    rooms: int = 100
+    """Rooms to play in side by side."""
+    seed: int = 1_000_000
+    """Fixes the levels and the actions; by default levels that training seeds below a million never saw."""
+    graph: str | None = None
+    """Another goal graph than the one trained on."""
+    size: int | None = None
+    """Another grid size than the one trained on."""
+    json: bool = False
+    """Print JSON for machines."""
+
+
+def main() -> int:
+    """The command."""
+    arguments = tyro.cli(Arguments, prog="python -m hierroom.evaluate")
+    folder = RunFolder.open(arguments.run)
+    config = folder.config()
+    for name in ("episodes", "rooms"):
+        if getattr(arguments, name) < 1:
+            raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
+    config = replace(config, graph=arguments.graph or config.graph, size=arguments.size or config.size)
+    rooms = min(arguments.rooms, arguments.episodes)
+    results: dict[str, Evaluation] = {}
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        for name in ("sampled", "greedy"):
+            task = bar.add_task(f"{name} actions", total=arguments.episodes)
+            agent = Agent.load(folder, rooms, seed=arguments.seed, is_greedy=name == "greedy")
+            turns = make_turns(config, rooms, arguments.seed, measure_shortest=True)
+            results[name] = evaluate(
+                agent, turns, arguments.episodes, lambda done, t=task: bar.update(t, completed=done)
+            )
+    if arguments.json:
+        print(json.dumps({name: asdict(result) for name, result in results.items()}, indent=2))
+    else:
+        Console().print(_table(results, f"{config.name}, {results['sampled'].episodes} episodes"))
+    return 0
+
+
+def _table(results: dict[str, Evaluation], title: str) -> Table:
+    table = Table(title=title)
+    table.add_column("")
+    for name in results:
+        table.add_column(f"{name} actions", justify="right")
+
+    def add(label: str, text) -> None:
+        table.add_row(label, *(text(result) for result in results.values()))
+
+    add("success", lambda r: f"{r.success_rate:.1%}")
+    add("  95% interval", lambda r: "{:.1%} to {:.1%}".format(*r.success_interval))
+    add("length", lambda r: f"{r.length:.1f}")
+    add("length / shortest, escapes", lambda r: f"{r.length_over_shortest:.2f}")
+    for goal in results["sampled"].steps_to_goals:
+        add(f"steps to {goal}", lambda r, g=goal: "{1:.1f} ({0:.1%})".format(*r.steps_to_goals[g]))
+    return table
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,169 @@
+"""The folder of a training run: config, metrics, checkpoints, summary. Every file appears whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from hierroom.errors import InputError
+from hierroom.presets import TrainConfig
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file so that, whatever happens, it holds the old content or the new and never a part.
+
+    Raises:
+        InputError: if it cannot be written; the old content is still there.
+    """
+    unfinished = path.with_name(path.name + ".part")
+    try:
+        with unfinished.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(unfinished, path)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise InputError(f"cannot write {path}: {error.strerror}") from error
+
+
+class RunFolder:
+    """A training run on disk.
+
+    ``config.json``, ``metrics.csv`` (a row each time training is logged), ``checkpoints/`` (named by their steps),
+    ``summary.json``, TensorBoard events and pictures.
+
+    Args:
+        path: the folder.
+    """
+
+    def __init__(self, path: str | Path):
+        self.path = Path(path)
+
+    @classmethod
+    def create(cls, path: str | Path, config: TrainConfig) -> RunFolder:
+        """Begin a run in a new or empty folder.
+
+        Raises:
+            InputError: if the folder holds something or cannot be made.
+        """
+        run = cls(path)
+        try:
+            run.checkpoints.mkdir(parents=True)
+        except FileExistsError:
+            raise InputError(f"{run.path} already holds a run; choose another --out, or --resume it") from None
+        except OSError as error:
+            raise InputError(f"cannot make the run folder {run.path}: {error.strerror}") from error
+        write_whole(run.path / "config.json", json.dumps(config.to_dict(), indent=2).encode())
+        return run
+
+    @classmethod
+    def open(cls, path: str | Path) -> RunFolder:
+        """A run that is there.
+
+        Raises:
+            InputError: if there is none.
+        """
+        run = cls(path)
+        if not (run.path / "config.json").is_file():
+            raise InputError(f"{run.path} is not a run folder: it has no config.json")
+        return run
+
+    @property
+    def checkpoints(self) -> Path:
+        """The folder of the checkpoints."""
+        return self.path / "checkpoints"
+
+    def config(self) -> TrainConfig:
+        """What the run trains.
+
+        Raises:
+            InputError: if config.json is broken.
+        """
+        path = self.path / "config.json"
+        try:
+            table = json.loads(path.read_text())
+        except (OSError, ValueError) as error:
+            raise InputError(f"cannot read {path}: {error}") from error
+        try:
+            return TrainConfig.from_dict(table)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
+
+    def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
+        """Write what `Trainer.state_dict` gave; it is named by its steps."""
+        buffer = io.BytesIO()
+        torch.save(dict(state), buffer)
+        path = self.checkpoints / f"{state['steps']:012d}.pt"
+        write_whole(path, buffer.getvalue())
+        return path
+
+    def load_checkpoint(self) -> dict[str, Any]:
+        """The newest checkpoint. Only tensors and plain types are read: nothing in it can run.
+
+        Raises:
+            InputError: if there is none or it is broken.
+        """
+        paths = sorted(self.checkpoints.glob("*.pt"))
+        if not paths:
+            raise InputError(f"{self.path} has no checkpoint in {self.checkpoints.name}/")
+        try:
+            return torch.load(paths[-1], map_location="cpu", weights_only=True)
+        except Exception as error:  # torch raises many kinds for a broken file, among them plain RuntimeError
+            reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+            raise InputError(f"cannot read the checkpoint {paths[-1]}: {reason}") from error
+
+    def append_metrics(self, row: Mapping[str, float]) -> None:
+        """Add a row to metrics.csv.
+
+        Raises:
+            InputError: if it cannot be written; the rows before are still there.
+        """
+        path = self.path / "metrics.csv"
+        text = io.StringIO()
+        writer = csv.DictWriter(text, list(row))
+        size = path.stat().st_size if path.exists() else 0
+        if size == 0:
+            writer.writeheader()
+        writer.writerow(row)
+        try:
+            with path.open("a", newline="") as file:
+                file.write(text.getvalue())
+        except OSError as error:
+            if path.exists():
+                os.truncate(path, size)
+            raise InputError(f"cannot write {path}: {error.strerror}") from error
+
+    def metrics(self) -> list[dict[str, float]]:
+        """The rows of metrics.csv."""
+        path = self.path / "metrics.csv"
+        if not path.exists():
+            return []
+        with path.open(newline="") as file:
+            return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+
+    def drop_metrics_after(self, steps: int) -> None:
+        """Take out the rows logged after a checkpoint that training goes on from."""
+        rows = [row for row in self.metrics() if row["steps"] <= steps]
+        (self.path / "metrics.csv").unlink(missing_ok=True)
+        for row in rows:
+            self.append_metrics({**row, "steps": int(row["steps"]), "episodes": int(row["episodes"])})
+
+    def save_summary(self, summary: Mapping[str, Any]) -> None:
+        """Write summary.json."""
+        write_whole(self.path / "summary.json", json.dumps(dict(summary), indent=2).encode())
+
+
+def unused_path(path: Path) -> Path:
+    """The path, or where it is taken the first of path-2, path-3, ... that is free."""
+    candidate, number = path, 2
+    while candidate.exists():
+        candidate, number = path.with_name(f"{path.name}-{number}"), number + 1
+    return candidate

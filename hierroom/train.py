@@ -1,0 +1,181 @@
+"""Train an agent: ``python -m hierroom.train --meta fixed-dfs``."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import torch
+import tyro
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from hierroom.agent import Agent
+from hierroom.commands import run
+from hierroom.errors import InputError
+from hierroom.goals import NO_GOAL
+from hierroom.plots import plot_learning_curve
+from hierroom.presets import TrainConfig, find_preset
+from hierroom.runs import RunFolder, unused_path
+from hierroom.trainer import Trainer, make_turns
+from hierroom.world.animation import animate
+from hierroom.world.render import draw
+
+ROWS_PER_RUN, CHECKPOINTS_PER_RUN = 500, 10
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """Train an agent in EscapeRooms and write a run folder."""
+
+    config: Annotated[TrainConfig, tyro.conf.arg(name="")]
+    preset: str = "default"
+    """What the other options start from: default (the best known) or paper (its section 3)."""
+    out: Path | None = None
+    """The run folder, new; by default runs/ and the run's name."""
+    resume: Path | None = None
+    """A run folder to go on with; only --steps, --threads and --device may be given beside it."""
+
+
+def parse(argv: list[str] | None = None) -> Arguments:
+    """The arguments of the command line; unnamed options come from the preset or the run that is resumed.
+
+    Raises:
+        InputError: if the preset or the run does not exist.
+    """
+    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    first.add_argument("--preset", default="default")
+    first.add_argument("--resume", default=None)
+    known, _ = first.parse_known_args(argv)
+    default = RunFolder.open(known.resume).config() if known.resume else find_preset(known.preset)
+    return tyro.cli(
+        Arguments,
+        prog="python -m hierroom.train",
+        default=Arguments(config=default),
+        args=argv,
+        config=(tyro.conf.OmitArgPrefixes,),
+    )
+
+
+def main(argv: list[str] | None = None) -> int:
+    """The command."""
+    arguments = parse(argv)
+    config, console = arguments.config, Console()
+    torch.set_num_threads(1)  # more gain nothing at these sizes
+    trainer = Trainer(config)
+    if arguments.resume:
+        folder = RunFolder.open(arguments.resume)
+        _check_unchanged(config, folder.config())
+        trainer.load_state_dict(folder.load_checkpoint())
+        folder.drop_metrics_after(trainer.steps)
+    else:
+        folder = RunFolder.create(arguments.out or unused_path(Path("runs") / config.name), config)
+    console.print(_title(trainer, folder))
+    try:
+        train(trainer, folder, console)
+    except KeyboardInterrupt:
+        folder.save_checkpoint(trainer.state_dict())
+        console.print(f"stopped and saved; go on with: python -m hierroom.train --resume {folder.path}")
+        return 130
+    finish(trainer, folder, console)
+    return 0
+
+
+def train(trainer: Trainer, folder: RunFolder, console: Console) -> None:
+    """Train to the end, with a progress bar, metrics, TensorBoard events and checkpoints."""
+    from torch.utils.tensorboard import SummaryWriter  # slow to load, and only wanted here
+
+    total = trainer.config.steps
+    next_row = next_checkpoint = trainer.steps
+    columns = (
+        TextColumn("{task.percentage:3.0f}%"),
+        BarColumn(),
+        TextColumn("{task.fields[status]}"),
+        TimeRemainingColumn(),
+        TextColumn("left"),
+    )
+    with Progress(*columns, console=console) as bar, SummaryWriter(str(folder.path)) as events:
+        task = bar.add_task("", total=total, completed=trainer.steps, status="")
+        while not trainer.is_done:
+            trainer.advance()
+            row = trainer.metrics()
+            status = (
+                f"{trainer.steps / trainer.seconds:,.0f} steps/s, success {row['success_rate']:.1%}, "
+                f"length {row['episode_length']:.0f},"
+            )
+            bar.update(task, completed=min(trainer.steps, total), status=status)
+            if trainer.steps >= next_row or trainer.is_done:
+                next_row += total // ROWS_PER_RUN
+                folder.append_metrics(row)
+                for name, value in row.items():
+                    events.add_scalar(name, value, trainer.steps)
+            if trainer.steps >= next_checkpoint or trainer.is_done:
+                next_checkpoint += total // CHECKPOINTS_PER_RUN
+                folder.save_checkpoint(trainer.state_dict())
+
+
+def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
+    """Write summary and pictures and print what came out."""
+    summary = trainer.summary()
+    folder.save_summary(summary)
+    curve, escape = folder.path / "learning_curve.png", folder.path / "escape.gif"
+    plot_learning_curve(folder, curve)
+    table = Table(title=trainer.config.name)
+    table.add_column("")
+    table.add_column("", justify="right")
+    table.add_row("success, last 500 episodes", f"{summary['success_rate']:.1%}")
+    table.add_row("episode length", f"{summary['episode_length']:.1f}")
+    table.add_row("steps", f"{summary['steps']:,}")
+    for milestone in (50, 90, 95, 99):
+        steps = summary[f"steps_to_{milestone}"]
+        table.add_row(f"steps to {milestone}% success", f"{steps:,}" if steps else "-")
+    table.add_row("seconds", f"{summary['seconds']:.1f}")
+    table.add_row("steps per second", f"{summary['steps_per_second']:,.0f}")
+    table.add_row("memory of the rollout", f"{summary['rollout_bytes'] / 2**20:.1f} MiB")
+    console.print(table)
+    frames = next(escapes(trainer), None)
+    if frames:
+        animate(frames, escape)
+    console.print(f"learning curve  {curve}", soft_wrap=True)
+    console.print(f"one escape      {escape if frames else 'none in 20 episodes'}", soft_wrap=True)
+    console.print(f"evaluate it     python -m hierroom.evaluate {folder.path}", soft_wrap=True)
+
+
+def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
+    """The pictures of each successful episode among the first few of a fresh room."""
+    config = replace(trainer.config, threads=1)
+    agent = Agent(config, trainer.learner.policy(1, seed=config.seed), trainer.meta)
+    turns = make_turns(config, 1, config.seed + 1)
+    for _ in range(episodes):
+        turns.ask(trainer.meta)
+        frames = [draw(turns.world.state, int(turns.goals[0]), tile_size=16)]
+        while True:
+            step = agent.step(turns)
+            if step.over[0]:
+                break
+            goal = int(turns.goals[0]) if not step.option_over[0] else NO_GOAL
+            frames.append(draw(turns.world.state, goal, tile_size=16))
+        if step.terminated[0]:
+            yield frames
+
+
+def _title(trainer: Trainer, folder: RunFolder) -> str:
+    config = trainer.config
+    return (
+        f"{config.method} with meta-controller {config.meta_name} on graph {config.graph}, seed {config.seed}: "
+        f"{config.steps:,} steps in {config.rooms} rooms, into {folder.path}"
+    )
+
+
+def _check_unchanged(config: TrainConfig, before: TrainConfig) -> None:
+    if replace(config, steps=before.steps, threads=before.threads, device=before.device) != before:
+        raise InputError("a resumed run keeps its config; only --steps, --threads and --device may be given")
+
+
+if __name__ == "__main__":
+    run(main)
