@@ -1,0 +1,253 @@
+"""Goal graphs: the paper's table, what is rejected and how it is said, files, enumeration, and which goals are open."""
+
+from itertools import product
+
+import networkx as nx
+import numpy as np
+import pytest
+
+from hierroom.errors import InputError
+from hierroom.goals import (
+    EXIT_GOAL,
+    GOAL_NAMES,
+    GOAL_VECTORS,
+    NAMED_GRAPHS,
+    NO_GOAL,
+    GoalGraph,
+    as_goal_graph,
+    enumerate_graphs,
+    open_goals,
+)
+
+
+@pytest.mark.parametrize(
+    ("letter", "key_rooms", "exit_room", "exit_depth", "width"),
+    [
+        ("a", (0,), 1, 2, 1),
+        ("b", (0, 0), 1, 2, 2),
+        ("c", (0, 1), 2, 4, 1),
+        ("d", (0, 0, 1), 2, 2, 2),
+        ("e", (0, 0, 0), 3, 2, 3),
+        ("f", (0, 0, 1), 3, 4, 2),
+        ("g", (0, 1, 2), 3, 6, 1),
+    ],
+)
+def test_the_named_graphs_are_those_of_the_paper(letter, key_rooms, exit_room, exit_depth, width):
+    graph = GoalGraph.named(letter)
+    assert (graph.key_rooms, graph.exit_room) == (key_rooms, exit_room)
+    assert (graph.exit_depth, graph.width) == (exit_depth, width)
+    assert graph.name == letter
+    assert graph.n_rooms == len(key_rooms) + 1
+    assert graph.n_goals == 2 * len(key_rooms) + 1
+
+
+def test_depths_of_a_branching_graph():
+    graph = GoalGraph((0, 1, 1, 2, 0), 4)
+    assert graph.depths == (0, 1, 2, 2, 3, 1)
+    assert (graph.exit_depth, graph.width) == (6, 2)
+    assert graph.name == "keys-0-1-1-2-0-exit-4"
+
+
+def test_renamed_rooms_make_the_same_graph():
+    """Graph d with its rooms in another order."""
+    renamed = GoalGraph((3, 0, 0), 2)
+    assert renamed != NAMED_GRAPHS["d"]
+    assert renamed.canonical() == NAMED_GRAPHS["d"].canonical()
+    assert renamed.name == "d"
+    assert GoalGraph((3, 0, 0), 3).name != "d"
+
+
+def test_graphs_are_values():
+    graph = GoalGraph([0, np.int64(1)], np.int64(2))  # type: ignore[arg-type]
+    assert graph == NAMED_GRAPHS["c"]
+    assert hash(graph) == hash(NAMED_GRAPHS["c"])
+    with pytest.raises(AttributeError):
+        graph.exit_room = 1  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("key_rooms", "exit_room", "message"),
+    [
+        ((), 1, "a goal graph needs at least one locked room: key_rooms is empty"),
+        ((0, 3), 1, "the key of room 2 must lie in a room from 0 to 2, not in 3"),
+        ((0, -1), 1, "the key of room 2 must lie in a room from 0 to 2, not in -1"),
+        ((0,), 0, "the exit must lie behind a door, in a room from 1 to 1, not in room 0"),
+        ((0, 0), 3, "the exit must lie in a room from 1 to 2, not in 3"),
+        ((0, 0), -1, "the exit must lie in a room from 1 to 2, not in -1"),
+        ((1,), 1, r"key_rooms must form a tree rooted at room 0, but the key of room 1 lies behind a cycle: \[1\]"),
+        ((0, 3, 2), 1, r"the key of room 2 lies behind a cycle: \[0, 3, 2\]"),
+        ((0, 0.5), 1, "key_rooms takes whole numbers"),
+        ("01", 1, "key_rooms takes whole numbers"),
+        ((True,), 1, "key_rooms takes whole numbers"),
+        ((0,), "1", "exit_room takes whole numbers"),
+        ((0,), None, "exit_room takes whole numbers"),
+    ],
+)
+def test_what_is_no_goal_graph(key_rooms, exit_room, message):
+    with pytest.raises(InputError, match=message) as caught:
+        GoalGraph(key_rooms, exit_room)
+    assert "\n" not in str(caught.value)
+
+
+# Files.
+
+
+@pytest.mark.parametrize("graph", [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 3, 4, 5, 6, 7, 8), 9)])
+def test_toml_round_trip(graph, tmp_path):
+    path = tmp_path / "graph.toml"
+    assert graph.to_toml(path) == path.read_text()
+    assert GoalGraph.from_toml(path) == as_goal_graph(path) == as_goal_graph(str(path)) == graph
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("key_rooms = [0", "is not a TOML file"),
+        ("", "must hold key_rooms .* and nothing else; it holds nothing"),
+        ("key_rooms = [0]\nexit = 1", "nothing else; it holds exit, key_rooms"),
+        ("key_rooms = [0]\nexit_room = 0", "graph.toml: the exit must lie behind a door"),
+        ("key_rooms = 'c'\nexit_room = 1", "graph.toml: key_rooms takes whole numbers"),
+        ("key_rooms = [[0]]\nexit_room = 1", "graph.toml: key_rooms takes whole numbers"),
+        ("key_rooms = [0]\nexit_room = []", "exit_room"),
+    ],
+)
+def test_bad_files(text, message, tmp_path):
+    path = tmp_path / "graph.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        as_goal_graph(path)
+    assert "graph.toml" in str(caught.value)
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    with pytest.raises(InputError, match=r"cannot read the goal graph .*missing.toml: No such file"):
+        as_goal_graph(tmp_path / "missing.toml")
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(InputError, match="is not a TOML file"):
+        as_goal_graph(tmp_path / "bytes.toml")
+
+
+@pytest.mark.parametrize("graph", ["h", "ab", "", 3, None, (0, 1)])
+def test_what_means_no_graph(graph):
+    with pytest.raises(InputError, match="a graph is a letter from a to g, a GoalGraph or a path to a"):
+        as_goal_graph(graph)
+
+
+def test_an_unknown_letter():
+    with pytest.raises(InputError, match="the named graphs are a, b, c, d, e, f, g; there is no 'h'"):
+        GoalGraph.named("h")
+
+
+# Enumeration.
+
+
+def counts_by_generating_function(n_max):
+    """Coefficients of T^2 / (1 - T) for n = 2..n_max: a tree with a marked node other than its root.
+
+    T counts rooted trees by size: T(n + 1) = sum over k of (sum of d T(d) over divisors d of k) T(n - k + 1), over n.
+    """
+    trees = [0, 1]
+    for n in range(1, n_max):
+        total = sum(
+            sum(d * trees[d] for d in range(1, k + 1) if k % d == 0) * trees[n - k + 1] for k in range(1, n + 1)
+        )
+        trees.append(total // n)
+    assert trees[:9] == [0, 1, 1, 2, 4, 9, 20, 48, 115]  # OEIS A000081
+    # Down the path to the marked node stand k >= 2 trees: T^2 + T^3 + ...
+    power, counts = trees, [0] * (n_max + 1)
+    for _ in range(2, n_max + 1):
+        power = [sum(power[i] * trees[n - i] for i in range(n + 1)) for n in range(n_max + 1)]
+        counts = [a + b for a, b in zip(counts, power, strict=True)]
+    return counts
+
+
+def test_enumeration_counts():
+    counts = counts_by_generating_function(9)
+    assert counts[2:] == [1, 3, 9, 26, 75, 214, 612, 1747]
+    assert [len(enumerate_graphs(n)) for n in range(2, 10)] == counts[2:]
+
+
+@pytest.mark.parametrize("n_rooms", [2, 3, 4, 5])
+def test_enumeration_against_brute_force(n_rooms):
+    """Of all the key_rooms and exits there are, each is isomorphic to exactly one graph of the enumeration."""
+
+    def as_tree(graph):
+        tree = nx.DiGraph()
+        tree.add_nodes_from((room, {"kind": (room == 0, room == graph.exit_room)}) for room in range(graph.n_rooms))
+        tree.add_edges_from((key_room, room) for room, key_room in enumerate(graph.key_rooms, start=1))
+        return tree
+
+    listed = [as_tree(graph) for graph in enumerate_graphs(n_rooms)]
+    n_valid = 0
+    for *key_rooms, exit_room in product(range(n_rooms), repeat=n_rooms):
+        try:
+            tree = as_tree(GoalGraph(tuple(key_rooms), exit_room))
+        except InputError:
+            continue
+        n_valid += 1
+        assert sum(nx.is_isomorphic(tree, other, lambda a, b: a["kind"] == b["kind"]) for other in listed) == 1
+    # Cayley: n^(n - 2) labelled trees, each with n - 1 rooms for the exit.
+    assert n_valid == n_rooms ** (n_rooms - 2) * (n_rooms - 1)
+
+
+def test_enumerated_graphs_are_canonical_and_sorted():
+    graphs = enumerate_graphs(5)
+    assert all(graph.canonical() == graph for graph in graphs)
+    assert graphs == sorted(graphs, key=lambda graph: (graph.key_rooms, graph.exit_room))
+    with pytest.raises(InputError, match="at least 2 rooms, not 1"):
+        enumerate_graphs(1)
+
+
+# Goals.
+
+
+@pytest.mark.parametrize(
+    ("keys", "doors", "expected"),
+    [
+        ("000", "000", "110" "000" "0"),  # the keys of rooms 1 and 2 lie in the centre
+        ("100", "000", "010" "100" "0"),
+        ("000", "100", "011" "000" "0"),  # room 1 is open: the key of room 3 is in reach
+        ("100", "100", "011" "000" "0"),  # the key of an open door is no goal, held or not
+        ("001", "100", "010" "001" "0"),
+        ("111", "100", "000" "011" "0"),
+        ("000", "101", "010" "000" "1"),  # room 3, with the exit, is open
+        ("111", "111", "000" "000" "1"),
+    ],
+)  # fmt: skip
+def test_open_goals_of_graph_f(keys, doors, expected):
+    graph = NAMED_GRAPHS["f"]
+    goals = graph.open_goals([bit == "1" for bit in keys], [bit == "1" for bit in doors])
+    assert "".join("01"[bit] for bit in goals.astype(int)) == expected
+
+
+def test_open_goals_of_many_graphs_at_once():
+    rng = np.random.default_rng(0)
+    graphs = [graph for graph in enumerate_graphs(5) for _ in range(4)]
+    keys, doors = rng.random((2, len(graphs), 4)) < 0.5
+    key_rooms, exits = np.array([graph.key_rooms for graph in graphs]), np.array([graph.exit_room for graph in graphs])
+    together = open_goals(key_rooms, exits, keys, doors)
+    for n, graph in enumerate(graphs):
+        np.testing.assert_array_equal(together[n], graph.open_goals(keys[n], doors[n]))
+
+
+def test_goal_vectors():
+    assert GOAL_VECTORS.shape == (14, 9)
+    assert GOAL_NAMES[3] == "purple key"
+    assert GOAL_VECTORS[3].tolist() == [1, 0, 0, 0, 0, 0, 1, 0, 0]
+    assert GOAL_NAMES[6 + 5] == "grey door"
+    assert GOAL_VECTORS[6 + 5].tolist() == [0, 1, 0, 0, 0, 0, 0, 0, 1]
+    assert GOAL_NAMES[EXIT_GOAL] == "exit"
+    assert GOAL_VECTORS[EXIT_GOAL].tolist() == [0, 0, 1] + [0, 1, 0, 0, 0, 0]  # MiniGrid's goal is green
+    assert GOAL_VECTORS[NO_GOAL].tolist() == [0] * 9
+    assert len(np.unique(GOAL_VECTORS, axis=0)) == 14
+    with pytest.raises(ValueError, match="read-only"):
+        GOAL_VECTORS[0, 0] = 5
+
+
+def test_the_dependency_graph_as_the_paper_draws_it():
+    graph = NAMED_GRAPHS["d"].to_networkx()
+    assert set(graph.edges) == {
+        ("start", "key 1"), ("key 1", "door 1"), ("start", "key 2"), ("key 2", "door 2"),
+        ("door 1", "key 3"), ("key 3", "door 3"), ("door 2", "exit"),
+    }  # fmt: skip
+    assert nx.get_node_attributes(graph, "room")["exit"] == 2

@@ -1,0 +1,47 @@
+"""Plays some rooms and prints a digest of all that happened: run with and without Numba, the digests must be equal."""
+
+import hashlib
+
+import numpy as np
+
+from hierroom.goals import NAMED_GRAPHS, GoalGraph
+from hierroom.world import kernels, tiles
+from hierroom.world.batch import Batch
+from hierroom.world.oracle import shortest_actions, shortest_lengths
+
+GRAPHS = [NAMED_GRAPHS["a"], NAMED_GRAPHS["f"], GoalGraph((0, 1, 2, 0, 1, 2), 6)]
+
+
+def main() -> None:
+    digest = hashlib.sha256()
+
+    def record(array: np.ndarray) -> None:
+        for name in array.dtype.names or ():
+            digest.update(np.ascontiguousarray(array[name]))
+        if array.dtype.names is None:
+            digest.update(np.ascontiguousarray(array))
+
+    for size, drop_key in ((11, True), (19, False)):
+        batch = Batch(GRAPHS, 6, size=size, max_steps=70, drop_key=drop_key, seed=2**63 - 1)
+        rng = np.random.default_rng(size)
+        for actions in rng.choice(6, size=(150, 6), p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1]):
+            record(batch.step(actions))
+            record(tiles.encode(batch.outcomes["tiles"]))
+        draws = np.empty((6, 3))
+        kernels.turn_draws(batch.state.rooms, np.arange(6), draws)
+        record(draws)
+        for goal in range(0, 13, 3):
+            record(shortest_lengths(batch.state, goal))
+        for n in range(6):
+            for action in shortest_actions(batch.state[n]):
+                actions = np.full(6, -1)
+                actions[n] = action
+                record(batch.step_within_episode(actions))
+        record(batch.state.rooms)
+        record(batch.state.grids)
+        record(batch.finals)
+    print(digest.hexdigest())
+
+
+if __name__ == "__main__":
+    main()
