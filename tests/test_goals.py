@@ -237,7 +237,7 @@ def test_goal_vectors():
     assert GOAL_NAMES[6 + 5] == "grey door"
     assert GOAL_VECTORS[6 + 5].tolist() == [0, 1, 0, 0, 0, 0, 0, 0, 1]
     assert GOAL_NAMES[EXIT_GOAL] == "exit"
-    assert GOAL_VECTORS[EXIT_GOAL].tolist() == [0, 0, 1] + [0, 1, 0, 0, 0, 0]  # MiniGrid's goal is green
+    assert GOAL_VECTORS[EXIT_GOAL].tolist() == [0, 0, 1, 0, 1, 0, 0, 0, 0]  # MiniGrid's goal is green
     assert GOAL_VECTORS[NO_GOAL].tolist() == [0] * 9
     assert len(np.unique(GOAL_VECTORS, axis=0)) == 14
     with pytest.raises(ValueError, match="read-only"):
