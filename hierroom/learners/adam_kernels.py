@@ -12,7 +12,7 @@ BETA1, BETA2 = 0.9, 0.999
 """Decay of the two moments: the values of Kingma & Ba (2015), and torch's."""
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def sum_gradients(shares: NDArray[np.floating]) -> float:
     """Add up gradients [L, P] into the first row, in order; returns the Euclidean norm of the sum."""
     square = 0.0
@@ -23,7 +23,7 @@ def sum_gradients(shares: NDArray[np.floating]) -> float:
     return math.sqrt(square)
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def adam_step(
     parameters: NDArray[np.floating],
     gradient: NDArray[np.floating],

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 _BLOCK = 64
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def encode(
     codes: NDArray[np.uint8],
     offsets: NDArray[np.int64],
@@ -54,7 +54,7 @@ def encode(
             features[n, j] = max(features[n, j], zero)
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def encode_backward(
     codes: NDArray[np.uint8],
     offsets: NDArray[np.int64],

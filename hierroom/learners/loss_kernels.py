@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def heads(
     hidden: NDArray[np.floating],
     policy_weight: NDArray[np.floating],
@@ -29,7 +29,7 @@ def heads(
         values[n] = _dot(value_weight, 0, hidden, n) + value_bias[0]
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def loss_backward(
     hidden: NDArray[np.floating],
     logits: NDArray[np.floating],
@@ -133,7 +133,7 @@ def loss_backward(
                 d_hidden[n, j] += d_logit * policy_weight[action, j]
 
 
-@njit(cache=True, nogil=True, fastmath=True, inline="always")
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy", inline="always")
 def _dot(rows, i, others, n):
     total = rows.dtype.type(0)
     for j in range(rows.shape[1]):

@@ -9,13 +9,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from hierroom.learners.product_kernels import add_product, add_transposed_product, pack
+
 # Constants are float32 because Numba makes float64 of float32 and a Python number; with float64 they are float64.
 _HALF, _ONE, _TWO = np.float32(0.5), np.float32(1), np.float32(2)
 _LIMIT, _QUARTER = np.float32(12), np.float32(0.25)
 _15, _105, _420, _945 = np.float32(15), np.float32(105), np.float32(420), np.float32(945)
 
 
-@njit(inline="always")
+@njit(inline="always", error_model="numpy")
 def _tanh(x):
     """Tanh to 2e-9 (rounding apart) from products and one division, so that a loop over it becomes vector code.
 
@@ -30,12 +32,12 @@ def _tanh(x):
     return _TWO * a * b / (a * a + b * b)
 
 
-@njit(inline="always")
+@njit(inline="always", error_model="numpy")
 def _sigmoid(x):
     return _HALF + _HALF * _tanh(x * _HALF)
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def lstm_forward(
     driven: NDArray[np.floating],
     states: NDArray[np.floating],
@@ -63,35 +65,46 @@ def lstm_forward(
     """
     n_steps, n_rows, size = hidden.shape
     first = driven.shape[2] - size
+    panels = pack(weight)
     for m in range(n_rows):
-        for j in range(size):
-            cells[0, m, j] = states[m, size + j]
+        cells[0, m] = states[m, size:]
     for t in range(n_steps):
         for m in range(n_rows):
-            for j in range(size):
-                driven[t, m, first + j] = states[m, j] if t == 0 else hidden[t - 1, m, j]
+            driven[t, m, first:] = states[m, :size] if t == 0 else hidden[t - 1, m]
             if resets[t, m]:
-                for j in range(size):
-                    driven[t, m, first + j] = 0
-                    cells[t, m, j] = 0
-        np.dot(driven[t], weight, gates[t])
+                driven[t, m, first:] = 0
+                cells[t, m] = 0
+            gates[t, m] = bias
+        add_product(driven[t], panels, gates[t])
         for m in range(n_rows):
-            for j in range(size):
-                enter = _sigmoid(gates[t, m, j] + bias[j])
-                forget = _sigmoid(gates[t, m, size + j] + bias[size + j])
-                candidate = _tanh(gates[t, m, 2 * size + j] + bias[2 * size + j])
-                leave = _sigmoid(gates[t, m, 3 * size + j] + bias[3 * size + j])
-                cell = forget * cells[t, m, j] + enter * candidate
-                gates[t, m, j] = enter
-                gates[t, m, size + j] = forget
-                gates[t, m, 2 * size + j] = candidate
-                gates[t, m, 3 * size + j] = leave
-                cells[t + 1, m, j] = cell
-                squashed[t, m, j] = _tanh(cell)
-                hidden[t, m, j] = leave * squashed[t, m, j]
+            _cell_forward(gates[t, m], cells[t, m], cells[t + 1, m], squashed[t, m], hidden[t, m])
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(nogil=True, fastmath=True, error_model="numpy")
+def _cell_forward(gates, before, after, squashed, hidden):
+    """One step of one row: products [4 H] become gates, the cell [H] moves on.
+
+    Rows are cut into parts and every loop counts from 0: an index such as ``size + j`` may be negative for all the
+    compiler knows, and the check for that keeps a loop from becoming vector code.
+    """
+    size = len(hidden)
+    both, candidate, leave = gates[: 2 * size], gates[2 * size : 3 * size], gates[3 * size :]
+    for j in range(2 * size):
+        both[j] = _sigmoid(both[j])
+    for j in range(size):
+        candidate[j] = _tanh(candidate[j])
+    for j in range(size):
+        leave[j] = _sigmoid(leave[j])
+    enter, forget = both[:size], both[size:]
+    for j in range(size):
+        after[j] = forget[j] * before[j] + enter[j] * candidate[j]
+    for j in range(size):
+        squashed[j] = _tanh(after[j])
+    for j in range(size):
+        hidden[j] = leave[j] * squashed[j]
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def lstm_backward(
     driven: NDArray[np.floating],
     resets: NDArray[np.bool_],
@@ -121,31 +134,42 @@ def lstm_backward(
     n_steps, n_rows, size = d_hidden.shape
     width = driven.shape[2]
     first = width - size
-    transposed = np.ascontiguousarray(weight.T)
+    panels = pack(weight.T)
     d_cells = np.zeros((n_rows, size), weight.dtype)
     for t in range(n_steps - 1, -1, -1):
         for m in range(n_rows):
             if t < n_steps - 1:
                 if resets[t + 1, m]:
-                    for j in range(size):
-                        d_cells[m, j] = 0
+                    d_cells[m] = 0
                 else:
-                    for j in range(size):
-                        d_hidden[t, m, j] += d_driven[t + 1, m, first + j]
-            for j in range(size):
-                enter = gates[t, m, j]
-                forget = gates[t, m, size + j]
-                candidate = gates[t, m, 2 * size + j]
-                leave = gates[t, m, 3 * size + j]
-                d_output = d_hidden[t, m, j]
-                d_cell = d_cells[m, j] + d_output * leave * (_ONE - squashed[t, m, j] * squashed[t, m, j])
-                gates[t, m, j] = d_cell * candidate * enter * (_ONE - enter)
-                gates[t, m, size + j] = d_cell * cells[t, m, j] * forget * (_ONE - forget)
-                gates[t, m, 2 * size + j] = d_cell * enter * (_ONE - candidate * candidate)
-                gates[t, m, 3 * size + j] = d_output * squashed[t, m, j] * leave * (_ONE - leave)
-                d_cells[m, j] = d_cell * forget
-            for j in range(4 * size):
-                d_bias[j] += gates[t, m, j]
-        np.dot(gates[t], transposed, d_driven[t])
+                    d_hidden[t, m] += d_driven[t + 1, m, first:]
+            _cell_backward(gates[t, m], cells[t, m], squashed[t, m], d_hidden[t, m], d_cells[m])
+            d_bias += gates[t, m]
+        d_driven[t] = 0
+        add_product(gates[t], panels, d_driven[t])
     n_samples = n_steps * n_rows
-    d_weight += np.dot(driven.reshape(n_samples, width).T, gates.reshape(n_samples, 4 * size))
+    add_transposed_product(driven.reshape(n_samples, width), gates.reshape(n_samples, 4 * size), d_weight)
+
+
+@njit(nogil=True, fastmath=True, error_model="numpy")
+def _cell_backward(gates, before, squashed, d_hidden, d_cell):
+    """One step of one row: gates [4 H] become the gradient of the products, d_cell [H] moves to the step before."""
+    size = len(d_hidden)
+    enter, forget, candidate, leave = (
+        gates[:size],
+        gates[size : 2 * size],
+        gates[2 * size : 3 * size],
+        gates[3 * size :],
+    )
+    for j in range(size):
+        d_cell[j] += d_hidden[j] * leave[j] * (_ONE - squashed[j] * squashed[j])
+    for j in range(size):
+        leave[j] = d_hidden[j] * squashed[j] * leave[j] * (_ONE - leave[j])
+    for j in range(size):
+        d_enter = d_cell[j] * candidate[j] * enter[j] * (_ONE - enter[j])
+        candidate[j] = d_cell[j] * enter[j] * (_ONE - candidate[j] * candidate[j])
+        enter[j] = d_enter
+    for j in range(size):
+        d_forget = d_cell[j] * before[j] * forget[j] * (_ONE - forget[j])
+        d_cell[j] *= forget[j]
+        forget[j] = d_forget

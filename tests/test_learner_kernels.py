@@ -1,0 +1,213 @@
+"""The compiled kernels against torch: gradients in float64, whole updates in float32."""
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from learner_rooms import SPACE, PlainTorchNetwork, RandomRooms, make_learner
+from torch.nn.utils import parameters_to_vector
+
+from hierroom.learners import AgentSpace, Learner, PPOConfig, RecurrentActorCritic
+from hierroom.learners.adam_kernels import adam_step, sum_gradients
+from hierroom.learners.encoder_kernels import encode, encode_backward
+from hierroom.learners.fused_network import Tape, Weights, backward, encoder_table, forward
+from hierroom.learners.loss_kernels import heads, loss_backward
+from hierroom.learners.product_kernels import add_product, add_transposed_product, pack
+from hierroom.learners.recurrent import ResetLSTM
+from hierroom.learners.recurrent_kernels import lstm_backward, lstm_forward
+from hierroom.learners.torch_backend import ppo_loss
+
+RANDOM = np.random.default_rng(0)
+
+
+def close(found, expected, tolerance=1e-6):
+    expected = expected.detach().numpy() if isinstance(expected, torch.Tensor) else expected
+    np.testing.assert_allclose(found, expected, rtol=tolerance, atol=tolerance)
+
+
+def normal(*shape):
+    return RANDOM.normal(size=shape)
+
+
+@given(st.integers(1, 40), st.integers(1, 140), st.integers(1, 50), st.sampled_from([np.float32, np.float64]))
+@settings(deadline=None, max_examples=40)
+def test_products(n_rows, depth, n_columns, dtype):
+    a, b, c = (normal(*shape).astype(dtype) for shape in ((n_rows, depth), (depth, n_columns), (n_rows, n_columns)))
+    tolerance = 1e-3 if dtype == np.float32 else 1e-10
+    found = c.copy()
+    add_product(a, pack(b), found)
+    close(found, c + a @ b, tolerance)
+    found = c.copy()
+    add_transposed_product(np.ascontiguousarray(a.T), b, found)
+    close(found, c + a @ b, tolerance)
+
+
+def test_encoder_gradients():
+    cardinalities = (5, 3, 1, 7, 2, 256)
+    network = RecurrentActorCritic(AgentSpace(cardinalities, 2), 10).double()
+    codes = RANDOM.integers(0, cardinalities, (150, 6)).astype(np.uint8)
+    table, offsets = encoder_table(network)
+    bias = network.encoder.bias.detach().numpy()
+    bias += normal(10) / 10
+    features = np.zeros((150, 13))  # wider than needed, as in use
+    encode(codes, offsets, table, bias, features)
+    expected = network.encoder(torch.from_numpy(codes))
+    close(features[:, :10], expected)
+    d_features = normal(150, 13)
+    expected.backward(torch.from_numpy(d_features[:, :10].copy()))
+    d_table, d_bias = np.ones_like(table), np.ones(10)
+    encode_backward(codes, offsets, features, d_features, d_table, d_bias)
+    close(d_table - 1, network.encoder.weight.grad)
+    close(d_bias - 1, network.encoder.bias.grad)
+
+
+@pytest.mark.parametrize(("n_turns", "n_rows", "size"), [(1, 3, 8), (6, 9, 8), (5, 4, 7)])
+def test_recurrent_gradients(n_turns, n_rows, size):
+    core = ResetLSTM(size, size).double()
+    with torch.no_grad():
+        core.bias.normal_(generator=torch.Generator().manual_seed(0))
+    inputs, states = normal(n_turns, n_rows, size), normal(n_rows, 2 * size)
+    resets = RANDOM.random((n_turns, n_rows)) < 0.3
+    weight, bias = core.weight.detach().numpy(), core.bias.detach().numpy()
+    driven, gates = np.concatenate([inputs, inputs], 2), np.empty((n_turns, n_rows, 4 * size))
+    cells, squashed, hidden = (np.empty((n_turns + extra, n_rows, size)) for extra in (1, 0, 0))
+    lstm_forward(driven, states, resets, weight, bias, gates, cells, squashed, hidden)
+    leaf = torch.from_numpy(inputs).requires_grad_()
+    expected = core.sequence(leaf, torch.from_numpy(states), torch.from_numpy(resets))
+    close(hidden, expected)
+    d_hidden = normal(n_turns, n_rows, size)
+    expected.backward(torch.from_numpy(d_hidden.copy()))
+    d_driven, d_weight, d_bias = np.empty_like(driven), np.ones_like(weight), np.ones_like(bias)
+    lstm_backward(driven, resets, weight, gates, cells, squashed, d_hidden, d_driven, d_weight, d_bias)
+    close(d_driven[:, :, :size], leaf.grad)
+    close(d_weight - 1, core.weight.grad)
+    close(d_bias - 1, core.bias.grad)
+
+
+def test_loss_gradients():
+    n, size, n_actions = 200, 6, 5
+    config = PPOConfig(clip=0.2, value_weight=0.7, entropy_weight=0.3)
+    policy, value = torch.nn.Linear(size, n_actions).double(), torch.nn.Linear(size, 1).double()
+    weights = [p.detach().numpy() for p in (policy.weight, policy.bias, value.weight, value.bias)]
+    hidden, advantages, targets = normal(n, size), normal(n), normal(n)
+    masks = RANDOM.random((n, n_actions)) < 0.6
+    actions = RANDOM.integers(0, n_actions, n)
+    masks[np.arange(n), actions] = True
+    logits, values = np.empty((n, n_actions)), np.empty(n)
+    heads(hidden, *weights, logits, values)
+    leaf = torch.from_numpy(hidden).requires_grad_()
+    torch_logits, torch_values = policy(leaf), value(leaf)[:, 0]
+    close(logits, torch_logits)
+    close(values, torch_values)
+    # Old log-probabilities near the new ones, so that some ratios are clipped on either side and some are not.
+    legal = torch_logits.detach().masked_fill(~torch.from_numpy(masks), -1e9).log_softmax(-1).numpy()
+    log_probs = legal[np.arange(n), actions] + 0.3 * normal(n)
+    data = [torch.from_numpy(x)[None] for x in (masks, actions, log_probs, advantages, targets)]
+    loss, statistics = ppo_loss(torch_logits[None], torch_values[None], *data, config)
+    loss.backward()
+    d_hidden, sums = np.empty((n, size)), np.zeros(5)
+    gradients = [np.ones_like(w) for w in weights]
+    loss_backward(
+        hidden,
+        logits,
+        values,
+        weights[0],
+        weights[2],
+        masks,
+        actions,
+        log_probs,
+        advantages,
+        targets,
+        config.clip,
+        config.value_weight,
+        config.entropy_weight,
+        1 / n,
+        d_hidden,
+        *gradients,
+        sums,
+    )
+    assert 0.2 < sums[4] < 0.8
+    close(sums, torch.stack(statistics))
+    close(d_hidden, leaf.grad)
+    for gradient, parameter in zip(gradients, (policy.weight, policy.bias, value.weight, value.bias), strict=True):
+        close(gradient - 1, parameter.grad)
+
+
+def test_the_whole_network_backwards():
+    network = RecurrentActorCritic(SPACE, 16).double()
+    vector = parameters_to_vector(network.parameters()).detach().numpy()
+    weights, gradient = Weights.views(vector, network), np.zeros_like(vector)
+    codes = RANDOM.integers(0, SPACE.cardinalities, (7, 10, 4)).astype(np.uint8)
+    resets, states = RANDOM.random((7, 10)) < 0.2, normal(10, 32)
+    tape, d_hidden = Tape(7, 10, weights), normal(7, 10, 16)
+    table, offsets = encoder_table(network)
+    forward(weights, table, offsets, codes, states, resets, tape)
+    tape.d_hidden[...] = d_hidden
+    parts = Weights.views(gradient, network)
+    backward(weights, offsets, codes, resets, tape, parts, parts.encoder_weight)
+    inputs = [torch.from_numpy(x) for x in (codes, states, resets)]
+    logits, values = network.sequence(*inputs)
+    close(tape.logits.reshape(7, 10, 4), logits)
+    close(tape.values.reshape(7, 10), values)
+    network.core.sequence(network.encoder(inputs[0]), *inputs[1:]).backward(torch.from_numpy(d_hidden))
+    heads_from = sum(p.numel() for p in [*network.encoder.parameters(), *network.core.parameters()])
+    grads = [p.grad for p in (*network.encoder.parameters(), *network.core.parameters())]
+    close(gradient[:heads_from], torch.cat([g.ravel() for g in grads if g is not None]))
+
+
+def test_adam_steps_like_torch():
+    parameter = torch.nn.Parameter(torch.from_numpy(normal(50)))
+    adam = torch.optim.Adam([parameter], lr=0.01, eps=1e-5)
+    found, means, squares = parameter.detach().numpy().copy(), np.zeros(50), np.zeros(50)
+    for step in range(1, 6):
+        shares = normal(3, 50) * 10**-step
+        parameter.grad = torch.from_numpy(shares.sum(0))
+        expected_norm = torch.nn.utils.clip_grad_norm_([parameter], 0.5)
+        adam.step()
+        norm = sum_gradients(shares)
+        close(norm, expected_norm)
+        adam_step(found, shares[0], means, squares, min(1, 0.5 / (norm + 1e-6)), 0.01, 1e-5, step)
+        close(found, parameter, 1e-10)
+
+
+def with_numbers(base):
+    """A network class whose second column is fed as two numbers."""
+    vectors = [None, [[0.0, 1.0], [0.5, -1.0], [2.0, 0.0]], None, None]
+    return lambda space, hidden_size: base(space, hidden_size, column_vectors=vectors)
+
+
+@pytest.mark.parametrize("wrap", [lambda base: base, with_numbers], ids=["rows", "numbers"])
+def test_compiled_and_torch_updates_agree(wrap):
+    learners = [make_learner(network=wrap(base)) for base in (RecurrentActorCritic, PlainTorchNetwork)]
+    rooms = [RandomRooms(6, seed=1) for _ in learners]
+    updates = 0
+    while updates < 3:
+        turns = [room.tick(learner) for room, learner in zip(rooms, learners, strict=True)]
+        np.testing.assert_array_equal(turns[0][2], turns[1][2])
+        if turns[0][3]:
+            updates += 1
+            assert turns[0][3] == pytest.approx(turns[1][3], rel=1e-3, abs=1e-5)
+    compiled, plain = (parameters_to_vector(learner.network.parameters()).detach() for learner in learners)
+    # Adam divides by the size of the gradient, so a parameter with almost none moves by rounding errors.
+    assert (compiled - plain).abs().median() < 1e-6
+    assert (compiled - plain).abs().max() < 1e-3
+
+
+@pytest.mark.parametrize("n_rooms", [6, 150])
+def test_the_number_of_threads_changes_nothing(n_rooms):
+    states = []
+    for threads in (1, 2):
+        config = PPOConfig(sequence_length=4, minibatches=2, hidden_size=8)
+        learner, rooms = Learner(SPACE, n_rooms, config, seed=3, threads=threads), RandomRooms(n_rooms, seed=3)
+        for _ in range(30):
+            rooms.tick(learner)
+        states.append(parameters_to_vector(learner.network.parameters()))
+    assert torch.equal(*states)
+
+
+def test_weights_loaded_into_the_network_are_used():
+    learner, other = make_learner(seed=1), make_learner(seed=2)
+    learner.network.load_state_dict(other.network.state_dict())
+    codes, states = np.ones((3, 4), np.uint8), np.zeros((3, 16), np.float32)
+    np.testing.assert_array_equal(learner._backend.step(codes, states)[1], other._backend.step(codes, states)[1])
