@@ -2,6 +2,7 @@
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes
 from hierroom.complexity.chain import Chain, EdgeSensitivity
+from hierroom.complexity.difficulty import Curriculum, Difficulty, is_difficulty, parse_difficulty
 from hierroom.complexity.hitting import (
     expected_visits,
     first_passage_variance,
@@ -19,6 +20,8 @@ __all__ = [
     "AugmentedGraph",
     "Chain",
     "ComplexityReport",
+    "Curriculum",
+    "Difficulty",
     "EdgeSensitivity",
     "Node",
     "Reading",
@@ -29,10 +32,12 @@ __all__ = [
     "expected_visits",
     "first_passage_variance",
     "hitting_probability",
+    "is_difficulty",
     "laplacian",
     "laplacian_hitting_time",
     "laplacian_sensitivity",
     "mean_first_passage_time",
+    "parse_difficulty",
     "passage_time_sensitivity",
     "reach_probability",
     "simulate_passage_times",

@@ -1,0 +1,153 @@
+"""How hard goal graphs are to explore, on the command line."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from hierroom.commands import run
+from hierroom.complexity.difficulty import is_difficulty, parse_difficulty
+from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.errors import InputError
+from hierroom.goals import NAMED_GRAPHS, GoalGraph, as_goal_graph, enumerate_graphs
+
+MAX_LISTED_ROOMS = 8
+"""Graphs of so many rooms are 1,747; of nine rooms there would be 4,995, which takes minutes."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the list of graphs: its heading, its value, and how to print it."""
+
+    heading: str
+    value: Callable[[ComplexityReport], Any]
+    style: str = ""
+
+
+COLUMNS = {
+    "graph": Column("graph", lambda report: report.graph.name),
+    "exit_depth": Column("exit depth", lambda report: report.exit_depth),
+    "width": Column("width", lambda report: report.width),
+    "nodes": Column("nodes", lambda report: report.nodes),
+    "edges": Column("edges", lambda report: report.edges),
+    "hitting_time": Column("hitting time", lambda report: report.hitting_time, ".2f"),
+    "expected_steps": Column("expected steps", lambda report: report.expected_steps, ".1f"),
+    "std": Column("std", lambda report: report.std, ".1f"),
+}
+
+
+@dataclass(frozen=True)
+class Options:
+    """How hard goal graphs are to explore: depth, width and passage times, before anybody trains.
+
+    Name one graph for its full report, or several for a list. Without any, the paper's seven are listed.
+    """
+
+    graph: str | None = None
+    """A letter from a to g, a path to a .toml file, or hitting_time:LOW..HIGH for all graphs in between."""
+    all: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """List the paper's seven graphs."""
+    rooms: int | None = None
+    """List every goal graph of so many rooms, 2 to 8."""
+    drop: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """Keys can be dropped."""
+    sort: str | None = None
+    """Sort the list by a column: graph, exit_depth, width, nodes, edges, hitting_time, expected_steps or std."""
+    json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """Print JSON, everything the reports hold."""
+    csv: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """Print the list as CSV."""
+    draw: Path | None = None
+    """Draw the goal graph and its augmented graph into this file: .png, .pdf, .svg."""
+
+
+def show(options: Options) -> None:
+    """Print or draw what was asked for.
+
+    Raises:
+        InputError: if the options do not go together or one of them is not valid.
+    """
+    if options.json and options.csv:
+        raise InputError("print --json or --csv, not both")
+    if options.sort is not None and options.sort not in COLUMNS:
+        raise InputError(f"--sort takes a column, one of {', '.join(COLUMNS)}; not {options.sort}")
+    graphs = _graphs(options)
+    reports = [analyze(graph, options.drop) for graph in graphs]
+    if options.sort is not None:
+        reports.sort(key=COLUMNS[options.sort].value)
+    is_list = options.graph is None or len(reports) > 1
+    if options.draw is not None:
+        _draw(reports, options.draw)
+    if options.json:
+        tables = [report.to_dict() for report in reports]
+        print(json.dumps(tables if is_list else tables[0], indent=2, allow_nan=False))
+    elif options.csv:
+        _print_csv(reports)
+    elif is_list:
+        _print_table(reports)
+    else:
+        print(reports[0])
+
+
+def main() -> int:
+    """The command."""
+    show(tyro.cli(Options, prog="python -m hierroom.complexity"))
+    return 0
+
+
+def _graphs(options: Options) -> Iterable[GoalGraph]:
+    chosen = (options.graph is not None) + options.all + (options.rooms is not None)
+    if chosen > 1:
+        raise InputError("choose graphs by one of --graph, --all and --rooms, not by several")
+    if options.rooms is not None:
+        if not 2 <= options.rooms <= MAX_LISTED_ROOMS:
+            raise InputError(f"--rooms lists the graphs of 2 to {MAX_LISTED_ROOMS} rooms, not of {options.rooms}")
+        return enumerate_graphs(options.rooms)
+    if options.graph is None:
+        return NAMED_GRAPHS.values()
+    if is_difficulty(options.graph):
+        return parse_difficulty(options.graph, options.drop).graphs
+    return [as_goal_graph(options.graph)]
+
+
+def _draw(reports: list[ComplexityReport], path: Path) -> None:
+    if len(reports) != 1:
+        raise InputError(f"--draw draws one graph, named by --graph, not {len(reports)}")
+    from hierroom.complexity.draw import draw  # matplotlib takes its time, and few commands draw
+
+    draw(reports[0].augmented, path)
+
+
+def _print_csv(reports: list[ComplexityReport]) -> None:
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow(["key_rooms", "exit_room", "drop_key", *COLUMNS])
+    for report in reports:
+        graph = report.graph
+        cells = [column.value(report) for column in COLUMNS.values()]
+        writer.writerow(["-".join(map(str, graph.key_rooms)), graph.exit_room, report.drop_key, *cells])
+
+
+def _print_table(reports: list[ComplexityReport]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    drop = "with" if reports[0].drop_key else "without"
+    table = Table(title=f"{len(reports)} goal graphs, {drop} drop", caption="hitting time: the paper's (Table 2); "
+                  "expected steps, std: first passage of the same walk to the exit")  # fmt: skip
+    for name, column in COLUMNS.items():
+        is_name = name == "graph"
+        table.add_column(column.heading, justify="left" if is_name else "right", no_wrap=is_name)
+    for report in reports:
+        table.add_row(*(format(column.value(report), column.style) for column in COLUMNS.values()))
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    run(main)

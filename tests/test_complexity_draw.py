@@ -1,0 +1,59 @@
+"""Drawings: what is in them, and what is refused."""
+
+import pytest
+from matplotlib.figure import Figure
+
+from hierroom.complexity import AugmentedGraph
+from hierroom.complexity.draw import draw
+from hierroom.errors import InputError
+from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """The texts of the last picture written, goal graph and augmented graph."""
+    texts: list[list[str]] = []
+    save = Figure.savefig
+
+    def keep(figure, *args, **kwargs):
+        texts[:] = [[text.get_text() for text in axes.texts] for axes in figure.axes]
+        save(figure, *args, **kwargs)
+
+    monkeypatch.setattr(Figure, "savefig", keep)
+    return texts
+
+
+@pytest.mark.parametrize("letter", NAMED_GRAPHS)
+def test_every_goal_node_and_level_is_drawn(tmp_path, drawn, letter):
+    unrolled = AugmentedGraph(NAMED_GRAPHS[letter], drop_key=True)
+    path = tmp_path / "graph.png"
+    draw(unrolled, path)
+    assert path.read_bytes()[:4] == b"\x89PNG"
+    goals, nodes = drawn
+    assert sorted(name.replace("\n", " ") for name in goals) == sorted(unrolled.graph.to_networkx())
+    leading_to_exit = sum(unrolled.graph.exit_room in doors for doors in unrolled.levels)
+    assert len(nodes) == len(unrolled.nodes) - 1 + leading_to_exit + len(unrolled.levels)
+    assert nodes.count("exit") == leading_to_exit
+    assert {"all doors closed", "all doors open"} <= set(nodes)
+
+
+def test_goals_never_overlap():
+    from hierroom.complexity.draw import _goal_places
+
+    for graph in enumerate_graphs(5):
+        places = list(_goal_places(graph).values())
+        gaps = [abs(a[0] - b[0]) + abs(a[1] - b[1]) for i, a in enumerate(places) for b in places[:i]]
+        assert min(gaps) > 1.0
+
+
+@pytest.mark.parametrize(
+    ("graph", "name", "message"),
+    [
+        (NAMED_GRAPHS["a"], "graph.xyz", "cannot write the drawing .*xyz"),
+        (NAMED_GRAPHS["a"], "missing/graph.png", "No such file or directory"),
+        (GoalGraph((0,) * 6, 1), "graph.png", "at most 250 nodes; .* has 449"),
+    ],
+)
+def test_one_clear_message(tmp_path, graph, name, message):
+    with pytest.raises(InputError, match=message):
+        draw(AugmentedGraph(graph), tmp_path / name)

@@ -1,0 +1,80 @@
+"""Table 2 beside the paper's, and the two commands that print complexity."""
+
+import csv
+import io
+import json
+import subprocess
+import sys
+
+import pytest
+
+from hierroom.complexity.table2 import PAPER_TABLE_2, table_2
+
+
+def command(*arguments, module="hierroom.complexity"):
+    return subprocess.run([sys.executable, "-m", module, *arguments], capture_output=True, text=True, check=False)
+
+
+def test_a_b_c_and_g_agree_in_every_row_and_the_others_in_depth_and_width():
+    for cell in table_2():
+        is_open = cell.graph in "def" and cell.row.startswith("HT")
+        assert cell.agrees == (not is_open), cell
+
+
+def test_the_paper_rounds_to_one_digit():
+    printed = [value for column in PAPER_TABLE_2.values() for value in (column.hitting_time, column.hitting_time_drop)]
+    assert len(printed) == 14
+    assert all(round(value, 1) == value for value in printed)
+
+
+def test_table2_prints_both_and_says_what_is_open():
+    done = command("table2", module="hierroom.paper")
+    assert done.returncode == 0, done.stderr
+    rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in done.stdout.splitlines() if "│" in line]
+    assert ["HT, no drop", "paper", "8.4", "12.1", "15.1", "13.1", "13.9", "29.2", "27.5"] in rows
+    assert ["", "ours", "8.4", "12.1", "15.1", "15.1*", "17.1*", "22.4*", "27.5"] in rows
+    assert ["", "ours", "16.5", "25.2", "39.5", "30.2*", "36.2*", "64.1*", "82.5"] in rows
+    text = " ".join(done.stdout.split())
+    assert "22 of 28 numbers agree" in text
+    assert "Graphs d, e and f differ" in text
+
+
+def test_one_graph_many_graphs_and_their_formats():
+    assert "hitting time    15.07" in command("--graph", "c").stdout
+    assert json.loads(command("--graph", "c", "--json").stdout)["nodes"] == 9
+    assert [report["graph"] for report in json.loads(command("--all", "--json").stdout)] == list("abcdefg")
+    rows = list(
+        csv.DictReader(io.StringIO(command("--rooms", "4", "--drop", "--sort", "hitting_time", "--csv").stdout))
+    )
+    values = [float(row["hitting_time"]) for row in rows]
+    assert len(rows) == 9
+    assert values == sorted(values)
+    assert {row["drop_key"] for row in rows} == {"True"}
+
+
+def test_a_toml_file_and_an_interval(tmp_path):
+    path = tmp_path / "graph.toml"
+    path.write_text("key_rooms = [0, 1]\nexit_room = 2\n")
+    assert command("--graph", str(path)).stdout == command("--graph", "c").stdout
+    assert "g " in command("--graph", "hitting_time:27.4..27.6").stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--graph", "z"], "a graph is a letter from a to g"),
+        (["--graph", "a", "--all"], "by one of --graph, --all"),
+        (["--rooms", "40"], "2 to 8 rooms, not of 40"),
+        (["--sort", "depth"], "--sort takes a column"),
+        (["--json", "--csv"], "--json or --csv, not both"),
+        (["--draw", "x.png"], "--draw draws one graph"),
+        (["--graph", "hitting_time:9"], "a difficulty is written"),
+    ],
+)
+def test_a_wrong_input_is_one_line_and_exit_code_2(arguments, message):
+    done = command(*arguments)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("error: ")
+    assert done.stderr.count("\n") == 1
+    assert message in done.stderr
