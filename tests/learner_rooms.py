@@ -1,8 +1,12 @@
 """Made-up rooms for tests of the learner: everything random, uneven turns, every kind of end."""
 
 import numpy as np
+import torch
 
 from hierroom.learners import AgentSpace, Learner, PPOConfig, RecurrentActorCritic
+
+# Networks this small gain nothing from torch's threads and lose a lot to them where another process is busy.
+torch.set_num_threads(1)
 
 SPACE = AgentSpace((5, 3, 7, 2), 4)
 

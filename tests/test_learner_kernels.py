@@ -10,7 +10,7 @@ from torch.nn.utils import parameters_to_vector
 
 from hierroom.learners import AgentSpace, Learner, PPOConfig, RecurrentActorCritic
 from hierroom.learners.adam_kernels import adam_step, sum_gradients
-from hierroom.learners.encoder_kernels import encode, encode_backward
+from hierroom.learners.encoder_kernels import complete_table, encode, encode_backward, most_common
 from hierroom.learners.fused_network import Tape, Weights, backward, encoder_table, forward
 from hierroom.learners.loss_kernels import heads, loss_backward
 from hierroom.learners.product_kernels import add_product, add_transposed_product, pack
@@ -56,10 +56,17 @@ def test_encoder_gradients():
     close(features[:, :10], expected)
     d_features = normal(150, 13)
     expected.backward(torch.from_numpy(d_features[:, :10].copy()))
-    d_table, d_bias = np.ones_like(table), np.ones(10)
-    encode_backward(codes, offsets, features, d_features, d_table, d_bias)
-    close(d_table - 1, network.encoder.weight.grad)
-    close(d_bias - 1, network.encoder.bias.grad)
+    d_table, d_bias, skipped = np.zeros_like(table), np.zeros(10), most_common(codes)
+    for half in (slice(70), slice(70, None)):
+        encode_backward(codes[half], offsets, skipped, features[half], d_features[half], d_table, d_bias)
+    complete_table(offsets, skipped, d_bias, d_table)
+    close(d_table, network.encoder.weight.grad)
+    close(d_bias, network.encoder.bias.grad)
+
+
+def test_the_most_common_value_of_each_column():
+    codes = np.array([[3, 0, 255], [3, 1, 255], [2, 1, 0], [3, 2, 255]], np.uint8)
+    np.testing.assert_array_equal(most_common(codes), [3, 1, 255])
 
 
 @pytest.mark.parametrize(("n_turns", "n_rows", "size"), [(1, 3, 8), (6, 9, 8), (5, 4, 7)])
@@ -145,7 +152,9 @@ def test_the_whole_network_backwards():
     forward(weights, table, offsets, codes, states, resets, tape)
     tape.d_hidden[...] = d_hidden
     parts = Weights.views(gradient, network)
-    backward(weights, offsets, codes, resets, tape, parts, parts.encoder_weight)
+    skipped = np.zeros(4, np.uint8)
+    backward(weights, offsets, codes, skipped, resets, tape, parts, parts.encoder_weight)
+    complete_table(offsets, skipped, parts.encoder_bias, parts.encoder_weight)
     inputs = [torch.from_numpy(x) for x in (codes, states, resets)]
     logits, values = network.sequence(*inputs)
     close(tape.logits.reshape(7, 10, 4), logits)

@@ -1,5 +1,8 @@
 """`ColumnEncoder` compiled: sums of table rows forwards, scattered gradients backwards.
 
+Most cells of a view look the same most of the time. Backwards the commonest value of each column is skipped: as every
+sample adds its gradient to exactly one row of each column, the row of that value gets what the others leave of the sum.
+
 Feature arrays may be wider than H; only the first H entries of a row are used, so that the recurrent core finds
 features and hidden state side by side without a copy.
 """
@@ -9,9 +12,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-
-# Samples between which the scatter walks the columns: their gradients and one column's rows stay in the first cache.
-_BLOCK = 64
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -34,19 +34,24 @@ def encode(
     n_samples, n_columns = codes.shape
     width = len(bias)
     zero = table.dtype.type(0)  # typed: a plain 0 would make Numba compute in float64
-    n_fours = n_columns // 4 * 4
+    n_eights = n_columns // 8 * 8
     for n in range(n_samples):
         for j in range(width):
             features[n, j] = bias[j]
-        # Four rows at a time: a feature is loaded and stored once for four additions.
-        for k in range(0, n_fours, 4):
-            row0 = offsets[k] + codes[n, k]
-            row1 = offsets[k + 1] + codes[n, k + 1]
-            row2 = offsets[k + 2] + codes[n, k + 2]
-            row3 = offsets[k + 3] + codes[n, k + 3]
+        # Eight rows at a time: a feature is loaded and stored once for eight additions.
+        for k in range(0, n_eights, 8):
+            row0, row1 = offsets[k] + codes[n, k], offsets[k + 1] + codes[n, k + 1]
+            row2, row3 = offsets[k + 2] + codes[n, k + 2], offsets[k + 3] + codes[n, k + 3]
+            row4, row5 = offsets[k + 4] + codes[n, k + 4], offsets[k + 5] + codes[n, k + 5]
+            row6, row7 = offsets[k + 6] + codes[n, k + 6], offsets[k + 7] + codes[n, k + 7]
             for j in range(width):
-                features[n, j] += (table[row0, j] + table[row1, j]) + (table[row2, j] + table[row3, j])
-        for k in range(n_fours, n_columns):
+                features[n, j] += (
+                    (table[row0, j] + table[row1, j])
+                    + (table[row2, j] + table[row3, j])
+                    + (table[row4, j] + table[row5, j])
+                    + (table[row6, j] + table[row7, j])
+                )
+        for k in range(n_eights, n_columns):
             row = offsets[k] + codes[n, k]
             for j in range(width):
                 features[n, j] += table[row, j]
@@ -54,20 +59,36 @@ def encode(
             features[n, j] = max(features[n, j], zero)
 
 
+@njit(cache=True, nogil=True)
+def most_common(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The commonest value of each column of ``codes`` [N, K]: [K] uint8."""
+    n_samples, n_columns = codes.shape
+    counts = np.zeros((n_columns, 256), np.int64)
+    for n in range(n_samples):
+        for k in range(n_columns):
+            counts[k, codes[n, k]] += 1
+    common = np.empty(n_columns, np.uint8)
+    for k in range(n_columns):
+        common[k] = counts[k].argmax()
+    return common
+
+
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def encode_backward(
     codes: NDArray[np.uint8],
     offsets: NDArray[np.int64],
+    skipped: NDArray[np.uint8],
     features: NDArray[np.floating],
     d_features: NDArray[np.floating],
     d_table: NDArray[np.floating],
     d_bias: NDArray[np.floating],
 ) -> None:
-    """Add the gradients of table and bias.
+    """Add the gradients of the bias, and of all table rows but those `complete_table` fills in.
 
     Args:
         codes: [N, K] uint8, as given to `encode`.
         offsets: [K] int64.
+        skipped: [K] uint8, a value of each column; any will do, the commonest is fastest.
         features: [N, H or more] float, as `encode` wrote them.
         d_features: [N, H or more] float, gradient of the features; overwritten by that before the ReLU.
         d_table: [R, H] float, added to.
@@ -76,14 +97,41 @@ def encode_backward(
     n_samples, n_columns = codes.shape
     width = len(d_bias)
     zero = d_table.dtype.type(0)
+    rows = np.empty(n_columns, np.int64)
     for n in range(n_samples):
         for j in range(width):
             d_features[n, j] = d_features[n, j] if features[n, j] > zero else zero
             d_bias[j] += d_features[n, j]
-    for start in range(0, n_samples, _BLOCK):
-        stop = min(start + _BLOCK, n_samples)
-        for k in range(n_columns):
-            for n in range(start, stop):
-                row = offsets[k] + codes[n, k]
-                for j in range(width):
-                    d_table[row, j] += d_features[n, j]
+        n_rows = 0
+        for k in range(n_columns):  # without a branch, which could not be foreseen
+            rows[n_rows] = offsets[k] + codes[n, k]
+            n_rows += codes[n, k] != skipped[k]
+        for i in range(n_rows):
+            row = rows[i]
+            for j in range(width):
+                d_table[row, j] += d_features[n, j]
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def complete_table(
+    offsets: NDArray[np.int64],
+    skipped: NDArray[np.uint8],
+    d_bias: NDArray[np.floating],
+    d_table: NDArray[np.floating],
+) -> None:
+    """Fill in the rows that `encode_backward` skipped, once it has been called with all samples.
+
+    Args:
+        offsets: as given to `encode_backward`, like ``skipped``.
+        skipped: [K] uint8.
+        d_bias: [H] float, which holds nothing but the gradients of these samples.
+        d_table: [R, H] float, likewise; its skipped rows are written.
+    """
+    n_columns = len(offsets)
+    for k in range(n_columns):
+        stop = offsets[k + 1] if k + 1 < n_columns else len(d_table)
+        left = d_bias.copy()
+        for row in range(offsets[k], stop):
+            if row != offsets[k] + skipped[k]:
+                left -= d_table[row]
+        d_table[offsets[k] + skipped[k]] = left

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from hierroom.learners.adam_kernels import adam_step, sum_gradients
 from hierroom.learners.config import PPOConfig
+from hierroom.learners.encoder_kernels import complete_table, most_common
 from hierroom.learners.fused_network import Tape, Weights, backward, encoder_table, forward
 from hierroom.learners.loss_kernels import loss_backward
 from hierroom.learners.networks import RecurrentActorCritic
@@ -75,47 +77,49 @@ class FusedBackend:
     ) -> NDArray[np.float64]:
         """One gradient step per minibatch; as `TorchBackend.train`."""
         targets = advantages + batch.values
+        # Every 16th turn is enough to tell which value of a column is common.
+        skipped = most_common(batch.codes[::16].reshape(-1, batch.codes.shape[-1]))
+        rows = []
         with ThreadPoolExecutor(self._threads) as pool:
-            rows = [self._minibatch(pool, batch, advantages, targets, part, learning_rate) for part in parts]
+            for part in parts:
+                shift, scale = _normalization(advantages[:, part], self._config)
+                minibatch = _Minibatch(
+                    self._weights,
+                    *encoder_table(self._network),
+                    skipped,
+                    batch,
+                    scores=(advantages - shift) * scale,
+                    targets=targets,
+                    turn_weight=1 / (len(advantages) * len(part)),
+                )
+                statistics, norm = self._gradient(pool, minibatch, part)
+                self._descend(norm, learning_rate)
+                rows.append([*statistics, norm])
         return np.mean(rows, axis=0)
 
-    def _minibatch(
-        self,
-        pool: ThreadPoolExecutor,
-        batch: Batch,
-        advantages: NDArray[np.float32],
-        targets: NDArray[np.float32],
-        part: NDArray[np.integer],
-        learning_rate: float,
-    ) -> NDArray[np.float64]:
-        shift, scale = _normalization(advantages[:, part], self._config)
-        scores = (advantages - shift) * scale
-        weight = 1 / (len(advantages) * len(part))  # of one turn in the mean
+    def _gradient(
+        self, pool: ThreadPoolExecutor, minibatch: _Minibatch, part: NDArray[np.integer]
+    ) -> tuple[NDArray[np.float64], float]:
+        """Leave the gradient in the first row of the shares; returns five of `STATISTICS` and the gradient's norm."""
         shards = np.array_split(part, -(-len(part) // _SHARD))
         lanes = self._lanes[: len(shards)]
-        table, offsets = encoder_table(self._network)
 
         def work(first: int) -> NDArray[np.float64]:
-            lane = lanes[first]
-            lane.clear()
+            lanes[first].clear()
             for shard in shards[first :: len(lanes)]:
-                lane.add_shard(self._weights, table, offsets, batch, scores, targets, shard, weight)
-            return lane.finish()
+                lanes[first].add_shard(minibatch, shard)
+            return lanes[first].finish(minibatch)
 
-        statistics = sum(pool.map(work, range(len(lanes))))
-        norm = sum_gradients(self._shares[: len(lanes)])
+        statistics = np.sum(list(pool.map(work, range(len(lanes)))), axis=0)
+        return statistics, sum_gradients(self._shares[: len(lanes)])
+
+    def _descend(self, norm: float, learning_rate: float) -> None:
         self._n_steps += 1
+        scale = min(1.0, self._config.max_gradient_norm / (norm + 1e-6))  # as torch's clip_grad_norm_
+        moments = self._means, self._squares
         adam_step(
-            self._parameters,
-            self._shares[0],
-            self._means,
-            self._squares,
-            min(1.0, self._config.max_gradient_norm / (norm + 1e-6)),  # as torch's clip_grad_norm_
-            learning_rate,
-            self._config.adam_epsilon,
-            self._n_steps,
+            self._parameters, self._shares[0], *moments, scale, learning_rate, self._config.adam_epsilon, self._n_steps
         )
-        return np.append(statistics, norm)
 
     def state_dict(self) -> dict:
         """Copies of the weights and of Adam's moments."""
@@ -132,6 +136,20 @@ class FusedBackend:
         self._means[...] = state["means"].numpy()
         self._squares[...] = state["squares"].numpy()
         self._n_steps = state["n_steps"]
+
+
+@dataclass(frozen=True)
+class _Minibatch:
+    """What the shards of a minibatch have in common."""
+
+    weights: Weights
+    table: NDArray[np.float32]  # [R, H] the encoder's rows
+    offsets: NDArray[np.int64]  # [K] the row of each column's value 0
+    skipped: NDArray[np.uint8]  # [K] see `encoder_kernels.encode_backward`
+    batch: Batch  # M sequences of T turns, those of other minibatches included
+    scores: NDArray[np.float32]  # [T, M] normalised advantages
+    targets: NDArray[np.float32]  # [T, M] of the values
+    turn_weight: float  # of one turn in the loss
 
 
 class _Lane:
@@ -157,42 +175,22 @@ class _Lane:
         self._d_table.fill(0)
         self._sums.fill(0)
 
-    def add_shard(
-        self,
-        weights: Weights,
-        table: NDArray[np.float32],
-        offsets: NDArray[np.int64],
-        batch: Batch,
-        scores: NDArray[np.float32],
-        targets: NDArray[np.float32],
-        shard: NDArray[np.integer],
-        turn_weight: float,
-    ) -> None:
-        """Add the gradient of the loss of some sequences.
-
-        Args:
-            weights: the parameters.
-            table: [R, H] float32, the encoder's rows.
-            offsets: [K] int64, the row of each column's value 0.
-            batch: M sequences of T turns.
-            scores: [T, M] float32, normalised advantages.
-            targets: [T, M] float32, of the values.
-            shard: the sequences, indices into M.
-            turn_weight: of one turn in the loss.
-        """
-        n_turns, config = len(scores), self._config
+    def add_shard(self, minibatch: _Minibatch, shard: NDArray[np.integer]) -> None:
+        """Add the gradient of the loss of some sequences, given as indices into M."""
+        batch, weights, config = minibatch.batch, minibatch.weights, self._config
+        n_turns, n_rows = len(batch.codes), len(batch.codes) * len(shard)
         shape = (n_turns, len(shard))
         if shape not in self._tapes:
             self._tapes[shape] = Tape(*shape, weights)
         tape = self._tapes[shape]
 
         def rows(array: NDArray) -> NDArray:  # [T, M, ...] to [T * shard, ...], contiguous
-            return array.take(shard, axis=1).reshape(n_turns * len(shard), *array.shape[2:])
+            return array.take(shard, axis=1).reshape(n_rows, *array.shape[2:])
 
         codes, resets = batch.codes.take(shard, axis=1), batch.resets.take(shard, axis=1)
-        forward(weights, table, offsets, codes, batch.initial_states[shard], resets, tape)
+        forward(weights, minibatch.table, minibatch.offsets, codes, batch.initial_states[shard], resets, tape)
         loss_backward(
-            tape.hidden.reshape(n_turns * len(shard), -1),
+            tape.hidden.reshape(n_rows, -1),
             tape.logits,
             tape.values,
             weights.policy_weight,
@@ -200,23 +198,24 @@ class _Lane:
             rows(batch.masks),
             rows(batch.actions),
             rows(batch.log_probs),
-            rows(scores),
-            rows(targets),
+            rows(minibatch.scores),
+            rows(minibatch.targets),
             config.clip,
             config.value_weight,
             config.entropy_weight,
-            turn_weight,
-            tape.d_hidden.reshape(n_turns * len(shard), -1),
+            minibatch.turn_weight,
+            tape.d_hidden.reshape(n_rows, -1),
             self._gradient.policy_weight,
             self._gradient.policy_bias,
             self._gradient.value_weight,
             self._gradient.value_bias,
             self._sums,
         )
-        backward(weights, offsets, codes, resets, tape, self._gradient, self._d_table)
+        backward(weights, minibatch.offsets, codes, minibatch.skipped, resets, tape, self._gradient, self._d_table)
 
-    def finish(self) -> NDArray[np.float64]:
+    def finish(self, minibatch: _Minibatch) -> NDArray[np.float64]:
         """Complete the gradient; returns this lane's part of the first five of `STATISTICS`."""
+        complete_table(minibatch.offsets, minibatch.skipped, self._gradient.encoder_bias, self._d_table)
         if self._inputs is not None:
             np.matmul(self._inputs.T, self._d_table, out=self._gradient.encoder_weight)
         return self._sums

@@ -120,6 +120,7 @@ def backward(
     weights: Weights,
     offsets: NDArray[np.int64],
     codes: NDArray[np.uint8],
+    skipped: NDArray[np.uint8],
     resets: NDArray[np.bool_],
     tape: Tape,
     gradient: Weights,
@@ -127,10 +128,13 @@ def backward(
 ) -> None:
     """Add the gradients of core and encoder, given that of the core's outputs in ``tape.d_hidden``.
 
+    The table's is complete only after `encoder_kernels.complete_table`.
+
     Args:
         weights: the parameters.
         offsets: as given to `forward`, like ``codes`` and ``resets``.
         codes: [T, M, K] uint8.
+        skipped: [K] uint8, the values `encode_backward` skips.
         resets: [T, M] bool.
         tape: as `forward` left it; used up.
         gradient: added to.
@@ -150,4 +154,4 @@ def backward(
     )
     rows = tape.driven.reshape(-1, tape.driven.shape[-1])
     d_rows = tape.d_driven.reshape(rows.shape)
-    encode_backward(codes.reshape(len(rows), -1), offsets, rows, d_rows, d_table, gradient.encoder_bias)
+    encode_backward(codes.reshape(len(rows), -1), offsets, skipped, rows, d_rows, d_table, gradient.encoder_bias)

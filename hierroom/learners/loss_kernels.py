@@ -86,6 +86,7 @@ def loss_backward(
     n_samples, size = hidden.shape
     n_actions = logits.shape[1]
     to_float = hidden.dtype.type
+    policy = np.empty(n_actions)
     for n in range(n_samples):
         highest = -1e30  # not infinite: fast arithmetic assumes there is no infinity
         for action in range(n_actions):
@@ -93,14 +94,14 @@ def loss_backward(
                 highest = max(highest, logits[n, action])
         total = 0.0
         for action in range(n_actions):
-            if masks[n, action]:
-                total += math.exp(logits[n, action] - highest)
+            policy[action] = math.exp(logits[n, action] - highest) if masks[n, action] else 0.0
+            total += policy[action]
         log_total = highest + math.log(total)
         entropy = 0.0
         for action in range(n_actions):
+            policy[action] /= total
             if masks[n, action]:
-                log_p = logits[n, action] - log_total
-                entropy -= math.exp(log_p) * log_p
+                entropy -= policy[action] * (logits[n, action] - log_total)
         log_ratio = logits[n, actions[n]] - log_total - log_probs[n]
         ratio = math.exp(log_ratio)
         gain = ratio * advantages[n]
@@ -122,8 +123,7 @@ def loss_backward(
             if not masks[n, action]:
                 logits[n, action] = 0
                 continue
-            log_p = logits[n, action] - log_total
-            p = math.exp(log_p)
+            p, log_p = policy[action], logits[n, action] - log_total
             taken = 1.0 if action == actions[n] else 0.0
             d_logit = to_float(scale * (pull * (p - taken) + entropy_scale * p * (log_p + entropy)))
             logits[n, action] = d_logit
