@@ -10,7 +10,7 @@ import torch
 
 from hierroom.episodes import EpisodeLog
 from hierroom.errors import InputError
-from hierroom.goals import as_goal_graph
+from hierroom.graph_pool import GraphPool
 from hierroom.inputs import GOAL_INPUTS, InputColumns
 from hierroom.learners import AgentSpace, Learner, RecurrentActorCritic
 from hierroom.meta import make_meta
@@ -26,7 +26,7 @@ CHECKPOINT_FORMAT = 1
 def make_turns(config: TrainConfig, rooms: int, seed: int, *, measure_shortest: bool = False) -> Turns:
     """The rooms that a config describes, and the turns taken in them."""
     world = Batch(
-        [as_goal_graph(config.graph)],
+        GraphPool(config.graph, config.drop_key).everything,
         rooms,
         size=config.size,
         max_steps=config.max_steps,
@@ -93,7 +93,10 @@ class Trainer:
         if config.steps < 1:
             raise InputError(f"steps must be at least 1, not {config.steps}")
         self.config = config
+        self.pool = GraphPool(config.graph, config.drop_key, config.curriculum_stages)
         self.turns = make_turns(config, config.rooms, config.seed)
+        self.turns.world.set_graphs(self.pool.graphs)
+        self.turns.reset(config.seed)
         self.turns.world.stagger_clocks()
         self.meta = make_meta(config.meta_name)
         self.inputs = make_inputs(config)
@@ -128,6 +131,8 @@ class Trainer:
             elapsed = np.ones(len(self._all), np.int64)
             self.learner.finish(self._all, step.rewards, elapsed, terminated, truncated, step.over, next_codes)
             self.log.add(step, self.steps, time.perf_counter() - started)
+            if self.pool.add(step):
+                self.turns.world.set_graphs(self.pool.graphs)
         self.statistics = self.learner.update(min(self.steps / self.config.steps, 1.0))
         self.seconds = time.perf_counter() - started
 
@@ -172,6 +177,7 @@ class Trainer:
             "turns": {name: torch.from_numpy(array) for name, array in turns.items()},
             "learner": self.learner.state_dict(),
             "log": self.log.state_dict(),
+            "pool": self.pool.state_dict(),
             "steps": self.steps,
             "seconds": self.seconds,
         }
@@ -191,6 +197,8 @@ class Trainer:
         self.turns.set_state(turns)
         self.learner.load_state_dict(state["learner"])
         self.log.load_state_dict(state["log"])
+        self.pool.load_state_dict(state["pool"])
+        self.turns.world.set_graphs(self.pool.graphs)
         self.steps, self.seconds = state["steps"], state["seconds"]
         if "meta" in state:
             self.meta.load_state_dict(state["meta"])  # pyright: ignore[reportAttributeAccessIssue]
