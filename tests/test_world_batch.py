@@ -7,11 +7,13 @@ import pytest
 
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
+from hierroom.world import batch as batch_module
 from hierroom.world import kernels
 from hierroom.world.batch import MIN_ROOMS_PER_THREAD, Batch
 from hierroom.world.kernels import FORWARD, LEFT
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.oracle import shortest_actions
+from hierroom.world.tiles import TRIPLES, encode
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]
 
@@ -53,11 +55,13 @@ def test_a_room_is_the_same_alone_and_in_a_batch():
 def test_two_threads_do_what_one_does(monkeypatch):
     n_rooms = 2 * MIN_ROOMS_PER_THREAD + 1
     one, two = (Batch(GRAPHS, n_rooms, size=11, seed=4, max_steps=30, threads=threads) for threads in (1, 2))
-    used = []
-    step = kernels.step_and_reset_rooms
-    monkeypatch.setattr(
-        kernels, "step_and_reset_rooms", lambda *args: (used.append((threading.get_ident(), len(args[0]))), step(*args))
-    )
+    used, step = [], batch_module._compiled_step()
+
+    def noted_step(*arrays):
+        used.append((threading.get_ident(), len(arrays[0])))
+        step(*arrays)
+
+    monkeypatch.setattr(batch_module, "_compiled_step", lambda: noted_step)
     for actions in actions_of(70, n_rooms):
         assert_same(one.step(actions), two.step(actions))
     assert same_state(one.state, two.state)
@@ -176,6 +180,30 @@ def test_a_state_is_a_copy():
     assert same_state(taken, kept)
 
 
+def test_actions_of_any_layout_and_kind_of_number():
+    batches = [Batch(GRAPHS, 5, seed=10) for _ in range(4)]
+    for actions in actions_of(40, 5):
+        strided = np.zeros((5, 3), np.int64)
+        strided[:, 1] = actions
+        for batch, given in zip(
+            batches, (actions, strided[:, 1], actions.astype(np.int32), actions.tolist()), strict=True
+        ):
+            batch.step(given)
+    for batch in batches[1:]:
+        assert same_state(batch.state, batches[0].state)
+
+
+@pytest.mark.parametrize("n_rooms", [1, 2, 50])
+def test_observations_of_views_in_any_layout(n_rooms):
+    batch = Batch(GRAPHS, n_rooms, seed=11)
+    for actions in actions_of(30, n_rooms):
+        field = batch.step(actions)["tiles"]
+        observations = [encode(views) for views in (field, field.copy(), np.asfortranarray(field))]
+        for observation in observations:
+            np.testing.assert_array_equal(observation, TRIPLES[field])
+    assert not np.shares_memory(observations[0], encode(field))
+
+
 # The ends of episodes.
 
 
@@ -225,8 +253,9 @@ def test_after_the_end_nothing_happens_and_nothing_is_paid():
         ({"size": 64}, "size must be a whole number from 11 to 63, not 64"),
         ({"size": 19.5}, "size must be a whole number from 11 to 63, not 19.5"),
         ({"batch_size": 0}, "the number of rooms must be a whole number of at least 1, not 0"),
-        ({"max_steps": 0}, "max_steps must be a whole number of at least 1, not 0"),
-        ({"threads": 0}, "threads must be a whole number of at least 1, not 0"),
+        ({"max_steps": 0}, "max_steps must be a whole number from 1 to 2**31 - 1, not 0"),
+        ({"max_steps": 2**31}, "max_steps must be a whole number from 1 to 2**31 - 1, not 2147483648"),
+        ({"threads": 0}, "threads must be a whole number from 1 to 2**31 - 1, not 0"),
         ({"seed": -1}, "a seed is a whole number from 0 to 2**63 - 1, not -1"),
         ({"seed": 2**63}, "a seed is a whole number from 0 to 2**63 - 1"),
         ({"seed": 1.0}, "a seed is a whole number from 0 to 2**63 - 1, not 1.0"),

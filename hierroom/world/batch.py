@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.world import kernels
-from hierroom.world.layout import OUTCOME, ROOM, State, empty_state, graph_records
+from hierroom.world.layout import GRAPH, MIN_SIZE, OUTCOME, ROOM, State, empty_state, graph_records
 
 MIN_ROOMS_PER_THREAD = 1024
 """Below this, handing work to another thread costs more than it saves."""
@@ -60,8 +61,8 @@ class Batch:
         threads: int = 1,
     ):
         for name, value in (("max_steps", max_steps), ("threads", threads)):
-            if not isinstance(value, (int, np.integer)) or value < 1:
-                raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
+            if not isinstance(value, (int, np.integer)) or not 1 <= value < 2**31:
+                raise InputError(f"{name} must be a whole number from 1 to 2**31 - 1, not {value!r}")
         self.graph_records = graph_records(graphs)
         self.state = empty_state(batch_size, size)
         self.outcomes = np.zeros(batch_size, OUTCOME)
@@ -107,22 +108,14 @@ class Batch:
         Raises:
             InputError: if that is not what the actions are.
         """
-        actions = self._as_actions(actions)
-        rooms, grids = self.state.rooms, self.state.grids
+        actions, graphs, step = self._as_actions(actions), self.graph_records, _compiled_step()
+        rooms, grids, outcomes, finals = self.state.rooms, self.state.grids, self.outcomes, self.finals
         if self._pool is None:
-            kernels.step_and_reset_rooms(rooms, grids, self.graph_records, actions, self.outcomes, self.finals)
+            step(rooms, grids, graphs, actions, outcomes, finals)
         else:
-            self._in_threads(
-                lambda part: kernels.step_and_reset_rooms(
-                    rooms[part],
-                    grids[part],
-                    self.graph_records,
-                    actions[part],
-                    self.outcomes[part],
-                    self.finals[part],
-                )
-            )
-        return self.outcomes
+            parts = self._slices
+            list(self._pool.map(lambda p: step(rooms[p], grids[p], graphs, actions[p], outcomes[p], finals[p]), parts))
+        return outcomes
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every room whose episode is not over and return the outcomes; nothing is reset."""
@@ -167,7 +160,7 @@ class Batch:
 
     def _as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:
         if isinstance(actions, np.ndarray) and actions.dtype is INT64 and actions.shape == self._shape:
-            return actions
+            return actions if actions.flags.c_contiguous else actions.copy()
         given = np.asarray(actions)
         if given.shape != self._shape or given.dtype.kind not in "iu":
             raise InputError(
@@ -176,6 +169,10 @@ class Batch:
             )
         return given.astype(np.int64)
 
-    def _in_threads(self, run: Callable[[slice], None]) -> None:
-        assert self._pool is not None
-        list(self._pool.map(run, self._slices))
+
+@cache
+def _compiled_step() -> Callable[..., None]:
+    """`kernels.step_and_reset_rooms` for the types of a batch's arrays."""
+    state = empty_state(1, MIN_SIZE)
+    arrays = state.rooms, state.grids, np.zeros(1, GRAPH), np.zeros(1, INT64), np.zeros(1, OUTCOME), state.rooms
+    return kernels.compiled(kernels.step_and_reset_rooms, *arrays)

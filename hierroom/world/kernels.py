@@ -6,7 +6,7 @@ function that is called. With ``NUMBA_DISABLE_JIT=1`` the same source runs as or
 """
 
 import numpy as np
-from numba import config, njit
+from numba import config, njit, typeof
 
 # Tile codes: what one cell of a grid, or of a view, holds. Light passes codes from EMPTY up to LOCKED_DOOR.
 UNSEEN, EMPTY, EXIT, KEY, OPEN_DOOR, LOCKED_DOOR, WALL = 0, 1, 2, 3, 9, 15, 21
@@ -191,54 +191,68 @@ def generate(room, grid, graphs):
     room.row, room.col, room.direction = row, col, draw(room, 4)
 
 
-@njit(cache=True)
-def spread(seen, clear):
+def spread(lit, clear):
     """Light in one row of the view: (cells of the row that are seen, cells of the row ahead it falls on).
 
-    Args:
-        seen: 7 bits, the cells light falls on from the row behind.
-        clear: 7 bits, the cells light passes.
-
     MiniGrid's two sweeps (``Grid.process_vis``) as shift fills: left to right, then right to left.
+
+    Args:
+        lit: 7 bits, the cells light falls on from the row behind; a number or an array.
+        clear: 7 bits, the cells light passes; likewise.
     """
-    sources = seen & clear
+    sources = lit & clear
     chain = clear & (clear << 1)
-    sources |= (sources << 1) & clear
-    sources |= (sources << 2) & chain
-    sources |= (sources << 4) & chain & (chain << 2)
-    sources &= 0x3F
-    seen |= sources << 1
+    sources = sources | (sources << 1) & clear
+    sources = sources | (sources << 2) & chain
+    sources = (sources | (sources << 4) & chain & (chain << 2)) & 0x3F
+    seen = lit | (sources << 1)
     ahead = sources | (sources << 1)
     sources = seen & clear
     chain = clear & (clear >> 1)
-    sources |= (sources >> 1) & clear
-    sources |= (sources >> 2) & chain
-    sources |= (sources >> 4) & chain & (chain >> 2)
-    sources &= 0x7E
-    seen |= sources >> 1
-    return seen, ahead | sources | (sources >> 1)
+    sources = sources | (sources >> 1) & clear
+    sources = sources | (sources >> 2) & chain
+    sources = (sources | (sources >> 4) & chain & (chain >> 2)) & 0x7E
+    return seen | (sources >> 1), ahead | sources | (sources >> 1)
+
+
+def light_table():
+    """[128, 128] uint16: `spread` of every row (lit, clear), as ``seen | ahead << 7``."""
+    seen, ahead = spread(*np.meshgrid(np.arange(1 << VIEW), np.arange(1 << VIEW), indexing="ij"))
+    return (seen | ahead << VIEW).astype(np.uint16)
+
+
+LIGHT = light_table()
 
 
 @njit(cache=True)
 def look(room, grid, view):
-    """Write what the agent sees: view[i, j] is i - 3 cells to its right and 6 - j ahead, as in MiniGrid's image."""
-    forward_row, forward_col = ROW_STEP[room.direction], COL_STEP[room.direction]
-    right = (room.direction + 1) & 3
-    right_row, right_col = ROW_STEP[right], COL_STEP[right]
+    """Write what the agent sees: view[i, j] is i - 3 cells to its right and 6 - j ahead, as in MiniGrid's image.
+
+    This is where a step spends most of its time: cells are addressed by one number, cast to unsigned because Numba
+    then leaves out Python's negative indices, and rows that no light reaches are not read.
+    """
+    cells, side = grid.reshape(-1), grid.shape[1]
+    ahead = ROW_STEP[room.direction] * side + COL_STEP[room.direction]
+    right = COL_STEP[room.direction] * side - ROW_STEP[room.direction]
+    leftmost = room.row * side + room.col - (VIEW // 2) * right
     lit = 1 << (VIEW // 2)
     tiles_seen = 0
     for j in range(VIEW - 1, -1, -1):
-        row = room.row + (VIEW - 1 - j) * forward_row - (VIEW // 2) * right_row
-        col = room.col + (VIEW - 1 - j) * forward_col - (VIEW // 2) * right_col
-        clear = 0
-        for i in range(VIEW):
-            tile = np.int64(grid[row + i * right_row, col + i * right_col])
-            view[i, j] = tile
-            clear |= (EMPTY <= tile < LOCKED_DOOR) << i
-        seen, lit = spread(lit, clear)
-        for i in range(VIEW):
-            view[i, j] *= (seen >> i) & 1
-            tiles_seen |= 1 << np.int64(view[i, j])
+        if lit == 0:
+            for i in range(VIEW):
+                view[i, j] = UNSEEN
+        else:
+            clear = 0
+            for i in range(VIEW):
+                tile = cells[np.uint64(leftmost + i * right)]
+                clear |= (EMPTY <= tile < LOCKED_DOOR) << i
+            light = LIGHT[np.uint64(lit), np.uint64(clear)]
+            seen, lit = np.int64(light & 127), np.int64(light >> VIEW)
+            for i in range(VIEW):
+                tile = np.int64(cells[np.uint64(leftmost + i * right)]) * ((seen >> i) & 1)
+                view[i, j] = tile
+                tiles_seen |= 1 << tile
+            leftmost += ahead
     view[VIEW // 2, VIEW - 1] = EMPTY if room.carried < 0 else KEY + room.colours[room.carried]
     doors_seen = (tiles_seen >> OPEN_DOOR) | (tiles_seen >> LOCKED_DOOR)
     room.seen |= (tiles_seen >> KEY) & 63 | (doors_seen & 63) << 6 | (tiles_seen >> EXIT & 1) << 12
@@ -364,7 +378,16 @@ def encode_tiles(tiles, triples, observations):
 
 
 if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
-    # As ordinary Python, uint64 scalars warn of the overflow that the generator lives by
+    # As ordinary Python, uint64 scalars warn of the overflow that the generator lives by.
     reset_rooms = np.errstate(over="ignore")(reset_rooms)
     turn_draws = np.errstate(over="ignore")(turn_draws)
     step_and_reset_rooms = np.errstate(over="ignore")(step_and_reset_rooms)
+
+
+def compiled(kernel, *arrays):
+    """A kernel for arguments of the same types as these; that its arguments are, the caller vouches for.
+
+    Calling a kernel by its name makes Numba look up the types of its arguments each time: with six arrays, four of them
+    records, that takes several times as long as the step of one room.
+    """
+    return kernel.compile(tuple(typeof(array) for array in arrays)) if hasattr(kernel, "compile") else kernel

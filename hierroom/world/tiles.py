@@ -1,10 +1,16 @@
 """Tile codes in MiniGrid's terms: object, colour and whether a door is open."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS
-from hierroom.world.kernels import EMPTY, EXIT, KEY, LOCKED_DOOR, N_TILES, OPEN_DOOR, WALL, encode_tiles
+from hierroom.world.kernels import EMPTY, EXIT, KEY, LOCKED_DOOR, N_TILES, OPEN_DOOR, VIEW, WALL, compiled, encode_tiles
+from hierroom.world.layout import OUTCOME
 
 # MiniGrid's object ids; its colour ids are the places in `COLOURS`. Written down because importing MiniGrid is slow
 # (see `render`); a test compares them.
@@ -31,5 +37,12 @@ TRIPLES = _triples()
 def encode(tiles: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Views of tile codes [N, 7, 7] as the fresh array [N, 7, 7, 3] of `TRIPLES` that agents are shown."""
     observations = np.empty((*tiles.shape, 3), np.uint8)
-    encode_tiles(tiles, TRIPLES, observations)
+    _compiled_encode()(tiles, TRIPLES, observations)
     return observations
+
+
+@cache
+def _compiled_encode() -> Callable[..., None]:
+    """`kernels.encode_tiles` for tiles of any strides, such as those of a field of records."""
+    strided = np.zeros(2, OUTCOME)["tiles"]  # one record's field would count as contiguous
+    return compiled(encode_tiles, strided, TRIPLES, np.empty((2, VIEW, VIEW, 3), np.uint8))

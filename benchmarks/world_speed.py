@@ -1,0 +1,124 @@
+"""Steps per second of the world beside MiniGrid's, in the same process and minute.
+
+    python benchmarks/world_speed.py
+
+Random actions, graph c, a fresh observation [N, 7, 7, 3] uint8 from every step, episodes that begin by themselves.
+MiniGrid plays the very same level (`tests/minigrid_room.py`), without Gymnasium's wrappers. Each repeat times each case
+once, one after another, so that a busy machine slows them all: the ratios are more telling than the speeds.
+Floors: 500 times MiniGrid at 128 rooms on one thread, and at most 2 microseconds a call for one room.
+"""
+
+import argparse
+import os
+import platform
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+
+from hierroom.goals import GoalGraph
+from hierroom.world.batch import Batch
+from hierroom.world.tiles import encode
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+from minigrid_room import MiniGridRoom
+
+CASES = [(1, 1), (128, 1), (1024, 1), (8192, 1), (8192, 2)]  # rooms, threads
+MIN_RATIO, MAX_CALL_MICROSECONDS = 500, 2.0
+
+
+def our_stepper(rooms: int, threads: int, size: int) -> Callable[[int], None]:
+    """A function that takes some steps in every room."""
+    batch = Batch([GoalGraph.named("c")], rooms, size=size, threads=threads)
+    actions = np.random.default_rng(0).integers(batch.n_actions, size=(64, rooms))
+
+    def run(steps: int) -> None:
+        for t in range(steps):
+            encode(batch.step(actions[t % 64])["tiles"])
+
+    return run
+
+
+def minigrid_stepper(size: int) -> Callable[[int], None]:
+    """The same in one MiniGrid environment."""
+    env = MiniGridRoom(Batch([GoalGraph.named("c")], size=size).state)
+    env.reset()
+    actions = np.random.default_rng(0).integers(5, size=1024).tolist()
+
+    def run(steps: int) -> None:
+        for t in range(steps):
+            _, _, terminated, truncated, _ = env.step(actions[t % 1024])
+            if terminated or truncated:
+                env.reset()
+
+    return run
+
+
+def steps_per_second(run: Callable[[int], None], rooms: int, seconds: float) -> float:
+    steps, elapsed, chunk = 0, 0.0, max(1, 2_000 // rooms)
+    start = time.perf_counter()
+    while elapsed < seconds:
+        run(chunk)
+        steps += chunk
+        elapsed = time.perf_counter() - start
+    return rooms * steps / elapsed
+
+
+def device() -> str:
+    cpuinfo = Path("/proc/cpuinfo")
+    names = [line.split(":")[1].strip() for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
+    name = names[0] if names else platform.processor()
+    libraries = ", ".join(f"{package} {version(package)}" for package in ("numba", "numpy", "minigrid"))
+    cores = f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}"
+    return f"{name}, {cores}; Python {platform.python_version()}, {libraries}"
+
+
+def spread(values: list[float], unit: str) -> str:
+    low, _, high = statistics.quantiles(values, n=4)
+    return f"{statistics.median(values):>13,.0f} {unit}  ({low:,.0f} to {high:,.0f})"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--size", type=int, default=19)
+    parser.add_argument("--repeats", type=int, default=15)
+    parser.add_argument("--seconds", type=float, default=0.3, help="of each case in each repeat")
+    options = parser.parse_args()
+
+    minigrid = minigrid_stepper(options.size)
+    ours = {case: our_stepper(*case, options.size) for case in CASES}
+    minigrid(500)
+    for (rooms, _), run in ours.items():
+        run(max(200, 20_000 // rooms))
+    reference, speeds = [], {case: [] for case in CASES}
+    for _ in range(options.repeats):
+        reference.append(steps_per_second(minigrid, 1, options.seconds))
+        for case, run in ours.items():
+            speeds[case].append(steps_per_second(run, case[0], options.seconds))
+
+    print(device())
+    print(
+        f"size {options.size}, graph c, random actions; warm-up 200 calls or more, {options.repeats} repeats of "
+        f"{options.seconds} s; median (quartiles)"
+    )
+    print(f"{'MiniGrid':22}{spread(reference, 'steps/s')}")
+    ratios = {}
+    for case in CASES:
+        ratios[case] = [a / b for a, b in zip(speeds[case], reference, strict=True)]
+        title = f"{case[0]} rooms, {case[1]} thread{'s' * (case[1] > 1)}"
+        print(f"{title:22}{spread(speeds[case], 'steps/s')} {spread(ratios[case], 'x MiniGrid')}")
+    ratio = statistics.median(ratios[128, 1])
+    call = 1e6 / statistics.median(speeds[1, 1])
+    for what, value, is_met in (
+        (f"at least {MIN_RATIO} x MiniGrid at 128 rooms on one thread", f"{ratio:.0f} x", ratio >= MIN_RATIO),
+        (f"at most {MAX_CALL_MICROSECONDS} us a call for one room", f"{call:.2f} us", call <= MAX_CALL_MICROSECONDS),
+    ):
+        print(f"{what}: {value}, {'met' if is_met else 'MISSED'}")
+
+
+if __name__ == "__main__":
+    main()
