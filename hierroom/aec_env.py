@@ -25,8 +25,10 @@ from numpy.typing import NDArray
 from pettingzoo import AECEnv
 from pettingzoo.utils.wrappers import AssertOutOfBoundsWrapper, OrderEnforcingWrapper
 
+from hierroom.errors import InputError
 from hierroom.room import AGENTS, CONTROLLER, META, Room
-from hierroom.settings import FRAMES_PER_SECOND, RENDER_MODES, RoomSettings
+from hierroom.settings import FRAMES_PER_SECOND, RoomSettings
+from hierroom.world.render import RENDER_MODES
 
 
 def env(render_mode: str | None = None, **settings: Any) -> AECEnv:
@@ -34,7 +36,7 @@ def env(render_mode: str | None = None, **settings: Any) -> AECEnv:
     return OrderEnforcingWrapper(AssertOutOfBoundsWrapper(raw_env(render_mode, **settings)))
 
 
-class raw_env(AECEnv):  # noqa: N801 - PettingZoo's name for an environment without wrappers
+class raw_env(AECEnv):
     """The AEC environment without wrappers.
 
     Args:
@@ -76,13 +78,12 @@ class raw_env(AECEnv):  # noqa: N801 - PettingZoo's name for an environment with
             seed: 0 to 2**63 - 1.
             options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
         """
-        self.room.reset(seed, options)
+        self.infos = self.room.reset(seed, options)
         self.agents = AGENTS[:]
         self.rewards = dict.fromkeys(AGENTS, 0.0)
         self._cumulative_rewards = dict.fromkeys(AGENTS, 0.0)
         self.terminations = dict.fromkeys(AGENTS, False)
         self.truncations = dict.fromkeys(AGENTS, False)
-        self.infos = self.room.infos
         self.agent_selection = META
 
     def observe(self, agent: str) -> dict[str, NDArray]:
@@ -95,19 +96,18 @@ class raw_env(AECEnv):  # noqa: N801 - PettingZoo's name for an environment with
         if self.terminations[agent] or self.truncations[agent]:
             self._was_dead_step(action)
             return
-        assert action is not None
+        if action is None:
+            raise InputError(f"{agent} is to act; None is for agents whose episode is over")
         self._cumulative_rewards[agent] = 0.0
-        self._clear_rewards()
         if agent == META:
             self.room.choose(action)
-            self.agent_selection = CONTROLLER
-            return
-        step = self.room.act(action)
-        self.rewards = {META: float(step.extrinsic[0]), CONTROLLER: float(step.rewards[0])}
+            self.rewards = dict.fromkeys(AGENTS, 0.0)
+        else:
+            self.rewards, self.terminations, self.truncations = self.room.act(action)
         self._accumulate_rewards()
-        self.terminations = dict.fromkeys(AGENTS, bool(step.terminated[0]))
-        self.truncations = dict.fromkeys(AGENTS, bool(step.truncated[0]))
-        self.agent_selection = META if step.option_over[0] else CONTROLLER
+        self.infos = self.room.infos()
+        has_ended = self.terminations[META] or self.truncations[META]
+        self.agent_selection = META if has_ended or self.room.is_meta_turn else CONTROLLER
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The room as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""

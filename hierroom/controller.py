@@ -41,20 +41,18 @@ class Pay:
     """How the controller is paid.
 
     Args:
-        rewards: from the outcomes [N] of a step and the goals [N] pursued to the rewards [N], float64.
+        rewards: from the outcomes [N] of a step and whether the goal was reached [N] to the rewards [N], float64.
         ends_with_goal: whether a return ends where its goal's life ends, because nothing after that pays for it.
     """
 
-    rewards: Callable[[np.ndarray, NDArray[np.integer]], NDArray[np.float64]]
+    rewards: Callable[[np.ndarray, NDArray[np.bool_]], NDArray[np.float64]]
     ends_with_goal: bool = False
 
 
 PAYS: Mapping[str, Pay] = {
-    "extrinsic": Pay(lambda outcomes, goals: outcomes["reward"].astype(np.float64)),
-    "bonus": Pay(lambda outcomes, goals: outcomes["is_first"].astype(np.float64)),
-    "intrinsic": Pay(
-        lambda outcomes, goals: goal_reached(outcomes["event"], goals).astype(np.float64), ends_with_goal=True
-    ),
+    "extrinsic": Pay(lambda outcomes, reached: outcomes["reward"].copy()),
+    "bonus": Pay(lambda outcomes, reached: outcomes["is_first"].astype(np.float64)),
+    "intrinsic": Pay(lambda outcomes, reached: reached.astype(np.float64), ends_with_goal=True),
 }
 """extrinsic: 1 at the exit; bonus: 1 for each key, door and the exit, once an episode; intrinsic: 1 at the goal."""
 

@@ -16,12 +16,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from hierroom.goals import NAMED_GRAPHS
+from hierroom.goals import NAMED_GRAPHS, NO_GOAL
 from hierroom.meta import MetaController, make_meta
-from hierroom.settings import FRAMES_PER_SECOND, RENDER_MODES, RoomSettings, fresh_seed
-from hierroom.world.render import Screen
-
-_ROOM = np.zeros(1, np.int64)
+from hierroom.room import CONTROLLER, Room
+from hierroom.settings import FRAMES_PER_SECOND, RoomSettings, fresh_seed
+from hierroom.step import Step
+from hierroom.world.render import RENDER_MODES
 
 
 class EscapeRoom(gymnasium.Env):
@@ -46,15 +46,12 @@ class EscapeRoom(gymnasium.Env):
         render_mode: str | None = None,
         **settings: Any,
     ):
-        room = RoomSettings(pay=pay, **settings)
-        self.turns = room.turns()
-        self.complexity = room.complexity()
+        self.room = Room(RoomSettings(pay=pay, **settings), render_mode)
         self.meta = make_meta(meta)
         self.render_mode = render_mode
-        self.observation_space = self.turns.controller_space()
-        self.action_space = gymnasium.spaces.Discrete(self.turns.world.n_actions)
-        self._screen = Screen(render_mode)
-        self._is_seeded = False
+        self.complexity = self.room.complexity
+        self.observation_space = self.room.observation_spaces[CONTROLLER]
+        self.action_space = self.room.action_spaces[CONTROLLER]
 
     def reset(self, *, seed: int | None = None, options: dict | None = None):
         """Begin an episode: the first one of a seed, or without a seed the next one.
@@ -64,48 +61,37 @@ class EscapeRoom(gymnasium.Env):
             options: ``{"complexity": True}`` puts the complexity report into the info; other keys are ignored.
         """
         super().reset(seed=seed)
-        self.turns.reset(fresh_seed() if seed is None and not self._is_seeded else seed)
-        self._is_seeded = True
-        self.turns.ask(self.meta)
-        self._screen.show(self.turns.world.state, int(self.turns.goals[0]))
-        info = {"goal_event": -1, "elapsed": 0}
-        if (options or {}).get("complexity"):
-            info["complexity"] = self.complexity.to_dict()
-        return self._observation(self.turns.sight(_ROOM)), info
+        infos = self.room.reset(seed, options)
+        self.room.ask(self.meta)
+        return self.room.observe(CONTROLLER), infos[CONTROLLER]
 
     def step(self, action: int):
         """Act once."""
-        step = self.turns.step([action])
-        info = {"goal_event": int(step.events[0]), "elapsed": 1}
-        if step.over[0]:
-            info.update(
-                success=bool(step.terminated[0]), length=int(step.lengths[0]), shortest_length=int(step.shortest[0])
-            )
-            sight = self.turns.final_sight(step, _ROOM)
-        else:
-            self.turns.ask(self.meta)
-            sight = self.turns.sight(_ROOM)
-        self._screen.show(self.turns.world.state, int(sight.goals[0]))
-        reward, terminated, truncated = float(step.rewards[0]), bool(step.terminated[0]), bool(step.truncated[0])
-        return self._observation(sight), reward, terminated, truncated, info
+        rewards, terminations, truncations = self.room.act(action)
+        self.room.ask(self.meta)
+        return (
+            self.room.observe(CONTROLLER),
+            rewards[CONTROLLER],
+            terminations[CONTROLLER],
+            truncations[CONTROLLER],
+            self.room.infos()[CONTROLLER],
+        )
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The room as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
-        return self._screen.render(self.turns.world.state, int(self.turns.goals[0]))
+        return self.room.render()
 
     def close(self) -> None:
         """Close the window, if one is open."""
-        self._screen.close()
-
-    def _observation(self, sight) -> dict[str, NDArray]:
-        return {name: values[0] for name, values in self.turns.controller_observations(sight).items()}
+        self.room.close()
 
 
 class EscapeRooms(VectorEnv):
     """N rooms on the batch engine; a room whose episode ends begins its next one in the same step.
 
-    The infos of a step hold ``goal_event`` and ``elapsed`` [N]; where an episode ended, ``final_obs`` [N] (each a
-    dict, or None) and ``final_info``: ``success``, ``length`` and ``shortest_length`` [N].
+    Observations and infos are laid out as Gymnasium's own ``SyncVectorEnv`` lays out those of N `EscapeRoom` with
+    room indices 0, 1, ... in its same-step mode: where an episode ended, ``final_obs`` and ``final_info`` tell of its
+    last step, and everything else of the new episode.
 
     Args:
         num_envs: N.
@@ -113,6 +99,9 @@ class EscapeRooms(VectorEnv):
         pay: how the controller is paid.
         threads: most threads to step the rooms with.
         **settings: see `RoomSettings`.
+
+    Attributes:
+        complexity: the `ComplexityReport` of its goal graph.
     """
 
     metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012 - Gymnasium reads it from the class
@@ -137,37 +126,63 @@ class EscapeRooms(VectorEnv):
         self._is_seeded = False
 
     def reset(self, *, seed: int | None = None, options: dict | None = None):
-        """Begin an episode in every room: the first one of a seed, or without a seed each room's next."""
-        super().reset(seed=seed)
+        """Begin an episode in every room: the first one of a seed, or without a seed each room's next.
+
+        Args:
+            seed: 0 to 2**63 - 1; one for all rooms, whose indices make their episodes differ.
+            options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
+        """
         self.turns.reset(fresh_seed() if seed is None and not self._is_seeded else seed)
         self._is_seeded = True
+        super().reset(seed=seed)
         self.turns.ask(self.meta)
-        n = self.num_envs
-        infos = {"goal_event": np.full(n, -1), "elapsed": np.zeros(n, np.int64)}
-        return self.turns.controller_observations(self.turns.sight()), infos
+        infos = self._infos(np.full(self.num_envs, NO_GOAL), np.zeros(self.num_envs, np.int64))
+        if (options or {}).get("complexity"):
+            infos["complexity"] = self.complexity.to_dict()
+        return self._observations(), infos
 
     def step(self, actions: NDArray[np.integer]):
         """Act once in every room."""
         step = self.turns.step(actions)
         over = step.over
-        infos: dict[str, Any] = {"goal_event": step.events, "elapsed": np.ones(self.num_envs, np.int64)}
+        infos = self._infos(np.where(over, NO_GOAL, step.events), np.where(over, 0, 1))
         if over.any():
-            ended = np.flatnonzero(over)
-            last = self.turns.controller_observations(self.turns.final_sight(step, ended))
-            final_observations = np.full(self.num_envs, None, object)
-            for m, n in enumerate(ended):
-                final_observations[n] = {name: values[m] for name, values in last.items()}
-            final_info = {"success": step.terminated, "length": step.lengths, "shortest_length": step.shortest}
-            final_info |= {f"_{name}": over.copy() for name in final_info}
-            infos |= {
-                "final_obs": final_observations,
-                "_final_obs": over,
-                "final_info": final_info,
-                "_final_info": over,
-            }
+            infos |= self._final_infos(step)
         self.turns.ask(self.meta)
-        observations = self.turns.controller_observations(self.turns.sight())
-        return observations, step.rewards, step.terminated, step.truncated, infos
+        return self._observations(), step.rewards, step.terminated, step.truncated, infos
+
+    def _observations(self) -> dict[str, NDArray]:
+        return self.turns.controller_observations(self.turns.sight())
+
+    def _infos(self, events: NDArray[np.integer], elapsed: NDArray[np.integer]) -> dict[str, Any]:
+        infos = {"goal_event": events, "elapsed": elapsed, "illegal_actions": self.turns.ledger.illegal_actions.copy()}
+        return _masked(infos, np.ones(self.num_envs, bool))
+
+    def _final_infos(self, step: Step) -> dict[str, Any]:
+        """What there is to say of the episodes that a step ended."""
+        over = step.over
+        info = {
+            "goal_event": step.events,
+            "elapsed": np.ones(self.num_envs, np.int64),
+            "illegal_actions": step.illegal_actions,
+            "success": step.terminated,
+            "length": step.lengths,
+            "shortest_length": step.shortest,
+        }
+        final_info = _masked(
+            {name: np.where(over, values, np.zeros_like(values)) for name, values in info.items()}, over
+        )
+        final_obs = np.full(self.num_envs, None, object)
+        ended = np.flatnonzero(over)
+        observations = self.turns.controller_observations(self.turns.final_sight(step, ended))
+        for m, n in enumerate(ended):
+            final_obs[n] = {name: values[m] for name, values in observations.items()}
+        return _masked({"final_obs": final_obs, "final_info": final_info}, over)
+
+
+def _masked(infos: dict[str, Any], where: NDArray[np.bool_]) -> dict[str, Any]:
+    """Infos with Gymnasium's entries that say which rooms they tell of."""
+    return infos | {f"_{name}": where.copy() for name in infos}
 
 
 def register_envs() -> None:

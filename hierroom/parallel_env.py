@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
 from hierroom.room import AGENTS, CONTROLLER, META, Room
-from hierroom.settings import FRAMES_PER_SECOND, RENDER_MODES, RoomSettings
+from hierroom.settings import FRAMES_PER_SECOND, RoomSettings
+from hierroom.world.render import RENDER_MODES
 
 
-class parallel_env(ParallelEnv):  # noqa: N801 - PettingZoo's name
+class parallel_env(ParallelEnv):
     """The parallel environment.
 
     Args:
@@ -65,9 +66,9 @@ class parallel_env(ParallelEnv):  # noqa: N801 - PettingZoo's name
         Returns:
             (observations, infos), each a dict by agent.
         """
-        self.room.reset(seed, options)
+        infos = self.room.reset(seed, options)
         self.agents = AGENTS[:]
-        return self._observations(), self._infos()
+        return self._observations(), infos
 
     def step(self, actions: dict[str, int]):
         """Take both agents' actions, the meta-controller's first.
@@ -78,13 +79,10 @@ class parallel_env(ParallelEnv):  # noqa: N801 - PettingZoo's name
         if not self.agents:
             return {}, {}, {}, {}, {}
         self.room.choose(actions[META])
-        step = self.room.act(actions[CONTROLLER])
-        rewards = {META: float(step.extrinsic[0]), CONTROLLER: float(step.rewards[0])}
-        terminations = dict.fromkeys(AGENTS, bool(step.terminated[0]))
-        truncations = dict.fromkeys(AGENTS, bool(step.truncated[0]))
-        if step.over[0]:
+        rewards, terminations, truncations = self.room.act(actions[CONTROLLER])
+        if terminations[META] or truncations[META]:
             self.agents = []
-        return self._observations(), rewards, terminations, truncations, self._infos()
+        return self._observations(), rewards, terminations, truncations, self.room.infos()
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The room as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
@@ -96,6 +94,3 @@ class parallel_env(ParallelEnv):  # noqa: N801 - PettingZoo's name
 
     def _observations(self) -> dict[str, dict[str, NDArray]]:
         return {agent: self.room.observe(agent) for agent in AGENTS}
-
-    def _infos(self) -> dict[str, dict[str, Any]]:
-        return {agent: info.copy() for agent, info in self.room.infos.items()}

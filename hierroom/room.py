@@ -1,4 +1,4 @@
-"""One EscapeRoom with its two agents: what the AEC and the parallel environment share."""
+"""One EscapeRoom with its two agents: what the AEC, the parallel and the Gymnasium environment share."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals import NO_GOAL
+from hierroom.meta import MetaController
 from hierroom.settings import RoomSettings, fresh_seed
-from hierroom.turns import N_META_ACTIONS, Step
+from hierroom.step import Step
+from hierroom.turns import N_META_ACTIONS
 from hierroom.world.render import Screen
 
 META, CONTROLLER = "meta_0", "controller_0"
@@ -29,74 +31,100 @@ class Room:
         observation_spaces: the space of each agent's observations.
         action_spaces: the space of each agent's actions.
         complexity: the `ComplexityReport` of its goal graph.
-        infos: of each agent: ``goal_event``, the goal id that the last primitive step achieved, or -1; ``elapsed``,
-            primitive steps since its last turn; ``illegal_actions``, how many it took this episode; at the episode's
-            end ``success``, ``length`` and ``shortest_length``.
     """
 
     def __init__(self, settings: RoomSettings, render_mode: str | None):
         self.turns = settings.turns()
         self.complexity = settings.complexity()
-        self.observation_spaces = {META: self.turns.meta_space(), CONTROLLER: self.turns.controller_space()}
-        self.action_spaces = {
+        self.observation_spaces: dict[str, spaces.Space] = {
+            META: self.turns.meta_space(),
+            CONTROLLER: self.turns.controller_space(),
+        }
+        self.action_spaces: dict[str, spaces.Space] = {
             META: spaces.Discrete(N_META_ACTIONS),
             CONTROLLER: spaces.Discrete(self.turns.world.n_actions),
         }
-        self.infos: dict[str, dict[str, Any]] = {}
         self._screen = Screen(render_mode)
-        self._final: Step | None = None
         self._is_seeded = False
+        self._last: Step | None = None
 
-    def reset(self, seed: int | None, options: dict | None) -> None:
-        """Begin an episode: the first one of a seed, or without a seed the next one."""
-        if seed is None and not self._is_seeded:
-            seed = fresh_seed()
+    def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
+        """Begin an episode: the first one of a seed, or without a seed the next one; returns its first infos."""
+        self.turns.reset(fresh_seed() if seed is None and not self._is_seeded else seed)
         self._is_seeded = True
-        self.turns.reset(seed)
-        self._final = None
-        self.infos = {agent: {"goal_event": NO_GOAL, "elapsed": 0, "illegal_actions": 0} for agent in AGENTS}
+        self._last = None
+        self._show()
+        infos = self.infos()
         if (options or {}).get("complexity"):
-            for info in self.infos.values():
+            for info in infos.values():
                 info["complexity"] = self.complexity.to_dict()
-        self._screen.show(self.turns.world.state, NO_GOAL)
+        return infos
 
     @property
     def is_meta_turn(self) -> bool:
         """Whether the meta-controller is to act next."""
-        return bool(self.turns.is_meta_turn[0])
+        return bool(self.turns.ledger.is_meta_turn[0])
 
     def observe(self, agent: str) -> dict[str, NDArray]:
         """What an agent sees now, in fresh arrays."""
-        if agent == CONTROLLER:
-            sight = self.turns.sight(_ROOM) if self._final is None else self.turns.final_sight(self._final, _ROOM)
-            observations = self.turns.controller_observations(sight)
+        turns = self.turns
+        if agent == META:
+            masks = turns.meta_masks(turns.situation(_ROOM))
+            observations = turns.meta_observations(turns.meta_sight(_ROOM), turns.ledger.last_outcomes[_ROOM], masks)
+        elif self._last is not None and self._last.over[0]:
+            observations = turns.controller_observations(turns.final_sight(self._last, _ROOM))
         else:
-            masks = self.turns.meta_masks(self.turns.situation(_ROOM))
-            observations = self.turns.meta_observations(
-                self.turns.meta_sight(_ROOM), self.turns.last_outcomes[_ROOM], masks
-            )
+            observations = turns.controller_observations(turns.sight(_ROOM))
         return {name: values[0] for name, values in observations.items()}
 
     def choose(self, action: int) -> None:
         """Take the meta-controller's action; one that is not legal counts as no goal."""
-        masks = self.turns.meta_masks(self.turns.situation(_ROOM))
-        is_legal = self.turns.choose(_ROOM, [action], masks)[0]
-        self.infos[META]["illegal_actions"] += int(not is_legal)
-        self._screen.show(self.turns.world.state, int(self.turns.goals[0]))
+        is_turn = self.is_meta_turn
+        self.turns.choose(_ROOM, [action], self.turns.meta_masks(self.turns.situation(_ROOM)))
+        if is_turn:
+            self._show()
 
-    def act(self, action: int) -> Step:
-        """Take the controller's action and bring the infos up to date."""
-        step = self.turns.step([action])
-        for info, elapsed in ((self.infos[META], step.meta_elapsed[0]), (self.infos[CONTROLLER], 1)):
-            info.pop("complexity", None)
-            info["goal_event"], info["elapsed"] = int(step.events[0]), int(elapsed)
+    def ask(self, meta: MetaController) -> None:
+        """Let a meta-controller choose, if it is its turn."""
+        if self.is_meta_turn:
+            self.turns.ask(meta)
+            self._show()
+
+    def act(self, action: int) -> tuple[dict[str, float], dict[str, bool], dict[str, bool]]:
+        """Take the controller's action.
+
+        Returns:
+            (rewards, terminations, truncations), each a dict by agent.
+        """
+        step = self._last = self.turns.step([action])
+        self._show()
+        rewards = {META: float(step.extrinsic[0]), CONTROLLER: float(step.rewards[0])}
+        return (
+            rewards,
+            dict.fromkeys(AGENTS, bool(step.terminated[0])),
+            dict.fromkeys(AGENTS, bool(step.truncated[0])),
+        )
+
+    def infos(self) -> dict[str, dict[str, Any]]:
+        """What there is to say to each agent besides, in fresh dicts.
+
+        Returns:
+            ``goal_event``, the goal id that the last primitive step achieved, or -1; ``elapsed``, primitive steps
+            since the agent's last turn; ``illegal_actions``, how many it took this episode; at the episode's end
+            ``success``, ``length`` and ``shortest_length``.
+        """
+        step, ledger = self._last, self.turns.ledger
+        event, elapsed, ending = NO_GOAL, {META: 0, CONTROLLER: 0}, {}
+        if step is not None:
+            event, elapsed = int(step.events[0]), {META: int(step.meta_elapsed[0]), CONTROLLER: 1}
             if step.over[0]:
-                info["success"] = bool(step.terminated[0])
-                info["length"], info["shortest_length"] = int(step.lengths[0]), int(step.shortest[0])
-        if step.over[0]:
-            self._final = step
-        self._screen.show(self.turns.world.state, int(step.goals[0]))
-        return step
+                ending["success"] = bool(step.terminated[0])
+                ending["length"], ending["shortest_length"] = int(step.lengths[0]), int(step.shortest[0])
+        illegal = {META: int(ledger.illegal_goals[0]), CONTROLLER: int(ledger.illegal_actions[0])}
+        return {
+            agent: {"goal_event": event, "elapsed": elapsed[agent], "illegal_actions": illegal[agent], **ending}
+            for agent in AGENTS
+        }
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The room as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
@@ -105,3 +133,6 @@ class Room:
     def close(self) -> None:
         """Close the window, if one is open."""
         self._screen.close()
+
+    def _show(self) -> None:
+        self._screen.show(self.turns.world.state, int(self.turns.goals[0]))

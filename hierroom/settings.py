@@ -11,7 +11,6 @@ from hierroom.goals import GoalGraph, as_goal_graph
 from hierroom.turns import Turns
 from hierroom.world.batch import Batch
 
-RENDER_MODES = ["ansi", "rgb_array", "human"]
 FRAMES_PER_SECOND = 10
 
 
