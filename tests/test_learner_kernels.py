@@ -11,7 +11,7 @@ from torch.nn.utils import parameters_to_vector
 from hierroom.learners import AgentSpace, Learner, PPOConfig, RecurrentActorCritic
 from hierroom.learners.adam_kernels import adam_step, sum_gradients
 from hierroom.learners.encoder_kernels import complete_table, encode, encode_backward, most_common
-from hierroom.learners.fused_network import Tape, Weights, backward, encoder_table, forward
+from hierroom.learners.fused_network import TapeMemory, Weights, backward, forward
 from hierroom.learners.loss_kernels import heads, loss_backward
 from hierroom.learners.product_kernels import add_product, add_transposed_product, pack
 from hierroom.learners.recurrent import ResetLSTM
@@ -47,7 +47,7 @@ def test_encoder_gradients():
     cardinalities = (5, 3, 1, 7, 2, 256)
     network = RecurrentActorCritic(AgentSpace(cardinalities, 2), 10).double()
     codes = RANDOM.integers(0, cardinalities, (150, 6)).astype(np.uint8)
-    table, offsets = encoder_table(network)
+    table, offsets = network.encoder.weight.detach().numpy(), network.encoder.offsets.numpy()
     bias = network.encoder.bias.detach().numpy()
     bias += normal(10) / 10
     features = np.zeros((150, 13))  # wider than needed, as in use
@@ -147,8 +147,10 @@ def test_the_whole_network_backwards():
     weights, gradient = Weights.views(vector, network), np.zeros_like(vector)
     codes = RANDOM.integers(0, SPACE.cardinalities, (7, 10, 4)).astype(np.uint8)
     resets, states = RANDOM.random((7, 10)) < 0.2, normal(10, 32)
-    tape, d_hidden = Tape(7, 10, weights), normal(7, 10, 16)
-    table, offsets = encoder_table(network)
+    memory, d_hidden = TapeMemory(weights), normal(7, 10, 16)
+    memory.tape(8, 12)
+    tape = memory.tape(7, 10)
+    table, offsets = weights.encoder_weight, network.encoder.offsets.numpy()
     forward(weights, table, offsets, codes, states, resets, tape)
     tape.d_hidden[...] = d_hidden
     parts = Weights.views(gradient, network)

@@ -15,11 +15,14 @@ BETA1, BETA2 = 0.9, 0.999
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def sum_gradients(shares: NDArray[np.floating]) -> float:
     """Add up gradients [L, P] into the first row, in order; returns the Euclidean norm of the sum."""
+    total = shares[0]
+    for share in range(1, len(shares)):
+        added = shares[share]
+        for i in range(len(total)):
+            total[i] += added[i]
     square = 0.0
-    for i in range(shares.shape[1]):
-        for share in range(1, len(shares)):
-            shares[0, i] += shares[share, i]
-        square += shares[0, i] ** 2
+    for i in range(len(total)):
+        square += total[i] * total[i]
     return math.sqrt(square)
 
 

@@ -7,9 +7,10 @@ lanes are worked on at a time, so their number changes nothing in the result.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import torch
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from hierroom.learners.adam_kernels import adam_step, sum_gradients
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.encoder_kernels import complete_table, most_common
-from hierroom.learners.fused_network import Tape, Weights, backward, encoder_table, forward
+from hierroom.learners.fused_network import TapeMemory, Weights, backward, forward
 from hierroom.learners.loss_kernels import loss_backward
 from hierroom.learners.networks import RecurrentActorCritic
 from hierroom.learners.rollout import Batch
@@ -26,6 +27,8 @@ from hierroom.learners.rollout import Batch
 # 16 sequences of 128 turns take about 5 MB, which stays in the last cache; fewer make the matrix products small.
 _SHARD = 16
 _MAX_LANES = 8
+# Fewer are acted in sooner than another thread wakes up.
+_MIN_ROOMS_PER_THREAD = 32
 
 
 class FusedBackend:
@@ -43,16 +46,18 @@ class FusedBackend:
         self._network = network
         self._config = config
         self._threads = threads
+        self._pool = ThreadPoolExecutor(max(1, threads - 1))  # beside the thread that calls
         self._parameters = np.concatenate([p.detach().numpy().ravel() for p in network.parameters()])
         self._weights = Weights.views(self._parameters, network)
         for parameter, view in zip(network.parameters(), self._weights.arrays(), strict=True):
             parameter.data = torch.from_numpy(view)
+        self._offsets = network.encoder.offsets.numpy()
+        self._inputs = None if network.encoder.inputs is None else network.encoder.inputs.numpy()
         self._means = np.zeros_like(self._parameters)
         self._squares = np.zeros_like(self._parameters)
         self._n_steps = 0
         self._shares = np.zeros((_MAX_LANES, len(self._parameters)), np.float32)
         self._lanes = [_Lane(share, network, config) for share in self._shares]
-        self._acting: dict[int, Tape] = {}
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
         """States of ``n`` rooms at the start of an episode: [n, S]."""
@@ -61,12 +66,24 @@ class FusedBackend:
     def step(self, codes: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
         """One turn of M rooms: codes [M, K], states [M, S] to logits [M, A], values [M] and new states [M, S]."""
         n_rooms = len(codes)
-        if n_rooms not in self._acting:
-            self._acting[n_rooms] = Tape(1, n_rooms, self._weights)
-        tape = self._acting[n_rooms]
-        never = np.zeros((1, n_rooms), bool)
-        forward(self._weights, *encoder_table(self._network), codes[None], states, never, tape)
-        return tape.logits.copy(), tape.values.copy(), np.concatenate([tape.hidden[0], tape.cells[1]], axis=1)
+        logits = np.empty((n_rooms, len(self._weights.policy_bias)), np.float32)
+        values, new_states = np.empty(n_rooms, np.float32), np.empty_like(states)
+        table, hidden_size = self._table(), self._config.hidden_size
+
+        def work(lane: _Lane, rooms: slice) -> None:
+            n = rooms.stop - rooms.start
+            tape = lane.memory.tape(1, n)
+            never = np.zeros((1, n), bool)
+            forward(self._weights, table, self._offsets, codes[None, rooms], states[rooms], never, tape)
+            logits[rooms], values[rooms] = tape.logits, tape.values
+            new_states[rooms, :hidden_size], new_states[rooms, hidden_size:] = tape.hidden[0], tape.cells[1]
+
+        # A room's result does not depend on which rooms it is computed with.
+        n_parts = max(1, min(self._threads, n_rooms // _MIN_ROOMS_PER_THREAD))
+        bounds = np.linspace(0, n_rooms, n_parts + 1).astype(int).tolist()
+        parts = [slice(start, stop) for start, stop in pairwise(bounds)]
+        self._each(work, self._lanes[:n_parts], parts)
+        return logits, values, new_states
 
     def train(
         self,
@@ -80,38 +97,56 @@ class FusedBackend:
         # Every 16th turn is enough to tell which value of a column is common.
         skipped = most_common(batch.codes[::16].reshape(-1, batch.codes.shape[-1]))
         rows = []
-        with ThreadPoolExecutor(self._threads) as pool:
-            for part in parts:
-                shift, scale = _normalization(advantages[:, part], self._config)
-                minibatch = _Minibatch(
-                    self._weights,
-                    *encoder_table(self._network),
-                    skipped,
-                    batch,
-                    scores=(advantages - shift) * scale,
-                    targets=targets,
-                    turn_weight=1 / (len(advantages) * len(part)),
-                )
-                statistics, norm = self._gradient(pool, minibatch, part)
-                self._descend(norm, learning_rate)
-                rows.append([*statistics, norm])
+        for part in parts:
+            shift, scale = _normalization(advantages.take(part, axis=1), self._config)
+            minibatch = _Minibatch(
+                self._weights,
+                self._table(),
+                self._offsets,
+                skipped,
+                batch,
+                scores=(advantages - shift) * scale,
+                targets=targets,
+                turn_weight=1 / (len(advantages) * len(part)),
+            )
+            statistics, norm = self._gradient(minibatch, part)
+            self._descend(norm, learning_rate)
+            rows.append([*statistics, norm])
         return np.mean(rows, axis=0)
 
-    def _gradient(
-        self, pool: ThreadPoolExecutor, minibatch: _Minibatch, part: NDArray[np.integer]
-    ) -> tuple[NDArray[np.float64], float]:
+    def _gradient(self, minibatch: _Minibatch, part: NDArray[np.integer]) -> tuple[NDArray[np.float64], float]:
         """Leave the gradient in the first row of the shares; returns five of `STATISTICS` and the gradient's norm."""
         shards = np.array_split(part, -(-len(part) // _SHARD))
         lanes = self._lanes[: len(shards)]
 
-        def work(first: int) -> NDArray[np.float64]:
-            lanes[first].clear()
-            for shard in shards[first :: len(lanes)]:
-                lanes[first].add_shard(minibatch, shard)
-            return lanes[first].finish(minibatch)
+        def work(lane: _Lane, hand: list[NDArray[np.integer]]) -> NDArray[np.float64]:
+            lane.clear()
+            for shard in hand:
+                lane.add_shard(minibatch, shard)
+            return lane.finish(minibatch)
 
-        statistics = np.sum(list(pool.map(work, range(len(lanes)))), axis=0)
+        hands = [shards[first :: len(lanes)] for first in range(len(lanes))]
+        statistics = np.sum(self._each(work, lanes, hands), axis=0)
         return statistics, sum_gradients(self._shares[: len(lanes)])
+
+    def _each(self, work: Callable, lanes: list[_Lane], tasks: list) -> list:
+        """``work(lane, task)`` for each lane and its task, on all threads; the results in order."""
+        pairs = list(zip(lanes, tasks, strict=True))
+
+        def share(thread: int) -> list:
+            return [work(*pair) for pair in pairs[thread :: self._threads]]
+
+        others = [self._pool.submit(share, thread) for thread in range(1, min(self._threads, len(pairs)))]
+        results: list = [None] * len(pairs)
+        results[:: self._threads] = share(0)
+        for thread, other in enumerate(others, start=1):
+            results[thread :: self._threads] = other.result()
+        return results
+
+    def _table(self) -> NDArray[np.float32]:
+        """The encoder's rows [R, H] as they are now."""
+        weight = self._weights.encoder_weight
+        return weight if self._inputs is None else self._inputs @ weight
 
     def _descend(self, norm: float, learning_rate: float) -> None:
         self._n_steps += 1
@@ -167,7 +202,7 @@ class _Lane:
             else np.zeros((len(self._inputs), config.hidden_size), np.float32)
         )
         self._sums = np.zeros(5)
-        self._tapes: dict[tuple[int, int], Tape] = {}
+        self.memory = TapeMemory(self._gradient)
 
     def clear(self) -> None:
         """Forget the last minibatch."""
@@ -179,10 +214,7 @@ class _Lane:
         """Add the gradient of the loss of some sequences, given as indices into M."""
         batch, weights, config = minibatch.batch, minibatch.weights, self._config
         n_turns, n_rows = len(batch.codes), len(batch.codes) * len(shard)
-        shape = (n_turns, len(shard))
-        if shape not in self._tapes:
-            self._tapes[shape] = Tape(*shape, weights)
-        tape = self._tapes[shape]
+        tape = self.memory.tape(n_turns, len(shard))
 
         def rows(array: NDArray) -> NDArray:  # [T, M, ...] to [T * shard, ...], contiguous
             return array.take(shard, axis=1).reshape(n_rows, *array.shape[2:])

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 
 import numpy as np
-import torch
 from numpy.typing import NDArray
 
 from hierroom.learners.encoder_kernels import encode, encode_backward
@@ -40,36 +40,43 @@ class Weights:
         return [getattr(self, field.name) for field in fields(self)]
 
 
+@dataclass(frozen=True)
 class Tape:
-    """What a forward pass over T turns of M sequences leaves for the backward pass; allocated once, used again.
+    """What a forward pass over T turns of M sequences leaves for the backward pass."""
+
+    driven: NDArray[np.floating]  # [T, M, 2 H] features beside the hidden state before the turn
+    gates: NDArray[np.floating]  # [T, M, 4 H]
+    cells: NDArray[np.floating]  # [T + 1, M, H]
+    squashed: NDArray[np.floating]  # [T, M, H]
+    hidden: NDArray[np.floating]  # [T, M, H]
+    logits: NDArray[np.floating]  # [T M, A]
+    values: NDArray[np.floating]  # [T M]
+    d_hidden: NDArray[np.floating]  # [T, M, H]
+    d_driven: NDArray[np.floating]  # [T, M, 2 H]
+
+
+class TapeMemory:
+    """Memory for one tape at a time, of any shape; it grows to the largest and is never given back.
 
     Args:
-        n_turns: T.
-        n_sequences: M.
         weights: parameters, for their sizes and dtype.
     """
 
-    def __init__(self, n_turns: int, n_sequences: int, weights: Weights) -> None:
-        n_actions, hidden_size = weights.policy_weight.shape
+    def __init__(self, weights: Weights) -> None:
+        self._n_actions, self._hidden_size = weights.policy_weight.shape
+        self._flat = np.empty(0, weights.policy_weight.dtype)
 
-        def empty(*shape: int) -> NDArray[np.floating]:
-            return np.empty(shape, weights.policy_weight.dtype)
-
-        self.driven = empty(n_turns, n_sequences, 2 * hidden_size)  # features beside the hidden state before
-        self.gates = empty(n_turns, n_sequences, 4 * hidden_size)
-        self.cells = empty(n_turns + 1, n_sequences, hidden_size)
-        self.squashed = empty(n_turns, n_sequences, hidden_size)
-        self.hidden = empty(n_turns, n_sequences, hidden_size)
-        self.logits = empty(n_turns * n_sequences, n_actions)
-        self.values = empty(n_turns * n_sequences)
-        self.d_hidden = empty(n_turns, n_sequences, hidden_size)
-        self.d_driven = empty(n_turns, n_sequences, 2 * hidden_size)
-
-
-def encoder_table(network: RecurrentActorCritic) -> tuple[NDArray[np.floating], NDArray[np.int64]]:
-    """The encoder's rows [R, H] as they are now, and the row [K] int64 of each column's value 0."""
-    with torch.no_grad():
-        return network.encoder.table().numpy(), network.encoder.offsets.numpy()
+    def tape(self, n_turns: int, n_sequences: int) -> Tape:
+        """A tape for T turns of M sequences, its contents arbitrary; the one given before becomes invalid."""
+        turns, size = (n_turns, n_sequences), self._hidden_size
+        shapes = [(*turns, 2 * size), (*turns, 4 * size), (n_turns + 1, n_sequences, size)]
+        shapes += [(*turns, size), (*turns, size), (n_turns * n_sequences, self._n_actions), (n_turns * n_sequences,)]
+        shapes += [(*turns, size), (*turns, 2 * size)]
+        stops = np.cumsum([math.prod(shape) for shape in shapes])
+        if len(self._flat) < stops[-1]:
+            self._flat = np.empty(stops[-1], self._flat.dtype)
+        parts = np.split(self._flat, stops)
+        return Tape(*(part.reshape(shape) for part, shape in zip(parts[:-1], shapes, strict=True)))
 
 
 def forward(

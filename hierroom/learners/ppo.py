@@ -151,7 +151,8 @@ class Learner:
         if self._rollout.is_open[rooms].any():
             raise RuntimeError("act() was called for a room whose last turn has not finished")
         resets = self._starts_episode[rooms]
-        states = np.where(resets[:, None], self._initial_state, self._states[rooms])
+        states = self._states[rooms]
+        states[resets] = self._initial_state
         logits, values, self._states[rooms] = self._backend.step(codes, states)
         actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(rooms)))
         self._rollout.begin(rooms, states, resets, codes, masks, actions, log_probs, values)
