@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -66,6 +67,13 @@ class Options:
     """Print the list as CSV."""
     draw: Path | None = None
     """Draw the goal graph and its augmented graph into this file: .png, .pdf, .svg."""
+    from_play: str | None = None
+    """Measure the chain from play instead of assuming the walk: a run's folder for its trained agent, or random, or
+    oracle for shortest solutions; --graph takes it to another goal graph than the run's (for the last two: than c)."""
+    episodes: int = 1000
+    """Episodes to play, at least."""
+    seed: int = 1_000_000
+    """Fixes the levels played, the actions and the bootstrap."""
 
 
 def show(options: Options) -> None:
@@ -78,6 +86,9 @@ def show(options: Options) -> None:
         raise InputError("print --json or --csv, not both")
     if options.sort is not None and options.sort not in COLUMNS:
         raise InputError(f"--sort takes a column, one of {', '.join(COLUMNS)}; not {options.sort}")
+    if options.from_play is not None:
+        _show_play(options)
+        return
     graphs = _graphs(options)
     reports = [analyze(graph, options.drop) for graph in graphs]
     if options.sort is not None:
@@ -87,7 +98,7 @@ def show(options: Options) -> None:
         _draw(reports, options.draw)
     if options.json:
         tables = [report.to_dict() for report in reports]
-        print(json.dumps(tables if is_list else tables[0], indent=2, allow_nan=False))
+        _print_json(tables if is_list else tables[0])
     elif options.csv:
         _print_csv(reports)
     elif is_list:
@@ -123,6 +134,34 @@ def _draw(reports: list[ComplexityReport], path: Path) -> None:
     from hierroom.complexity.draw import draw  # matplotlib takes its time, and few commands draw
 
     draw(reports[0].augmented, path)
+
+
+def _show_play(options: Options) -> None:
+    several = options.all or options.rooms is not None or options.csv or options.sort or options.draw is not None
+    if several or (options.graph is not None and is_difficulty(options.graph)):
+        raise InputError(
+            "--from-play measures one goal graph; beside it go --graph, --drop, --json, --episodes and --seed"
+        )
+    from hierroom.complexity.from_play import measure_player  # it brings the worlds and the learners along
+
+    report = measure_player(options.from_play or "", options.graph, options.drop, options.episodes, options.seed)
+    if options.json:
+        _print_json(report.to_dict())
+    else:
+        print(report)
+
+
+def _print_json(table: Any) -> None:
+    print(json.dumps(_finite(table), indent=2, allow_nan=False))
+
+
+def _finite(value: Any) -> Any:
+    """The same with null where a number is infinite, which JSON cannot say."""
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _print_csv(reports: list[ComplexityReport]) -> None:

@@ -1,0 +1,288 @@
+"""A chain measured from play: counted transitions between goal states, and the report of the W they give.
+
+The paper defines W by the policy that the agent executes. Here W_ij is the share of the steps begun at node i that led
+to node j, over many episodes. Two edges are not the policy's but the assumed walk's: a truncated episode leads from
+its last node back to the start, as the walk's restart does ("the agent is not able to reach the exit within the time
+limit"), and the exit has only its restart, with the walk's chance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.complexity.chain import Chain
+from hierroom.complexity.report import REPORT_TIMES, ComplexityReport
+from hierroom.complexity.weights import as_times, row_sums
+from hierroom.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class EpisodeCounts:
+    """How often each episode went from one node to another; staying at a node counts too.
+
+    Args:
+        n_nodes: number of nodes n.
+        episodes: [K] int64, the episode of each entry, 0 to ``len(lengths) - 1``.
+        sources: [K] int64, the node a step began at.
+        targets: [K] int64, the node it led to.
+        counts: [K] int64, how many such steps the episode has.
+        lengths: [E] int64, steps of each episode.
+        escaped: [E] bool, whether it reached the exit.
+    """
+
+    n_nodes: int
+    episodes: NDArray[np.int64]
+    sources: NDArray[np.int64]
+    targets: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+    escaped: NDArray[np.bool_]
+
+    def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
+        """Transitions summed over the episodes.
+
+        Args:
+            multiplicity: [E] how often each episode counts; once by default.
+
+        Returns:
+            [n, n] float64 CSR.
+        """
+        times = np.ones(len(self.lengths)) if multiplicity is None else np.asarray(multiplicity, float)
+        shape = (self.n_nodes, self.n_nodes)
+        return sp.coo_array((self.counts * times[self.episodes], (self.sources, self.targets)), shape=shape).tocsr()
+
+
+def count_transitions(trajectories: Iterable[ArrayLike], n_nodes: int, start: int, exit_node: int) -> EpisodeCounts:
+    """Count the transitions of whole episodes.
+
+    Args:
+        trajectories: for each episode its nodes [length + 1], from the start on; it escaped if the last is the exit,
+            and else was truncated there, which counts as one more transition, back to the start.
+        n_nodes: number of nodes.
+        start: the node every episode begins at.
+        exit_node: the node that ends an episode.
+
+    Returns:
+        The counts of each episode.
+
+    Raises:
+        InputError: if there is no episode, one does not begin at the start or passes the exit, or a node is unknown.
+    """
+    keys, lengths, escaped = [], [], []
+    for episode, trajectory in enumerate(trajectories):
+        nodes = np.asarray(trajectory)
+        if nodes.ndim != 1 or len(nodes) < 2 or nodes.dtype.kind not in "iu":
+            raise InputError(f"episode {episode} must be a row of at least two nodes, not {trajectory!r}")
+        if nodes.min() < 0 or nodes.max() >= n_nodes:
+            raise InputError(f"nodes are 0 to {n_nodes - 1}; episode {episode} holds {nodes.min()} to {nodes.max()}")
+        if nodes[0] != start or (nodes[:-1] == exit_node).any():
+            raise InputError(f"episode {episode} must begin at node {start} and may be at the exit only at its end")
+        lengths.append(len(nodes) - 1)
+        escaped.append(nodes[-1] == exit_node)
+        closed = nodes if escaped[-1] else np.append(nodes, start)
+        keys.append((episode * n_nodes + closed[:-1].astype(np.int64)) * n_nodes + closed[1:])
+    if not keys:
+        raise InputError("a chain cannot be measured from no episodes at all")
+    return counts_of(np.concatenate(keys), n_nodes, np.array(lengths), np.array(escaped))
+
+
+def counts_of(
+    keys: NDArray[np.int64], n_nodes: int, lengths: NDArray[np.int64], escaped: NDArray[np.bool_]
+) -> EpisodeCounts:
+    """Gather transitions, each given as one number ``(episode * n + source) * n + target``."""
+    unique, counts = np.unique(keys, return_counts=True)
+    rest, targets = np.divmod(unique, n_nodes)
+    episodes, sources = np.divmod(rest, n_nodes)
+    return EpisodeCounts(n_nodes, episodes, sources, targets, counts, lengths, escaped)
+
+
+class Interval(NamedTuple):
+    """A measured value and its bootstrap interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+class MoveDifference(NamedTuple):
+    """One edge in the assumed walk and in the measured chain: chances per step, and how often it was seen."""
+
+    source: str
+    target: str
+    assumed: float
+    measured: float
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredReport:
+    """What the chain measured from play says, beside what the assumed walk predicts.
+
+    Args:
+        assumed: the report of the assumed walk on the same goal graph.
+        counts: the transitions of the episodes played; nodes are those of ``assumed.augmented``.
+        level: confidence level of the intervals, 0..1.
+        n_resamples: bootstrap resamples of whole episodes.
+        seed: fixes the resamples.
+
+    Raises:
+        InputError: if the counts belong to another graph, or the level or number of resamples is out of range.
+    """
+
+    assumed: ComplexityReport
+    counts: EpisodeCounts
+    level: float = 0.95
+    n_resamples: int = 200
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.counts.n_nodes != self.assumed.nodes:
+            raise InputError(
+                f"the counts are over {self.counts.n_nodes} nodes, but goal graph {self.assumed.graph.name} has "
+                f"{self.assumed.nodes}"
+            )
+        if not 0 < self.level < 1 or self.n_resamples < 2:
+            raise InputError(
+                "intervals need a level between 0 and 1 and at least 2 resamples, "
+                f"not {self.level} and {self.n_resamples}"
+            )
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The measured walk: `Chain` with W as counted."""
+        return self._chain(self.counts.total())
+
+    @property
+    def episodes(self) -> int:
+        """Number of episodes played."""
+        return len(self.counts.lengths)
+
+    @property
+    def success_rate(self) -> float:
+        """Share of the episodes that reached the exit."""
+        return float(self.counts.escaped.mean())
+
+    @property
+    def empirical_steps(self) -> float:
+        """Mean steps from a start to the next exit over the episodes in a row; ``inf`` if none escaped.
+
+        All steps, and one for each restart, per escape. The measured chain's `expected_steps` is the same number,
+        whatever the policy: counts that balance at every node have it as their stationary return time.
+        """
+        n_escaped = int(self.counts.escaped.sum())
+        steps = int(self.counts.lengths.sum()) + self.episodes - n_escaped
+        return steps / n_escaped if n_escaped else float("inf")
+
+    def empirical_reach(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Share of the episodes that had escaped within t steps; meaningful up to the step limit.
+
+        Where it differs from `chain.reach_probability` the goal states are not Markov: the policy's next step depends
+        on more than the node, for one on how far away the next thing is.
+        """
+        steps = as_times(t)
+        ends = np.sort(self.counts.lengths[self.counts.escaped])
+        return np.searchsorted(ends, steps, side="right") / self.episodes
+
+    @cached_property
+    def intervals(self) -> dict[str, Interval]:
+        """Hitting time, expected steps, std and reach probabilities, with percentile intervals over episodes.
+
+        Episodes are drawn with replacement and the whole report is made again (Efron and Tibshirani, 1993, chapter
+        13). A resample in which nobody escapes has infinite times, so an interval may end at ``inf``.
+        """
+        rng = np.random.default_rng(self.seed)
+        share = np.full(self.episodes, 1 / self.episodes)
+        resamples = [
+            _summary(self._chain(self.counts.total(rng.multinomial(self.episodes, share))))
+            for _ in range(self.n_resamples)
+        ]
+        tails = ((1 - self.level) / 2, (1 + self.level) / 2)
+        intervals = {}
+        for name, value in _summary(self.chain).items():
+            drawn = [resample[name] for resample in resamples]
+            low, high = np.quantile(drawn, tails, method="inverted_cdf")
+            intervals[name] = Interval(value, float(low), float(high))
+        return intervals
+
+    @cached_property
+    def predictions(self) -> dict[str, float]:
+        """What the assumed walk predicts for each of `intervals`."""
+        return _summary(self.assumed.chain)
+
+    def moves(self) -> list[MoveDifference]:
+        """Every edge of the assumed walk or of the play, those that differ most first.
+
+        Staying is left out, and so are edges out of nodes that the play never came to: nothing is known of them.
+        """
+        assumed, measured, counts = self.assumed.chain.weights, self.chain.weights, self.counts.total()
+        edges = (assumed + measured).tocoo()
+        labels, visited = self.assumed.augmented.labels, row_sums(counts) > 0
+        found = [
+            MoveDifference(labels[i], labels[j], float(assumed[i, j]), float(measured[i, j]), int(counts[i, j]))
+            for i, j in zip(edges.row.tolist(), edges.col.tolist(), strict=True)
+            if i != j and visited[i]
+        ]
+        return sorted(found, key=lambda move: -abs(move.assumed - move.measured))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The report as plain numbers, strings, lists and dicts."""
+        return {
+            "graph": self.assumed.graph.name,
+            "drop_key": self.assumed.drop_key,
+            "episodes": self.episodes,
+            "success_rate": self.success_rate,
+            "empirical_steps": self.empirical_steps,
+            "level": self.level,
+            "measured": {name: interval._asdict() for name, interval in self.intervals.items()},
+            "assumed": self.predictions,
+            "empirical_reach": dict(
+                zip(map(str, REPORT_TIMES), self.empirical_reach(REPORT_TIMES).tolist(), strict=True)
+            ),
+            "moves": [move._asdict() for move in self.moves()],
+        }
+
+    def __str__(self) -> str:
+        lines = [
+            f"goal graph {self.assumed.graph.name}, {self.episodes} episodes played, {self.success_rate:.1%} escaped",
+            f"  {'':<18}{'assumed walk':>14}{'episodes':>12}{'their chain':>14}   {self.level:.0%} interval",
+        ]
+        counted = {"expected_steps": self.empirical_steps}
+        counted |= {
+            _within(t): float(share) for t, share in zip(REPORT_TIMES, self.empirical_reach(REPORT_TIMES), strict=True)
+        }
+        for name, (value, low, high) in self.intervals.items():
+            seen = f"{counted[name]:.4g}" if name in counted else ""
+            lines.append(
+                f"  {name:<18}{self.predictions[name]:>14.4g}{seen:>12}{value:>14.4g}   {low:.4g} to {high:.4g}"
+            )
+        unforeseen = sum(move.count for move in self.moves() if move.assumed == 0)
+        lines.append(f"  {unforeseen} of {self.counts.counts.sum()} steps took an edge that the assumed walk lacks")
+        if not self.counts.escaped.any():
+            lines.append("  nobody escaped, so the times to the exit are infinite")
+        return "\n".join(lines)
+
+    def _chain(self, counts: sp.csr_array) -> Chain:
+        augmented = self.assumed.augmented
+        steps = row_sums(counts)
+        from_exit = sp.coo_array(
+            ([self.assumed.walk.restart], ([augmented.exit], [augmented.start])), shape=counts.shape
+        )
+        shares = counts.multiply(1 / np.maximum(steps, 1)[:, None])  # a node never visited keeps a row of zeros
+        return Chain((shares + from_exit).tocsr(), augmented.labels, augmented.start, augmented.goals)
+
+
+def _within(t: int) -> str:
+    return f"exit within {t}"
+
+
+def _summary(chain: Chain) -> dict[str, float]:
+    reached = chain.reach_probability(REPORT_TIMES)
+    times = {"hitting_time": chain.hitting_time, "expected_steps": chain.expected_steps, "std": chain.std}
+    return times | {_within(t): float(chance) for t, chance in zip(REPORT_TIMES, reached, strict=True)}

@@ -1,0 +1,159 @@
+"""Chains measured in real rooms: the node an agent is at, and players whose numbers are known otherwise."""
+
+import json
+
+import numpy as np
+import pytest
+
+from hierroom.complexity import AugmentedGraph, Node
+from hierroom.complexity.__main__ import Options, show
+from hierroom.complexity.estimate import NodeMap, acting, graph_of, measure, oracle_player, play, random_player
+from hierroom.errors import InputError
+from hierroom.goals import NAMED_GRAPHS, enumerate_graphs
+from hierroom.presets import TrainConfig
+from hierroom.runs import RunFolder
+from hierroom.trainer import Trainer
+from hierroom.turns import Turns
+from hierroom.world.batch import Batch
+from hierroom.world.oracle import shortest_lengths
+
+
+def rooms_of(*graphs, n=20, seed=3, **settings):
+    return Turns(Batch(graphs, n, seed=seed, size=11, **settings))
+
+
+def node_by_hand(room):
+    """The mapping of `hierroom.complexity.estimate`, written down for one room with no arrays."""
+    branches = range(int(room["n_rooms"]) - 1)
+    doors = tuple(b + 1 for b in branches if int(room["doors"]) >> b & 1)
+    bag = [int(b) for b in room["bag"][: int(room["bag_size"])]]
+    locked = [b for b in bag if b + 1 not in doors]
+    if locked:
+        return Node("key", locked[-1] + 1, doors)
+    for r in range(int(room["n_rooms"])):
+        top, left, bottom, right = room["rectangles"][r]
+        if top <= room["row"] <= bottom and left <= room["col"] <= right:
+            return Node("room", r, doors)
+    return next(
+        Node("room", b + 1, doors) for b in branches if tuple(room["doors_at"][b]) == (room["row"], room["col"])
+    )
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_every_state_has_one_node(drop_key):
+    rng, seen = np.random.default_rng(0), set()
+    for graph in [*NAMED_GRAPHS.values(), enumerate_graphs(7)[100]]:
+        augmented = AugmentedGraph(graph, drop_key)
+        node_of, turns = NodeMap(augmented), rooms_of(graph, n=12, drop_key=drop_key, max_steps=2000)
+        # shortest solutions up to where a dice says otherwise: far into the room, and off the straight way
+        steer = oracle_player()
+        for _ in range(40):
+            steer(turns)
+        for _ in range(150):
+            turns.step(rng.choice([0, 0, 1, 2, 3, 4, 5], size=12))
+            rooms = turns.world.state.rooms
+            nodes = node_of(rooms, np.zeros(12, bool))
+            assert [augmented.nodes[i] for i in nodes] == [node_by_hand(room) for room in rooms]
+            seen |= {augmented.nodes[i].kind for i in nodes}
+    assert seen == {"room", "key"}
+
+
+def test_oracle_takes_the_shortest_solutions():
+    turns = rooms_of(NAMED_GRAPHS["f"], n=10)
+    shortest = shortest_lengths(turns.world.get_state())
+    counts = play(turns, oracle_player(), episodes=10)
+    assert counts.escaped.all()
+    assert counts.lengths.tolist() == shortest.tolist()
+    report = measure(rooms_of(NAMED_GRAPHS["f"], n=10), oracle_player(), episodes=10)
+    assert report.chain.expected_steps == pytest.approx(shortest.mean(), rel=1e-9)
+
+
+def test_a_random_policy_against_its_own_first_passage_times():
+    turns = rooms_of(NAMED_GRAPHS["a"], n=100, max_steps=100_000)
+    report = measure(turns, random_player(np.random.default_rng(5)), episodes=400)
+    lengths = report.counts.lengths
+    assert report.success_rate == 1
+    assert report.chain.expected_steps == pytest.approx(lengths.mean(), rel=1e-9)
+    _, low, high = report.intervals["expected_steps"]
+    standard_error = lengths.std() / np.sqrt(len(lengths))
+    assert low == pytest.approx(lengths.mean() - 1.96 * standard_error, rel=0.05)
+    assert high == pytest.approx(lengths.mean() + 1.96 * standard_error, rel=0.05)
+    # the whole curve is not an identity: it holds as far as the goal states are Markov
+    times = np.quantile(lengths, np.linspace(0.02, 0.98, 25)).astype(int)
+    gap = np.abs(report.chain.reach_probability(times) - report.empirical_reach(times))
+    assert gap.max() < 0.12
+
+
+def test_goals_on_the_way_take_the_measured_chain_as_long_as_the_episodes():
+    graph = NAMED_GRAPHS["c"]
+    first = {"key 1": [], "door 1": [], "key 2": [], "door 2": []}
+
+    def noting(turns):
+        step = steer(turns)
+        for goal, times in first.items():
+            bit = 1 << int(goal[-1]) - 1
+            field = "found" if goal.startswith("key") else "doors"
+            has = np.where(step.over, turns.world.finals[field], turns.world.state.rooms[field]) & bit > 0
+            new = has & ~done[goal]  # in the first episode of each room
+            times.extend(step.lengths[new].tolist())
+            done[goal] |= has
+        return step
+
+    steer, turns = oracle_player(), rooms_of(graph, n=50)
+    done = {goal: np.zeros(50, bool) for goal in first}
+    report = measure(turns, noting, episodes=50)
+    for goal, times in first.items():
+        assert report.chain.expected_steps_to(goal) == pytest.approx(np.mean(times), rel=1e-9), goal
+
+
+def test_rooms_play_equally_many_episodes_and_truncation_restarts():
+    turns = rooms_of(NAMED_GRAPHS["a"], n=4, max_steps=7)
+    counts = play(turns, acting(lambda turns: np.ones(len(turns), int)), episodes=10)  # turns on the spot
+    assert counts.lengths.tolist() == [7] * 12
+    assert not counts.escaped.any()
+    assert counts.total().toarray()[0, 0] == 12 * 8
+
+
+def test_the_goal_graph_is_the_rooms_own():
+    graph = NAMED_GRAPHS["g"]
+    assert graph_of(rooms_of(graph, n=2)) == graph
+    with pytest.raises(InputError, match="rooms of one goal graph, not of 2"):
+        measure(rooms_of(graph, NAMED_GRAPHS["a"], n=2), oracle_player(), 2)
+    with pytest.raises(InputError, match="at least one episode, not 0"):
+        play(rooms_of(graph, n=2), oracle_player(), 0)
+
+
+def test_from_play_on_the_command_line(capsys):
+    show(Options(from_play="oracle", graph="b", episodes=30))
+    text = capsys.readouterr().out
+    assert "goal graph b, 30 episodes played, 100.0% escaped" in text
+    assert "expected_steps" in text
+    show(Options(from_play="random", graph="e", episodes=2, json=True))
+    table = json.loads(capsys.readouterr().out)
+    assert table["episodes"] == 2
+    assert table["assumed"]["expected_steps"] == pytest.approx(112.7, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (Options(from_play="no-such-run"), "no-such-run is not a run folder"),
+        (Options(from_play="random", all=True), "measures one goal graph"),
+        (Options(from_play="random", graph="hitting_time:8..9"), "measures one goal graph"),
+        (Options(from_play="random", episodes=0), "at least one episode, not 0"),
+    ],
+)
+def test_one_clear_message(options, message):
+    with pytest.raises(InputError, match=message):
+        show(options)
+
+
+def test_a_trained_agent_is_measured_from_its_run_folder(tmp_path, capsys):
+    config = TrainConfig(graph="a", size=11, rooms=4, max_steps=60)
+    folder = RunFolder.create(tmp_path / "run", config)
+    folder.save_checkpoint(Trainer(config).state_dict())
+    show(Options(from_play=str(folder.path), episodes=8, json=True))
+    table = json.loads(capsys.readouterr().out)
+    assert (table["graph"], table["drop_key"], table["episodes"]) == ("a", False, 8)
+    with pytest.raises(InputError, match="trained without drop, so it cannot play with --drop"):
+        show(Options(from_play=str(folder.path), drop=True))
