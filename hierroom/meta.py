@@ -133,6 +133,8 @@ def _load(spec: str) -> Any:
             return found[0].load()
         module, _, name = spec.partition(":")
         return getattr(importlib.import_module(module), name)
+    except ModuleNotFoundError as error:
+        raise InputError(f"there is no module {error.name!r} for the meta-controller {spec!r}") from error
     except Exception as error:
         raise InputError(f"the meta-controller {spec!r} cannot be loaded: {_in_one_line(error)}") from error
 

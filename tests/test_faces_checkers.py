@@ -1,0 +1,84 @@
+"""The checkers of PettingZoo and Gymnasium, over every graph, with and without dropping.
+
+Left out are PettingZoo's ``max_cycles_test`` and ``bombardment_test``. The first wants every agent to act exactly
+``max_cycles`` times, while here the meta-controller acts once a goal; the second sends the observation that ``step``
+returns back into it, while an AEC ``step`` returns nothing. No environment with uneven turns can pass either.
+"""
+
+import warnings
+from functools import partial
+from types import SimpleNamespace
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, render_test, seed_test
+
+import hierroom
+from hierroom.gym_env import EscapeRooms
+
+GRAPHS = "abcdefg"
+EXPECTED = (
+    # An action mask has its place beside the observation, in a dict; PettingZoo keeps a list of its own environments
+    # that may have one and warns of all others.
+    "Observation is not a NumPy array",
+    "Observation space for each agent probably should be gymnasium.spaces.box or gymnasium.spaces.discrete",
+    # The meta-controller has 14 actions and the controller 5 or 6, so their masks differ in length.
+    "Agents have different observation space sizes",
+)
+
+pytestmark = [
+    pytest.mark.parametrize("graph", GRAPHS),
+    pytest.mark.parametrize("drop_key", [False, True], ids=["", "drop"]),
+]
+
+
+@pytest.fixture(autouse=True)
+def no_other_warning():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for message in EXPECTED:
+            warnings.filterwarnings("ignore", f"{message}$", UserWarning)
+        yield
+
+
+@pytest.mark.parametrize("make", [hierroom.env, hierroom.raw_env], ids=["env", "raw_env"])
+def test_api(make, graph, drop_key, capsys):
+    api_test(make(graph=graph, drop_key=drop_key, max_steps=100), num_cycles=300)
+
+
+def test_seed(graph, drop_key):
+    seed_test(partial(hierroom.env, graph=graph, drop_key=drop_key, max_steps=100), num_cycles=200)
+
+
+def test_render(graph, drop_key, monkeypatch):
+    monkeypatch.setattr("pygame.time.Clock", lambda: SimpleNamespace(tick=lambda fps: None))  # as fast as can be
+    render_test(partial(hierroom.env, graph=graph, drop_key=drop_key, size=11))
+
+
+def test_parallel_api(graph, drop_key, capsys):
+    parallel_api_test(hierroom.parallel_env(graph=graph, drop_key=drop_key, max_steps=100), num_cycles=300)
+
+
+def test_parallel_seed(graph, drop_key):
+    parallel_seed_test(partial(hierroom.parallel_env, graph=graph, drop_key=drop_key, max_steps=100), num_cycles=200)
+
+
+@pytest.mark.parametrize("meta", ["none", "fixed-dfs"])
+def test_gymnasium(graph, drop_key, meta):
+    check_env(gymnasium.make(f"hierroom/EscapeRoom-{graph}-v0", drop_key=drop_key, meta=meta).unwrapped)
+
+
+@pytest.mark.parametrize(("mode", "period"), [(None, 9), ("sync", 10)], ids=["native", "sync"])
+def test_gymnasium_vector(graph, drop_key, mode, period):
+    """Gymnasium's own vector takes one more step to reset in; ours resets in the step that ends the episode."""
+    env = gymnasium.make_vec(f"hierroom/EscapeRoom-{graph}-v0", 3, mode, drop_key=drop_key, max_steps=9)
+    assert isinstance(env.unwrapped, EscapeRooms) == (mode is None)
+    observations, _ = env.reset(seed=4)
+    for n_steps in range(1, 31):
+        assert env.observation_space.contains(observations)
+        observations, rewards, terminated, truncated, _ = env.step(env.action_space.sample())
+        assert rewards.shape == terminated.shape == (3,)
+        np.testing.assert_array_equal(truncated, n_steps % period == 9 % period)
+    env.close()
