@@ -7,6 +7,7 @@ import io
 import json
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -57,8 +58,8 @@ class RunFolder:
         run = cls(path)
         try:
             run.checkpoints.mkdir(parents=True)
-        except FileExistsError:
-            raise InputError(f"{run.path} already holds a run; choose another --out, or --resume it") from None
+        except (FileExistsError, NotADirectoryError):
+            raise InputError(f"{run.path} is already there; choose another --out, or --resume it") from None
         except OSError as error:
             raise InputError(f"cannot make the run folder {run.path}: {error.strerror}") from error
         write_whole(run.path / "config.json", json.dumps(config.to_dict(), indent=2).encode())
@@ -137,7 +138,7 @@ class RunFolder:
             with path.open("a", newline="") as file:
                 file.write(text.getvalue())
         except OSError as error:
-            if path.exists():
+            with suppress(OSError):
                 os.truncate(path, size)
             raise InputError(f"cannot write {path}: {error.strerror}") from error
 

@@ -171,10 +171,11 @@ class Trainer:
     def state_dict(self) -> dict[str, Any]:
         """Everything that decides what happens next, as tensors and plain types."""
         turns = self.turns.get_state()
-        turns["rooms"] = turns["rooms"].view(np.uint8)
+        rooms = turns.pop("rooms")
         state = {
             "format": CHECKPOINT_FORMAT,
             "turns": {name: torch.from_numpy(array) for name, array in turns.items()},
+            "rooms": {name: torch.from_numpy(rooms[name].copy()) for name in rooms.dtype.names},
             "learner": self.learner.state_dict(),
             "log": self.log.state_dict(),
             "pool": self.pool.state_dict(),
@@ -193,8 +194,10 @@ class Trainer:
         """
         check_format(state)
         turns = {name: tensor.numpy() for name, tensor in state["turns"].items()}
-        turns["rooms"] = turns["rooms"].view(ROOM)
-        self.turns.set_state(turns)
+        rooms = np.zeros(self.config.rooms, ROOM)
+        for name, values in state["rooms"].items():
+            rooms[name] = values.numpy()
+        self.turns.set_state({**turns, "rooms": rooms})
         self.learner.load_state_dict(state["learner"])
         self.log.load_state_dict(state["log"])
         self.pool.load_state_dict(state["pool"])

@@ -1,0 +1,268 @@
+"""Training, resuming and evaluating, as a user would: through the commands."""
+
+import errno
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import torch
+
+from hierroom import evaluate, train
+from hierroom.errors import InputError
+from hierroom.learners import PPOConfig
+from hierroom.presets import PRESETS, TrainConfig
+from hierroom.runs import RunFolder
+from hierroom.trainer import Trainer
+
+SMALL = TrainConfig(
+    graph="a", size=11, max_steps=60, rooms=8, steps=2048, ppo=PPOConfig(sequence_length=16, minibatches=2, epochs=2)
+)
+FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--rooms", "8"]
+FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2"]
+
+
+def run(module: str, *arguments: str, cwd: Path) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-m", f"hierroom.{module}", *arguments]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300, check=False)
+
+
+def equal(first, second) -> bool:
+    if isinstance(first, torch.Tensor):
+        return torch.equal(first, second)
+    if isinstance(first, dict):
+        return first.keys() == second.keys() and all(equal(first[k], second[k]) for k in first)
+    if isinstance(first, (list, tuple)):
+        return len(first) == len(second) and all(map(equal, first, second))
+    return first == second
+
+
+def without_clock(state: dict) -> dict:
+    log = {name: value for name, value in state["log"].items() if name != "seconds_to"}
+    return {**state, "seconds": 0, "log": log}
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory) -> Path:
+    """The folder of a short run."""
+    out = tmp_path_factory.mktemp("trained") / "run"
+    assert train.main([*FLAGS, "--steps", "4096", "--out", str(out)]) == 0
+    return out
+
+
+def test_a_run_leaves_everything_it_promises(trained):
+    summary = json.loads((trained / "summary.json").read_text())
+    for entry in ("success_rate", "episode_length", "steps", "seconds", "steps_per_second", "steps_to_90"):
+        assert entry in summary
+    assert summary["steps"] == 4096
+    assert RunFolder.open(trained).config() == TrainConfig(
+        graph="a", size=11, max_steps=60, rooms=8, steps=4096, ppo=SMALL.ppo
+    )
+    assert (trained / "learning_curve.png").read_bytes().startswith(b"\x89PNG")
+    assert list(trained.glob("events.out.tfevents.*"))
+    assert list((trained / "checkpoints").glob("*.pt"))
+    rows = RunFolder.open(trained).metrics()
+    assert rows[-1]["steps"] == 4096
+    assert [row["steps"] for row in rows] == sorted({row["steps"] for row in rows})
+
+
+def test_same_seed_same_result_and_another_seed_another():
+    first, same, other = Trainer(SMALL), Trainer(SMALL), Trainer(TrainConfig(**{**vars(SMALL), "seed": 1}))
+    for trainer in (first, same, other):
+        for _ in range(4):
+            trainer.advance()
+    assert equal(without_clock(first.state_dict()), without_clock(same.state_dict()))
+    assert not equal(first.state_dict()["learner"], other.state_dict()["learner"])
+
+
+def test_resumed_equals_uninterrupted(tmp_path):
+    through, before = Trainer(SMALL), Trainer(SMALL)
+    for _ in range(6):
+        through.advance()
+    for _ in range(3):
+        before.advance()
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    folder.save_checkpoint(before.state_dict())
+    after = Trainer(SMALL)
+    after.load_state_dict(folder.load_checkpoint())
+    for _ in range(3):
+        after.advance()
+    assert equal(without_clock(through.state_dict()), without_clock(after.state_dict()))
+
+
+@pytest.mark.parametrize("method", ["ppo", "ppo-bonus", "ppo-sketch", "hippo"])
+def test_every_method_runs_and_pays_as_its_row_says(method):
+    trainer = Trainer(TrainConfig(**{**vars(SMALL), "method": method, "steps": 512}))
+    while not trainer.is_done:
+        trainer.advance()
+    assert trainer.steps == 512
+    assert ("goal" in trainer.inputs.names) == (method in ("ppo-sketch", "hippo"))
+
+
+def test_the_paper_preset_is_section_3_to_the_letter():
+    paper = PRESETS["paper"]
+    assert (paper.steps, paper.rooms, paper.max_steps) == (10_000_000, 128, 1000)
+    assert (paper.ppo.hidden_size, paper.ppo.learning_rate) == (64, 2.5e-4)
+    assert (paper.ppo.gamma, paper.ppo.gae_lambda) == (0.9, 0.95)
+    assert paper.inputs == ("view-ids", "goal")
+
+
+def test_resume_goes_on_and_keeps_the_metrics_in_order(trained, tmp_path):
+    out = tmp_path / "run"
+    assert train.main([*FLAGS, "--steps", "2048", "--out", str(out)]) == 0
+    assert train.main(["--resume", str(out), "--steps", "4096"]) == 0
+    steps = [row["steps"] for row in RunFolder.open(out).metrics()]
+    assert steps == sorted(set(steps))
+    assert steps[-1] == 4096
+    with pytest.raises(InputError, match="keeps its config"):
+        train.main(["--resume", str(out), "--graph", "b"])
+
+
+def test_control_c_saves_and_says_how_to_go_on(tmp_path, monkeypatch, capsys):
+    advance, calls = Trainer.advance, []
+
+    def interrupted(self):
+        calls.append(1)
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        advance(self)
+
+    monkeypatch.setattr(Trainer, "advance", interrupted)
+    out = tmp_path / "run"
+    assert train.main([*FLAGS, "--steps", "4096", "--out", str(out)]) == 130
+    assert f"--resume {out}" in capsys.readouterr().out.replace("\n", "")
+    assert RunFolder.open(out).load_checkpoint()["steps"] == 3 * 8 * 16
+
+
+def test_evaluate_prints_a_table_and_json(trained, monkeypatch, capsys):
+    arguments = ["evaluate", str(trained), "--episodes", "20"]
+    monkeypatch.setattr(sys, "argv", arguments)
+    assert evaluate.main() == 0
+    assert "95% interval" in capsys.readouterr().out
+    monkeypatch.setattr(sys, "argv", [*arguments, "--json"])
+    assert evaluate.main() == 0
+    results = json.loads(capsys.readouterr().out)
+    for name in ("sampled", "greedy"):
+        low, high = results[name]["success_interval"]
+        assert low <= results[name]["success_rate"] <= high
+        assert set(results[name]["steps_to_goals"]) == {"key 1", "door 1", "exit"}
+
+
+def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
+    (tmp_path / "mine.py").write_text(
+        "import numpy as np\n\n\nclass FirstLegal:\n    def choose(self, observations, legal, situation):\n"
+        "        return legal.argmax(axis=1)\n"
+    )
+    done = run("train", *FLAGS, "--steps", "512", "--meta", "mine:FirstLegal", "--out", "run", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "run" / "summary.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--graph", "z"], "a graph is a letter from a to g"),
+        (["--graph", "missing.toml"], "cannot read the goal graph missing.toml"),
+        (["--graph", "broken.toml"], "broken.toml is not a TOML file"),
+        (["--graph", "cycle.toml"], "must form a tree"),
+        (["--graph", "huge.toml"], "a grid holds at most 7 rooms"),
+        (["--graph", "hitting_time:1000..2000"], "no goal graph"),
+        (["--curriculum-stages", "3"], "needs a graph like"),
+        (["--method", "sarsa"], "the methods are"),
+        (["--meta", "nobody"], "a meta-controller is one of"),
+        (["--meta", "nowhere:Nobody"], "nowhere"),
+        (["--goal-mask", "some"], "goal_mask is one of"),
+        (["--size", "10"], "size must be a whole number from 11 to 63"),
+        (["--rooms", "0"], "number of rooms must be"),
+        (["--steps", "0"], "steps must be at least 1"),
+        (["--max-steps", "0"], "max_steps must be"),
+        (["--seed", "-1"], "a seed is a whole number"),
+        (["--inputs", "smell"], "inputs are"),
+        (["--gamma", "1.5"], "gamma must be from 0 to 1"),
+        (["--device", "tpu9"], "no device"),
+        (["--preset", "best"], "the presets are"),
+        (["--resume", "nowhere"], "is not a run folder"),
+        (["--out", "broken.toml"], "is already there"),
+    ],
+)
+def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("broken.toml").write_text("key_rooms = [0,")
+    Path("cycle.toml").write_text("key_rooms = [2, 1]\nexit_room = 1\n")
+    Path("huge.toml").write_text(f"key_rooms = {[0] * 7}\nexit_room = 1\n")
+    before = sorted(Path().rglob("*"))
+    with pytest.raises(InputError, match=said) as caught:
+        train.main([*FLAGS, "--steps", "512", *arguments])
+    assert "\n" not in str(caught.value)
+    assert sorted(Path().rglob("*")) == before
+
+
+def test_the_process_ends_with_code_2_and_no_traceback(tmp_path):
+    for module, arguments in (("train", ["--graph", "z"]), ("evaluate", ["nowhere"]), ("train", ["--nonsense"])):
+        done = run(module, *arguments, cwd=tmp_path)
+        assert done.returncode == 2
+        assert "Traceback" not in done.stderr + done.stdout
+        assert done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_broken_run_folder_is_refused_in_one_line(trained, tmp_path, monkeypatch):
+    def evaluated(folder: Path) -> str:
+        monkeypatch.setattr(sys, "argv", ["evaluate", str(folder), "--episodes", "2"])
+        with pytest.raises(InputError) as caught:
+            evaluate.main()
+        assert "\n" not in str(caught.value)
+        return str(caught.value)
+
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    assert "has no checkpoint" in evaluated(folder.path)
+    (folder.checkpoints / "000000000001.pt").write_bytes(b"not a checkpoint")
+    assert "cannot read the checkpoint" in evaluated(folder.path)
+    newest = max((trained / "checkpoints").glob("*.pt"))
+    (folder.checkpoints / "000000000002.pt").write_bytes(newest.read_bytes()[:1000])
+    assert "cannot read the checkpoint" in evaluated(folder.path)
+    (folder.path / "config.json").write_text("{")
+    assert "cannot read" in evaluated(folder.path)
+    (folder.path / "config.json").write_text("{}")
+    assert "not the config of a training run" in evaluated(folder.path)
+
+
+def test_a_full_disk_is_one_line_and_the_old_file_stays(tmp_path, monkeypatch):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    folder.save_summary({"steps": 1})
+    folder.append_metrics({"steps": 1, "episodes": 0})
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("hierroom.runs.os.fsync", full)
+    for write in (lambda: folder.save_summary({"steps": 2}), lambda: folder.save_checkpoint({"steps": 2})):
+        with pytest.raises(InputError, match="No space left on device"):
+            write()
+    assert json.loads((folder.path / "summary.json").read_text()) == {"steps": 1}
+    assert not list(folder.path.rglob("*.part"))
+    assert not list(folder.checkpoints.iterdir())
+
+
+def test_metrics_keep_their_rows_when_the_disk_is_full(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    path = folder.path / "metrics.csv"
+    path.symlink_to("/dev/full")
+    with pytest.raises(InputError, match="No space left on device"):
+        folder.append_metrics({"steps": 1, "episodes": 0})
+    path.unlink()
+    folder.append_metrics({"steps": 1, "episodes": 0})
+    assert folder.metrics() == [{"steps": 1.0, "episodes": 0.0}]
+
+
+def test_nothing_in_a_checkpoint_is_executed(tmp_path):
+    class Evil:
+        def __reduce__(self):
+            return (Path.touch, (tmp_path / "evil",))
+
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    torch.save({"format": 1, "evil": Evil()}, folder.checkpoints / "000000000001.pt")
+    with pytest.raises(InputError, match="cannot read the checkpoint"):
+        folder.load_checkpoint()
+    assert not (tmp_path / "evil").exists()
