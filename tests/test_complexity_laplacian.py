@@ -8,6 +8,7 @@ import scipy.sparse as sp
 
 from hierroom.complexity import (
     AugmentedGraph,
+    Walk,
     analyze,
     laplacian,
     laplacian_hitting_time,
@@ -105,6 +106,14 @@ def test_it_is_not_the_mean_first_passage_time():
     report = analyze("a")
     assert report.hitting_time == pytest.approx(8.36, abs=0.005)
     assert report.expected_steps == pytest.approx(28.0, abs=0.05)
+
+
+def test_it_saturates_at_the_inverse_of_the_chance_to_leave_the_exit():
+    rows = [analyze(GoalGraph(tuple(range(n_rooms - 1)), n_rooms - 1)) for n_rooms in (8, 20)]
+    assert [round(row.hitting_time, 1) for row in rows] == [98.7, 100.0]
+    assert rows[1].expected_steps > 1000 * rows[0].expected_steps
+    rarer = analyze(rows[1].graph, walk=Walk(0.80, 0.195, 0.005))
+    assert rarer.hitting_time == pytest.approx(200, rel=5e-3)
 
 
 def test_walks_of_any_shape_against_the_pseudo_inverse():

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from hierroom.complexity import analyze
-from hierroom.complexity.measured import MeasuredReport, count_transitions
+from hierroom.complexity.counts import count_transitions
+from hierroom.complexity.measured import MeasuredReport
 from hierroom.errors import InputError
 
 

@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph
-from hierroom.complexity.measured import EpisodeCounts, MeasuredReport, counts_of
+from hierroom.complexity.counts import EpisodeCounts, counts_of
+from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.report import analyze
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
