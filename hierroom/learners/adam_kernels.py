@@ -11,6 +11,10 @@ from numpy.typing import NDArray
 BETA1, BETA2 = 0.9, 0.999
 """Decay of the two moments: the values of Kingma & Ba (2015), and torch's."""
 
+LEAST_MEAN = 1e-30
+"""A mean below this is zero. Rows that are seen no more would else decay into denormal numbers, and 0.9 times the
+smallest of those rounds to itself: they would stay there, and slow every later step down."""
+
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def sum_gradients(shares: NDArray[np.floating]) -> float:
@@ -58,8 +62,10 @@ def adam_step(
     correction = to_float(1 / (1 - BETA2**step))
     keep1, keep2, shrink, floor = to_float(BETA1), to_float(BETA2), to_float(scale), to_float(epsilon)
     take1, take2 = to_float(1 - BETA1), to_float(1 - BETA2)
+    nothing, least = to_float(0), to_float(LEAST_MEAN)
     for i in range(len(parameters)):
         slope = shrink * gradient[i]
-        means[i] = keep1 * means[i] + take1 * slope
+        mean = keep1 * means[i] + take1 * slope
+        means[i] = mean if abs(mean) > least else nothing
         squares[i] = keep2 * squares[i] + take2 * slope * slope
-        parameters[i] -= rate * means[i] / (np.sqrt(squares[i] * correction) + floor)
+        parameters[i] -= rate * mean / (np.sqrt(squares[i] * correction) + floor)
