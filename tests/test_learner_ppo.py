@@ -72,6 +72,14 @@ def test_a_room_without_a_legal_action_is_refused(network):
         learner.act(np.arange(6), np.zeros((6, 4), np.uint8), masks)
 
 
+@both_paths
+@pytest.mark.parametrize("codes", [[[0, 3, 0, 0]], [[0, 0, 0]], [[0, 0, 0, 0]] * 2])
+def test_observations_of_another_space_are_refused(network, codes):
+    learner = make_learner(network=network)
+    with pytest.raises(InputError, match=r"column 1 has values below 3, but room 5 shows 3|codes of 1 rooms are"):
+        learner.act(np.array([5]), np.array(codes, np.uint8), np.ones((1, 4), bool))
+
+
 def test_turns_are_opened_and_closed_in_pairs():
     learner = make_learner()
     rooms, codes = np.arange(6), np.zeros((6, 4), np.uint8)

@@ -65,7 +65,7 @@ class FusedBackend:
 
     def step(self, codes: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
         """One turn of M rooms: codes [M, K], states [M, S] to logits [M, A], values [M] and new states [M, S]."""
-        n_rooms = len(codes)
+        n_rooms, codes = len(codes), np.ascontiguousarray(codes)
         logits = np.empty((n_rooms, len(self._weights.policy_bias)), np.float32)
         values, new_states = np.empty(n_rooms, np.float32), np.empty_like(states)
         table, hidden_size = self._table(), self._config.hidden_size

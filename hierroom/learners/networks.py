@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol, runtime_checkable
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from torch import Tensor, nn
 
 from hierroom.errors import InputError
@@ -40,6 +42,37 @@ class AgentSpace:
     def n_columns(self) -> int:
         """Columns K of an observation."""
         return len(self.cardinalities)
+
+    def check_codes(self, rooms: NDArray[np.integer], codes: NDArray[np.uint8]) -> None:
+        """Refuse observations [M, K] of ``rooms`` [M] that are not of this space: compiled code would not notice.
+
+        Raises:
+            InputError: if the shape is another, or a value is outside its column's range.
+        """
+        if codes.shape != (len(rooms), self.n_columns):
+            raise InputError(f"codes of {len(rooms)} rooms are [{len(rooms)}, {self.n_columns}], not {codes.shape}")
+        if (codes > self._last_values).any():
+            m, column = np.argwhere(codes > self._last_values)[0]
+            raise InputError(
+                f"column {column} has values below {self.cardinalities[column]}, "
+                f"but room {rooms[m]} shows {codes[m, column]}"
+            )
+
+    def check_masks(self, rooms: NDArray[np.integer], masks: NDArray[np.bool_]) -> None:
+        """Refuse masks [M, A] of ``rooms`` [M] that leave a room no legal action.
+
+        Raises:
+            InputError: naming the first such room, or if the shape is another.
+        """
+        if masks.shape != (len(rooms), self.n_actions):
+            raise InputError(f"masks of {len(rooms)} rooms are [{len(rooms)}, {self.n_actions}], not {masks.shape}")
+        is_legal = masks.any(axis=1)
+        if not is_legal.all():
+            raise InputError(f"room {rooms[np.argmin(is_legal)]} has no legal action: its mask is all False")
+
+    @cached_property
+    def _last_values(self) -> NDArray[np.uint8]:
+        return (np.array(self.cardinalities) - 1).astype(np.uint8)  # [K]
 
 
 @runtime_checkable

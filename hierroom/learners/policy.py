@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
+from hierroom.learners.networks import AgentSpace
 from hierroom.learners.sampling import greedy_actions, sample_actions
 
 
@@ -30,12 +30,14 @@ class Policy:
 
     Args:
         stepper: computes a turn.
+        space: what the agent sees and can do.
         n_rooms: rooms N.
         seed: of the sampled actions.
     """
 
-    def __init__(self, stepper: Stepper, n_rooms: int, seed: int) -> None:
+    def __init__(self, stepper: Stepper, space: AgentSpace, n_rooms: int, seed: int) -> None:
         self._stepper = stepper
+        self._space = space
         self._random = np.random.default_rng(seed)
         self._states = stepper.initial_states(n_rooms)
 
@@ -57,17 +59,7 @@ class Policy:
     def _logits(
         self, rooms: NDArray[np.integer], codes: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.floating]:
-        check_masks(rooms, masks)
+        self._space.check_codes(rooms, codes)
+        self._space.check_masks(rooms, masks)
         logits, _, self._states[rooms] = self._stepper.step(codes, self._states[rooms])
         return logits
-
-
-def check_masks(rooms: NDArray[np.integer], masks: NDArray[np.bool_]) -> None:
-    """Refuse masks [M, A] that leave a room no legal action.
-
-    Raises:
-        InputError: naming the first such room.
-    """
-    is_legal = masks.any(axis=1)
-    if not is_legal.all():
-        raise InputError(f"room {rooms[np.argmin(is_legal)]} has no legal action: its mask is all False")

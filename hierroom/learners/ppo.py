@@ -40,6 +40,7 @@ from collections.abc import Callable
 
 import numpy as np
 import torch
+from numba.core import config as numba_config
 from numpy.typing import NDArray
 from torch import nn
 
@@ -48,7 +49,7 @@ from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused_backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
 from hierroom.learners.networks import AgentSpace, PolicyNetwork, RecurrentActorCritic
-from hierroom.learners.policy import Policy, check_masks
+from hierroom.learners.policy import Policy
 from hierroom.learners.rollout import Rollout
 from hierroom.learners.sampling import sample_actions
 from hierroom.learners.torch_backend import STATISTICS, TorchBackend
@@ -104,8 +105,10 @@ class Learner:
             self.network = (network or RecurrentActorCritic)(space, config.hidden_size)
         if not isinstance(self.network, PolicyNetwork):
             raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")
-        # Equality of types: a subclass may compute something else.
-        if type(self.network) is RecurrentActorCritic and torch.device(device).type == "cpu":
+        # Equality of types, as a subclass may compute something else. As ordinary Python kernels would take for ever.
+        is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
+        is_shipped = type(self.network) is RecurrentActorCritic
+        if is_shipped and torch.device(device).type == "cpu" and not is_interpreted:
             self._backend = FusedBackend(self.network, config, threads)
         else:
             self._backend = TorchBackend(self.network, config, device)
@@ -144,10 +147,11 @@ class Learner:
             [M] int64 actions, all legal.
 
         Raises:
-            InputError: if a room has no legal action.
+            InputError: if a room has no legal action, or a code is outside its column's range.
             RuntimeError: if a room's last turn has not finished, or `update` is overdue.
         """
-        check_masks(rooms, masks)
+        self.space.check_codes(rooms, codes)
+        self.space.check_masks(rooms, masks)
         if self._rollout.is_open[rooms].any():
             raise RuntimeError("act() was called for a room whose last turn has not finished")
         resets = self._starts_episode[rooms]
@@ -184,10 +188,12 @@ class Learner:
 
         Raises:
             RuntimeError: if a room has no turn open.
-            InputError: if an episode is over but its return neither terminated nor truncated.
+            InputError: if an episode is over but its return neither terminated nor truncated, or a code is outside
+                its column's range.
         """
         if not self._rollout.is_open[rooms].all():
             raise RuntimeError("finish() was called for a room in which no turn has begun")
+        self.space.check_codes(rooms, next_codes)
         if (over & ~(terminated | truncated)).any():
             raise InputError("an episode that is over must be terminated or truncated")
         next_values = np.zeros(len(rooms), np.float32)
@@ -245,7 +251,7 @@ class Learner:
 
     def policy(self, n_rooms: int, *, seed: int) -> Policy:
         """What acts in an evaluation: the current weights, but rooms, recurrent states and generator of its own."""
-        return Policy(self._backend, n_rooms, seed)
+        return Policy(self._backend, self.space, n_rooms, seed)
 
     def state_dict(self) -> dict:
         """Everything that decides what happens next, so that resumed equals uninterrupted; tensors and plain types."""

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from hierroom.learners.product_kernels import add_product, add_transposed_product, pack
 
+# Samples whose weight gradients are summed at a time.
+_DEPTH = 64
 # Constants are float32 because Numba makes float64 of float32 and a Python number; with float64 they are float64.
 _HALF, _ONE, _TWO = np.float32(0.5), np.float32(1), np.float32(2)
 _LIMIT, _QUARTER = np.float32(12), np.float32(0.25)
@@ -67,14 +69,17 @@ def lstm_forward(
     first = driven.shape[2] - size
     panels = pack(weight)
     for m in range(n_rows):
-        cells[0, m] = states[m, size:]
+        _copy(states[m, size:], cells[0, m])
     for t in range(n_steps):
         for m in range(n_rows):
-            driven[t, m, first:] = states[m, :size] if t == 0 else hidden[t - 1, m]
             if resets[t, m]:
                 driven[t, m, first:] = 0
                 cells[t, m] = 0
-            gates[t, m] = bias
+            elif t == 0:
+                _copy(states[m, :size], driven[t, m, first:])
+            else:
+                _copy(hidden[t - 1, m], driven[t, m, first:])
+            _copy(bias, gates[t, m])
         add_product(driven[t], panels, gates[t])
         for m in range(n_rows):
             _cell_forward(gates[t, m], cells[t, m], cells[t + 1, m], squashed[t, m], hidden[t, m])
@@ -133,22 +138,38 @@ def lstm_backward(
     """
     n_steps, n_rows, size = d_hidden.shape
     width = driven.shape[2]
-    first = width - size
     panels = pack(weight.T)
     d_cells = np.zeros((n_rows, size), weight.dtype)
+    stop = n_steps  # the gradients of the products from here on are in d_weight
     for t in range(n_steps - 1, -1, -1):
         for m in range(n_rows):
             if t < n_steps - 1:
                 if resets[t + 1, m]:
                     d_cells[m] = 0
                 else:
-                    d_hidden[t, m] += d_driven[t + 1, m, first:]
+                    _add(d_driven[t + 1, m, width - size :], d_hidden[t, m])
             _cell_backward(gates[t, m], cells[t, m], squashed[t, m], d_hidden[t, m], d_cells[m])
-            d_bias += gates[t, m]
+            _add(gates[t, m], d_bias)
         d_driven[t] = 0
         add_product(gates[t], panels, d_driven[t])
-    n_samples = n_steps * n_rows
-    add_transposed_product(driven.reshape(n_samples, width), gates.reshape(n_samples, 4 * size), d_weight)
+        # A few steps at a time, while they are in the cache and so that the product is not too small.
+        if t == 0 or (stop - t) * n_rows >= _DEPTH:
+            n_samples = (stop - t) * n_rows
+            left, right = driven[t:stop].reshape(n_samples, width), gates[t:stop].reshape(n_samples, 4 * size)
+            add_transposed_product(left, right, d_weight)
+            stop = t
+
+
+@njit(nogil=True)
+def _copy(source, target):
+    for j in range(len(target)):
+        target[j] = source[j]
+
+
+@njit(nogil=True, fastmath=True)
+def _add(terms, total):
+    for j in range(len(total)):
+        total[j] += terms[j]
 
 
 @njit(nogil=True, fastmath=True, error_model="numpy")
