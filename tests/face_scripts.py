@@ -1,0 +1,97 @@
+"""Plays recorded from the batch of turns, to be replayed through every face of it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hierroom.settings import RoomSettings
+from hierroom.world.oracle import shortest_actions
+
+META_NONSENSE, NONSENSE = (-7, 14, 99), (-1, 6, 77)  # what neither agent has among its actions
+
+
+@dataclass
+class Moment:
+    """One primitive step of one room, as the batch tells it."""
+
+    choice: int  # what meta_0 says, which counts on its turn only
+    action: int
+    meta: dict | None  # the observation of meta_0, where it is its turn
+    controller: dict
+    rewards: dict = field(default_factory=dict)
+    ends: tuple = ()
+    infos: dict = field(default_factory=dict)
+    finals: dict = field(default_factory=dict)  # the last observations, where the episode ended
+
+
+class Script:
+    """A meta-controller that says again what it said when the play was recorded."""
+
+    def __init__(self, plays):
+        self.choices = {}
+        for room, moments in enumerate(plays):
+            episode, steps = 0, 0
+            for moment in moments:
+                self.choices[room, episode, steps] = moment.choice
+                episode, steps = (episode + 1, 0) if any(moment.ends) else (episode, steps + 1)
+
+    def choose(self, observations, legal, situation):
+        rooms = situation.state.rooms
+        when = zip(rooms["index"].tolist(), rooms["episode"].tolist(), rooms["steps"].tolist(), strict=True)
+        return np.array([self.choices.get(moment, -1) for moment in when])
+
+
+def row(observations, m):
+    return {name: values[m] for name, values in observations.items()}
+
+
+def record(settings: RoomSettings, n_rooms=2, n_steps=160, seed=5):
+    """[N][T] moments of rooms played half well, half wildly, with nonsense in between."""
+    rng = np.random.default_rng(seed)
+    turns = settings.turns(n_rooms, autoreset=True)
+    turns.reset(seed)
+    everyone = np.arange(n_rooms)
+    plays = [[] for _ in range(n_rooms)]
+    for _ in range(n_steps):
+        is_turn = turns.ledger.is_meta_turn.copy()
+        situation = turns.situation(everyone)
+        masks = turns.meta_masks(situation)
+        shown = turns.meta_observations(turns.meta_sight(everyone), situation.last_outcomes, masks)
+        choices = [choice(rng, mask) for mask in masks]
+        turns.choose(everyone, choices, masks)
+        illegal_goals = turns.ledger.illegal_goals.copy()
+        seen = turns.controller_observations(turns.sight())
+        actions = [action(rng, turns.world.get_state([n])) for n in everyone]
+        step = turns.step(actions)
+        last_seen = turns.controller_observations(turns.final_sight(step, everyone))
+        no_goal_only = np.arange(14) == 13
+        last_shown = turns.meta_observations(
+            turns.final_sight(step, everyone), step.outcomes, np.tile(no_goal_only, (n_rooms, 1))
+        )
+        for n in everyone:
+            moment = Moment(choices[n], actions[n], row(shown, n) if is_turn[n] else None, row(seen, n))
+            moment.rewards = {"meta_0": step.extrinsic[n], "controller_0": step.rewards[n]}
+            moment.ends = (bool(step.terminated[n]), bool(step.truncated[n]))
+            ending = {}
+            if step.over[n]:
+                ending = {"success": moment.ends[0], "length": step.lengths[n], "shortest_length": step.shortest[n]}
+                moment.finals = {"meta_0": row(last_shown, n), "controller_0": row(last_seen, n)}
+            common = {"goal_event": step.events[n], **ending}
+            moment.infos = {
+                "meta_0": {"elapsed": step.meta_elapsed[n], "illegal_actions": illegal_goals[n], **common},
+                "controller_0": {"elapsed": 1, "illegal_actions": step.illegal_actions[n], **common},
+            }
+            plays[n].append(moment)
+    return plays
+
+
+def choice(rng, mask):
+    if rng.random() < 0.7:
+        return int(rng.choice(np.flatnonzero(mask)))
+    return int(rng.choice([*range(-1, 14), *META_NONSENSE]))
+
+
+def action(rng, state):
+    if rng.random() < 0.7:
+        return int(shortest_actions(state)[0])
+    return int(rng.choice([*range(6), *NONSENSE]))

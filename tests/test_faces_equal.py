@@ -1,0 +1,167 @@
+"""The batch of turns and its faces tell the same story: same seed, same actions, same everything, step for step."""
+
+import itertools
+
+import numpy as np
+import pytest
+from face_scripts import Script, record
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+import hierroom
+from hierroom.goals import GOAL_VECTORS
+from hierroom.gym_env import EscapeRoom, EscapeRooms
+from hierroom.settings import RoomSettings
+
+AGENTS = ("meta_0", "controller_0")
+SEED = 5
+PAYS = ("intrinsic", "extrinsic", "bonus")
+MASKS = ("reachable", "existing", "seen", "none", "reachable")
+CASES = [
+    RoomSettings(graph, 11, 90, drop_key, PAYS[i % 3], horizon, MASKS[i % 5])
+    for i, (graph, drop_key, horizon) in enumerate(itertools.product("abcdefg", (False, True), (None, 7)))
+]
+
+
+@pytest.fixture(
+    scope="module", params=CASES, ids=lambda s: f"{s.graph}{s.drop_key:d}-{s.pay}-{s.goal_mask}-{s.subgoal_horizon}"
+)
+def case(request):
+    return request.param, record(request.param)
+
+
+def same(one, other):
+    assert one.keys() == other.keys()
+    for name in one:
+        np.testing.assert_array_equal(one[name], other[name], err_msg=name, strict=isinstance(one[name], np.ndarray))
+
+
+def keywords(settings, **changes):
+    return {**vars(settings), **changes}
+
+
+def test_plays_hold_what_is_to_be_compared(case):
+    _, plays = case
+    moments = [moment for play in plays for moment in play]
+    assert sum(moment.meta is not None for moment in moments) > 8
+    assert any(moment.ends[0] or moment.ends[1] for moment in moments)
+    assert any(moment.rewards["controller_0"] for moment in moments)
+    assert all(any(m.infos[agent]["illegal_actions"] for m in moments) for agent in AGENTS)
+
+
+def is_legal(moment):
+    return -1 <= moment.choice < 14 and moment.meta["action_mask"][13 if moment.choice == -1 else moment.choice] == 1
+
+
+def test_aec(case):
+    settings, plays = case
+    for n, play in enumerate(plays):
+        env = hierroom.raw_env(**keywords(settings, room_index=n))
+        env.reset(seed=SEED)
+        illegal = 0
+        for moment in play:
+            if moment.meta is not None:
+                illegal += not is_legal(moment)
+                assert env.agent_selection == "meta_0"
+                same(env.observe("meta_0"), moment.meta)
+                env.step(moment.choice)
+                assert env.rewards == {"meta_0": 0.0, "controller_0": 0.0}
+            assert env.agent_selection == "controller_0"
+            same(env.observe("controller_0"), moment.controller)
+            env.step(moment.action)
+            for agent in AGENTS:
+                assert env.rewards[agent] == moment.rewards[agent]
+                assert (env.terminations[agent], env.truncations[agent]) == moment.ends
+            same(env.infos["controller_0"], moment.infos["controller_0"])
+            if env.agent_selection == "meta_0":
+                same(env.infos["meta_0"], moment.infos["meta_0"] | {"illegal_actions": illegal})
+            if any(moment.ends):
+                for agent in AGENTS:
+                    same(env.observe(agent), moment.finals[agent])
+                    env.step(None)
+                assert env.agents == []
+                env.reset()
+                illegal = 0
+
+
+def test_parallel(case):
+    settings, plays = case
+    for n, play in enumerate(plays):
+        env = hierroom.parallel_env(**keywords(settings, room_index=n))
+        observations, _ = env.reset(seed=SEED)
+        for moment in play:
+            if moment.meta is None:
+                same(observations["controller_0"], moment.controller)
+                assert observations["meta_0"]["action_mask"].tolist() == [0] * 13 + [1]
+            else:
+                same(observations["meta_0"], moment.meta)
+                assert not observations["controller_0"]["goal"].any()  # it has not been chosen yet
+                same(observations["controller_0"] | {"goal": moment.controller["goal"]}, moment.controller)
+            observations, rewards, terminations, truncations, infos = env.step(
+                {"meta_0": moment.choice, "controller_0": moment.action}
+            )
+            for agent in AGENTS:
+                assert rewards[agent] == moment.rewards[agent]
+                assert (terminations[agent], truncations[agent]) == moment.ends
+                same(infos[agent], moment.infos[agent])
+            if any(moment.ends):
+                for agent in AGENTS:
+                    same(observations[agent], moment.finals[agent])
+                assert env.agents == []
+                observations, _ = env.reset()
+
+
+def test_gymnasium(case):
+    settings, plays = case
+    for n, play in enumerate(plays):
+        env = EscapeRoom(**keywords(settings, room_index=n, meta=Script(plays)))
+        observation, _ = env.reset(seed=SEED)
+        for moment in play:
+            same(observation, moment.controller)
+            observation, reward, terminated, truncated, info = env.step(moment.action)
+            assert (reward, (terminated, truncated)) == (moment.rewards["controller_0"], moment.ends)
+            same(info, moment.infos["controller_0"])
+            if any(moment.ends):
+                same(observation, moment.finals["controller_0"])
+                observation, _ = env.reset()
+
+
+def test_vector_as_gymnasium_makes_one_of_single_rooms(case):
+    settings, plays = case
+    ours = EscapeRooms(len(plays), **keywords(settings, meta=Script(plays)))
+    theirs = SyncVectorEnv(
+        [lambda n=n: EscapeRoom(**keywords(settings, room_index=n, meta=Script(plays))) for n in range(len(plays))],
+        autoreset_mode=AutoresetMode.SAME_STEP,
+    )
+    (observations, infos), (expected, expected_infos) = ours.reset(seed=SEED), theirs.reset(seed=[SEED] * len(plays))
+    for t in range(len(plays[0])):
+        same_deeply(observations, expected)
+        same_deeply(infos, expected_infos)
+        for n, play in enumerate(plays):
+            same({name: values[n] for name, values in observations.items()}, play[t].controller)
+        actions = np.array([play[t].action for play in plays])
+        observations, *results, infos = ours.step(actions)
+        expected, *expected_results, expected_infos = theirs.step(actions)
+        for result, expected_result in zip(results, expected_results, strict=True):
+            np.testing.assert_array_equal(result, expected_result, strict=True)
+
+
+def same_deeply(one, other):
+    if isinstance(one, dict):
+        assert one.keys() == other.keys()
+        for name in one:
+            same_deeply(one[name], other[name])
+    elif one is None or one.dtype != object:
+        np.testing.assert_array_equal(one, other, strict=True)
+    else:
+        for ours, theirs in zip(one, other, strict=True):
+            same_deeply(ours, theirs)
+
+
+def test_the_controller_is_shown_the_goal_if_it_was_legal(case):
+    _, plays = case
+    for play in plays:
+        for moment in play:
+            if moment.meta is not None:
+                is_goal = is_legal(moment) and 0 <= moment.choice < 13
+                expected = GOAL_VECTORS[moment.choice if is_goal else -1]
+                np.testing.assert_array_equal(moment.controller["goal"], expected)
