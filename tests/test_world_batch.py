@@ -43,9 +43,8 @@ def test_a_room_is_the_same_alone_and_in_a_batch():
     together = Batch(GRAPHS, 128, **settings)
     alone = [Batch(GRAPHS, first_index=n, **settings) for n in range(128)]
     for actions in actions_of(130, 128):
-        outcomes = together.step(actions)
-        for n, room in enumerate(alone):
-            assert_same(room.step(actions[n : n + 1])[0], outcomes[n])
+        one_by_one = np.concatenate([room.step(actions[n : n + 1]) for n, room in enumerate(alone)])
+        assert_same(one_by_one, together.step(actions))
     assert (together.state.rooms["episode"] >= 3).all()
     for n, room in enumerate(alone):
         assert same_state(room.state, together.state[n])
@@ -71,9 +70,10 @@ def test_two_threads_do_what_one_does(monkeypatch):
 
 
 def test_a_small_batch_starts_no_threads():
-    before = threading.active_count()
-    Batch(GRAPHS, MIN_ROOMS_PER_THREAD, size=11, threads=8).step(np.zeros(MIN_ROOMS_PER_THREAD, np.int64))
-    assert threading.active_count() == before
+    assert Batch(GRAPHS, 2 * MIN_ROOMS_PER_THREAD - 1, size=11, threads=8)._pool is None
+    pool = Batch(GRAPHS, 3 * MIN_ROOMS_PER_THREAD, size=11, threads=2)._pool
+    assert pool is not None
+    assert pool._max_workers == 2
 
 
 def test_reset_with_a_seed_starts_over_and_without_goes_on():

@@ -67,7 +67,7 @@ def survey(room, grid, tile_table, kind, colour):
     Returns:
         target: the goal's cell, or -1 if it is achieved already, or -2 if it cannot be reached.
         terrain: [cells] uint8, with everything blocked that the search may leave out.
-        key_slots: slots 0, 1, ... given to the keys that lie in the terrain.
+        n_keys: keys that lie in the terrain, in slots 0, 1, ...
         needs: [doors in the chain] the bit of the key each door needs, in the order of opening; 0 for a key in hand.
     """
     side = grid.shape[1]
