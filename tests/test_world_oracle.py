@@ -10,7 +10,9 @@ from hierroom.world.batch import Batch
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.oracle import shortest_actions, shortest_lengths
 
-GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5)]
+EXIT_AMONG_KEYS = GoalGraph((0, 1), 1)
+"""A key lies in the exit's room: its shortest path may have to go around the exit."""
+GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5), EXIT_AMONG_KEYS]
 
 
 def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:
@@ -72,6 +74,18 @@ def test_no_path_is_shorter(letter, index):
     check_against_search(batch, can_drop=False)
     wander(batch, 40, np.random.default_rng(index))
     check_against_search(batch, can_drop=False)
+
+
+def test_paths_to_keys_go_around_the_exit():
+    n_around = 0
+    for index in range(30):
+        batch = Batch([EXIT_AMONG_KEYS], size=11, seed=1, first_index=index)
+        check_against_search(batch, can_drop=False)
+        key = batch.state.rooms[0].colours[1]
+        free = batch.get_state()
+        free.grids[free.grids == kernels.EXIT] = kernels.EMPTY
+        n_around += shortest_lengths(free, key)[0] < shortest_lengths(batch.state, key)[0]
+    assert n_around > 0
 
 
 def test_dropping_keys_shortens_nothing():
