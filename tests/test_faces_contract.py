@@ -1,0 +1,270 @@
+"""What the checkers of PettingZoo and Gymnasium do not look at."""
+
+import copy
+import re
+
+import cloudpickle
+import gymnasium
+import numpy as np
+import pytest
+
+import hierroom
+from hierroom import InputError
+from hierroom.gym_env import EscapeRoom, EscapeRooms
+
+AGENTS = ["meta_0", "controller_0"]
+
+
+def play(env, rng, episodes):
+    """Random legal play of an AEC environment: everything that ``last`` said, and what was done."""
+    told = []
+    for _ in range(episodes):
+        for agent in env.agent_iter():
+            observation, reward, terminated, truncated, info = env.last()
+            action = None
+            if not (terminated or truncated):
+                action = int(rng.choice(np.flatnonzero(observation["action_mask"])))
+            told.append((agent, observation, reward, terminated, truncated, copy.deepcopy(info), action))
+            env.step(action)
+        env.reset()
+    return told
+
+
+def equal(one, other):
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(equal(one[key], other[key]) for key in one)
+    if isinstance(one, (tuple, list)):
+        return len(one) == len(other) and all(equal(a, b) for a, b in zip(one, other, strict=True))
+    if isinstance(one, np.ndarray) and one.dtype == object:
+        return equal([*one], [*other])
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and np.array_equal(one, other)
+    return type(one) is type(other) and one == other
+
+
+def make(seed, **settings):
+    env = hierroom.env(**{"graph": "d", "size": 11, "max_steps": 60, "drop_key": True, **settings})
+    env.reset(seed=seed)
+    return env
+
+
+def test_fifty_episodes_are_the_same_again_and_other_seeds_are_others():
+    told, again, other = (play(make(seed), np.random.default_rng(0), 50) for seed in (3, 3, 4))
+    assert len(told) > 50 * 60
+    assert equal(told, again)
+    assert not equal(told[0], other[0])
+    starts = {repr(entry[1]) for entry in told if entry[0] == "meta_0" and entry[5]["elapsed"] == 0}
+    assert len(starts) > 25
+
+
+def test_an_episode_of_five_options_has_two_agents():
+    env = make(1, subgoal_horizon=4, max_steps=20)
+    told = play(env, np.random.default_rng(0), 1)
+    turns = [entry for entry in told if entry[0] == "meta_0" and entry[-1] is not None]
+    assert len(turns) == 5
+    assert {entry[0] for entry in told} == set(AGENTS) == set(env.possible_agents)
+    assert [entry[5]["elapsed"] for entry in turns] == [0, 4, 4, 4, 4]
+    assert {entry[5]["elapsed"] for entry in told if entry[0] == "controller_0"} == {0, 1}
+
+
+@pytest.mark.parametrize("max_steps", [15, 400])
+def test_both_agents_end_on_the_same_step(max_steps):
+    for seed in range(8):
+        env = make(seed, graph="a", max_steps=max_steps)
+        told = play(env, np.random.default_rng(seed), 1)
+        *before, meta, controller = told
+        assert [meta[0], controller[0]] == AGENTS
+        assert meta[3:5] == controller[3:5]
+        assert not any(entry[3] or entry[4] for entry in before)
+        assert meta[5]["success"] is meta[3]
+        assert meta[5]["length"] == sum(entry[0] == "controller_0" for entry in before)
+
+
+def test_flags_rewards_and_infos_are_plain_python():
+    for entry in play(make(2, pay="bonus"), np.random.default_rng(0), 2):
+        assert [type(value) for value in entry[2:5]] == [float, bool, bool]
+        assert {type(value) for value in entry[5].values()} <= {int, bool}
+    env = hierroom.parallel_env(size=11, max_steps=5)
+    env.reset(seed=0)
+    while env.agents:
+        _, rewards, terminations, truncations, infos = env.step({"meta_0": 13, "controller_0": 0})
+        assert {type(value) for value in rewards.values()} == {float}
+        assert {type(value) for value in (*terminations.values(), *truncations.values())} == {bool}
+        assert {type(value) for info in infos.values() for value in info.values()} <= {int, bool}
+    env = EscapeRoom(size=11)
+    env.reset(seed=0)
+    _, *results, info = env.step(0)
+    assert [type(value) for value in results] == [float, bool, bool]
+    assert {type(value) for value in info.values()} <= {int, bool}
+
+
+def test_spaces_are_the_same_objects_at_every_call():
+    for env in (hierroom.env(), hierroom.raw_env(), hierroom.parallel_env()):
+        for agent in AGENTS:
+            assert env.observation_space(agent) is env.observation_space(agent)
+            assert env.action_space(agent) is env.action_space(agent)
+
+
+def spoil(thing):
+    """Change everything in it that can be changed."""
+    if isinstance(thing, dict):
+        for key, value in list(thing.items()):
+            spoil(value)
+            thing[key] = value if isinstance(value, np.ndarray) else None
+    elif isinstance(thing, (tuple, list)) or (isinstance(thing, np.ndarray) and thing.dtype == object):
+        for value in thing:
+            spoil(value)
+    elif isinstance(thing, np.ndarray) and thing.ndim:
+        thing[...] = 1 - thing.astype(np.int64)
+
+
+FACES = {
+    "parallel": lambda: hierroom.parallel_env(graph="a", size=11, max_steps=25, subgoal_horizon=6),
+    "gymnasium": lambda: EscapeRoom("fixed-dfs", graph="a", size=11, max_steps=25),
+    "vector": lambda: EscapeRooms(3, "fixed-dfs", graph="a", size=11, max_steps=25),
+}
+
+
+def advance(env, rng):
+    """One random step; everything that comes back."""
+    if hasattr(env, "possible_agents"):
+        if not env.agents:
+            return env.reset()
+        return env.step({"meta_0": int(rng.integers(14)), "controller_0": int(rng.integers(5))})
+    actions = rng.integers(5, size=getattr(env, "num_envs", None))
+    result = env.step(actions)
+    return env.reset() if isinstance(env, EscapeRoom) and (result[2] or result[3]) else result
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_what_is_returned_is_the_callers_own(face):
+    """Spoiling it changes nothing, and what was kept does not change later."""
+    env, twin = FACES[face](), FACES[face]()
+    rng, twin_rng = np.random.default_rng(0), np.random.default_rng(0)
+    spoil(env.reset(seed=7, options={"complexity": True}))
+    twin.reset(seed=7)
+    kept = []
+    for _ in range(120):
+        told, expected = advance(env, rng), advance(twin, twin_rng)
+        assert equal(told, expected)
+        spoil(told)
+        kept.append((expected, copy.deepcopy(expected)))
+    assert equal(*map(list, zip(*kept, strict=True)))
+
+
+def test_what_the_aec_environment_returns_is_the_callers_own():
+    env, twin = make(7), make(7)
+    rng = np.random.default_rng(0)
+    kept = []
+    for _ in range(150):
+        told, expected = env.last(), twin.last()
+        assert equal(told, expected)
+        kept.append((expected, copy.deepcopy(expected)))
+        kept.append((twin.rewards, twin.rewards.copy()))
+        action = None if told[2] or told[3] else int(rng.integers(env.action_space(env.agent_selection).n))
+        spoil(told)
+        spoil(env.observe("meta_0"))
+        env.step(action)
+        twin.step(action)
+        if not env.agents:
+            env.reset()
+            twin.reset()
+    live = [pair for pair in kept if len(pair[0])]  # PettingZoo itself takes ended agents out of its dicts
+    assert equal(*map(list, zip(*live, strict=True)))
+
+
+@pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: cloudpickle.loads(cloudpickle.dumps(env))])
+@pytest.mark.parametrize("face", FACES)
+def test_a_copy_goes_its_own_way(face, clone):
+    env, twin = FACES[face](), FACES[face]()
+    for each in (env, twin):
+        each.reset(seed=7)
+    rng, twin_rng = np.random.default_rng(0), np.random.default_rng(0)
+    advance(env, rng), advance(twin, twin_rng)
+    branch, branch_rng = clone(env), copy.deepcopy(rng)
+    branched = [advance(branch, branch_rng) for _ in range(60)]
+    assert equal([advance(env, rng) for _ in range(60)], branched)
+    assert equal([advance(twin, twin_rng) for _ in range(60)], branched)
+
+
+def test_reset_takes_any_options_and_tells_complexity_if_asked():
+    env = make(0)
+    env.reset(seed=1, options={"colour": "mauve"})
+    assert "complexity" not in env.last()[-1]
+    env.reset(seed=1, options={"complexity": True})
+    assert env.last()[-1]["complexity"] == env.unwrapped.complexity.to_dict()
+    assert env.unwrapped.complexity.exit_depth == 2
+    env.step(13)
+    assert "complexity" not in env.last()[-1]
+    for made in (hierroom.parallel_env(), EscapeRoom(), EscapeRooms(2)):
+        _, info = made.reset(seed=1, options={"complexity": True, "colour": "mauve"})
+        assert made.complexity.to_dict() in (info.get("complexity"), info.get("meta_0", {}).get("complexity"))
+
+
+def test_unseeded_environments_differ_and_go_on_to_the_next_episode():
+    for make_one in (hierroom.parallel_env, EscapeRoom, lambda: EscapeRooms(4)):
+        firsts, seconds = [], []
+        for _ in range(6):
+            env = make_one()
+            firsts.append(repr(env.reset()[0]))
+            seconds.append(repr(env.reset()[0]))
+        assert len(set(firsts)) > 3
+        assert all(first != second for first, second in zip(firsts, seconds, strict=True))
+
+
+@pytest.mark.parametrize("face", [hierroom.env, hierroom.raw_env, hierroom.parallel_env, EscapeRoom, EscapeRooms])
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"graph": "h"}, "a graph is a letter from a to g, a GoalGraph or a path to a .toml file, not 'h'"),
+        ({"graph": "nowhere.toml"}, "cannot read the goal graph nowhere.toml: No such file or directory"),
+        ({"graph": "broken.toml"}, "broken.toml is not a TOML file"),
+        ({"graph": hierroom.GoalGraph((0,) * 7, 1)}, "a grid holds at most 7 rooms"),
+        ({"size": 10}, "size must be a whole number from 11 to 63, not 10"),
+        ({"max_steps": 0}, "max_steps must be a whole number"),
+        ({"pay": "handsomely"}, "pay is one of extrinsic, bonus, intrinsic, not 'handsomely'"),
+        ({"goal_mask": "all"}, "goal_mask is one of reachable, existing, seen, none, not 'all'"),
+        ({"subgoal_horizon": 0}, "subgoal_horizon must be a whole number of at least 1 or None, not 0"),
+        ({"subgoal_horizon": 2.5}, "subgoal_horizon must be a whole number of at least 1 or None, not 2.5"),
+    ],
+)
+def test_wrong_settings_are_one_clear_line(face, settings, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken.toml").write_text("key_rooms = [0,")
+    with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
+        face(**settings)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("attempt", "said"),
+    [
+        (
+            lambda: hierroom.env(render_mode="oil"),
+            "render_mode must be one of ansi, rgb_array, human or None, not 'oil'",
+        ),
+        (lambda: EscapeRooms(0), "the number of rooms must be"),
+        (lambda: gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 0), "the number of rooms must be"),
+        (
+            lambda: EscapeRoom(meta="best"),
+            "a meta-controller is one of fixed-dfs, random, oracle, none, an entry point",
+        ),
+        (lambda: hierroom.raw_env().reset(seed=-1), "a seed is a whole number from 0 to 2**63 - 1, not -1"),
+        (lambda: EscapeRooms(2).reset(seed=[1, 2]), "a seed is a whole number from 0 to 2**63 - 1, not [1, 2]"),
+        (lambda: stepped(1.5), "the meta-controller's choice must be 1 goal ids (whole numbers"),
+        (lambda: stepped(13, 1.5), "actions must be 1 whole numbers"),
+        (lambda: stepped(None), "meta_0 is to act; None is for agents whose episode is over"),
+        (lambda: EscapeRooms(2).step([0, 0, 0]), "actions must be 2 whole numbers"),
+    ],
+)
+def test_wrong_calls_are_one_clear_line(attempt, said):
+    with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
+        attempt()
+    assert "\n" not in str(caught.value)
+
+
+def stepped(*actions):
+    env = hierroom.raw_env()
+    env.reset(seed=0)
+    for action in actions:
+        env.step(action)
