@@ -8,6 +8,7 @@ from learner_rooms import SPACE, PlainTorchNetwork, RandomRooms, make_learner
 from hierroom.errors import InputError
 from hierroom.learners import AgentSpace, Learner, PPOConfig
 from hierroom.learners.networks import RecurrentActorCritic
+from hierroom.learners.torch_backend import TorchBackend
 
 both_paths = pytest.mark.parametrize("network", [None, PlainTorchNetwork], ids=["compiled", "torch"])
 
@@ -78,6 +79,38 @@ def test_observations_of_another_space_are_refused(network, codes):
     learner = make_learner(network=network)
     with pytest.raises(InputError, match=r"column 1 has values below 3, but room 5 shows 3|codes of 1 rooms are"):
         learner.act(np.array([5]), np.array(codes, np.uint8), np.ones((1, 4), bool))
+
+
+@both_paths
+def test_no_room_at_all_is_a_turn_of_nobody(network):
+    learner = make_learner(network=network)
+    policy = learner.policy(2, seed=0)
+    none, nobody = np.zeros(0, bool), np.zeros(0, int)
+    codes, masks = np.zeros((0, 4), np.uint8), np.zeros((0, 4), bool)
+    before = learner.state_dict()["action_random"]
+    for act in (learner.act, policy.act, policy.act_greedily):
+        assert act(nobody, codes, masks).shape == (0,)
+    learner.finish(nobody, np.zeros(0), nobody, none, none, none, codes)
+    assert learner.state_dict()["action_random"] == before
+
+
+def test_kernels_are_left_alone_where_they_are_not_compiled(monkeypatch):
+    monkeypatch.setattr("numba.core.config.DISABLE_JIT", True)
+    assert isinstance(make_learner()._backend, TorchBackend)
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
+def test_a_learner_on_cuda_does_what_one_on_the_cpu_does():
+    learners = [
+        Learner(SPACE, 6, PPOConfig(sequence_length=5, minibatches=2, hidden_size=8), seed=1, device=device)
+        for device in ("cpu", "cuda")
+    ]
+    rooms = [RandomRooms(6, seed=1) for _ in learners]
+    for _ in range(10):
+        turns = [room.tick(learner) for room, learner in zip(rooms, learners, strict=True)]
+        np.testing.assert_array_equal(turns[0][2], turns[1][2])
+        if turns[0][3]:
+            assert turns[0][3] == pytest.approx(turns[1][3], rel=1e-3, abs=1e-5)
 
 
 def test_turns_are_opened_and_closed_in_pairs():

@@ -80,7 +80,7 @@ class FusedBackend:
 
         # A room's result does not depend on which rooms it is computed with.
         n_parts = max(1, min(self._threads, n_rooms // _MIN_ROOMS_PER_THREAD))
-        bounds = np.linspace(0, n_rooms, n_parts + 1).astype(int).tolist()
+        bounds = [n_rooms * i // n_parts for i in range(n_parts + 1)]
         parts = [slice(start, stop) for start, stop in pairwise(bounds)]
         self._each(work, self._lanes[:n_parts], parts)
         return logits, values, new_states
@@ -207,7 +207,8 @@ class _Lane:
     def clear(self) -> None:
         """Forget the last minibatch."""
         self._share.fill(0)
-        self._d_table.fill(0)
+        if self._inputs is not None:
+            self._d_table.fill(0)
         self._sums.fill(0)
 
     def add_shard(self, minibatch: _Minibatch, shard: NDArray[np.integer]) -> None:

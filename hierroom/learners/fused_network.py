@@ -65,10 +65,13 @@ class TapeMemory:
     def __init__(self, weights: Weights) -> None:
         self._n_actions, self._hidden_size = weights.policy_weight.shape
         self._flat = np.empty(0, weights.policy_weight.dtype)
+        self._turns = (0, 0)
 
     def tape(self, n_turns: int, n_sequences: int) -> Tape:
         """A tape for T turns of M sequences, its contents arbitrary; the one given before becomes invalid."""
         turns, size = (n_turns, n_sequences), self._hidden_size
+        if turns == self._turns:
+            return self._tape
         shapes = [(*turns, 2 * size), (*turns, 4 * size), (n_turns + 1, n_sequences, size)]
         shapes += [(*turns, size), (*turns, size), (n_turns * n_sequences, self._n_actions), (n_turns * n_sequences,)]
         shapes += [(*turns, size), (*turns, 2 * size)]
@@ -76,7 +79,9 @@ class TapeMemory:
         if len(self._flat) < stops[-1]:
             self._flat = np.empty(stops[-1], self._flat.dtype)
         parts = np.split(self._flat, stops)
-        return Tape(*(part.reshape(shape) for part, shape in zip(parts[:-1], shapes, strict=True)))
+        self._tape = Tape(*(part.reshape(shape) for part, shape in zip(parts[:-1], shapes, strict=True)))
+        self._turns = turns
+        return self._tape
 
 
 def forward(

@@ -61,5 +61,7 @@ class Policy:
     ) -> NDArray[np.floating]:
         self._space.check_codes(rooms, codes)
         self._space.check_masks(rooms, masks)
+        if len(rooms) == 0:
+            return np.empty((0, self._space.n_actions), np.float32)
         logits, _, self._states[rooms] = self._stepper.step(codes, self._states[rooms])
         return logits

@@ -72,7 +72,7 @@ class Learner:
             a function; None: `RecurrentActorCritic`.
 
     Raises:
-        InputError: if there is no room, or the network does not keep the protocol.
+        InputError: if there is no room or thread, too few rooms for the minibatches, or the network lacks a method.
     """
 
     def __init__(
@@ -88,6 +88,8 @@ class Learner:
     ) -> None:
         if n_rooms < 1:
             raise InputError(f"a learner needs at least 1 room, not {n_rooms}")
+        if threads < 1:
+            raise InputError(f"a learner needs at least 1 thread, not {threads}")
         self.space = space
         self.config = config
         self.n_rooms = n_rooms
@@ -139,7 +141,7 @@ class Learner:
         """Begin a turn in some rooms: draw actions, store the turns, move these rooms' recurrent states.
 
         Args:
-            rooms: [M] int, each once; none may have a turn open.
+            rooms: [M] int, each once, or none at all; none may have a turn open.
             codes: [M, K] uint8, each column below its cardinality.
             masks: [M, A] bool, the legal actions, at least one for each room.
 
@@ -154,6 +156,8 @@ class Learner:
         self.space.check_masks(rooms, masks)
         if self._rollout.is_open[rooms].any():
             raise RuntimeError("act() was called for a room whose last turn has not finished")
+        if len(rooms) == 0:
+            return np.empty(0, np.int64)
         resets = self._starts_episode[rooms]
         states = self._states[rooms]
         states[resets] = self._initial_state
