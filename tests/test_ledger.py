@@ -1,0 +1,148 @@
+"""Turns and pay, counted by hand."""
+
+import numpy as np
+import pytest
+from turns_rooms import make, well_or_wildly
+
+import hierroom
+from hierroom.controller import PAYS
+from hierroom.goals import EXIT_GOAL, N_GOALS, GoalGraph
+from hierroom.ledger import Ledger
+from hierroom.meta import make_meta
+from hierroom.step import OTHER, REACHED, TIMED_OUT
+from hierroom.world.batch import Batch
+from hierroom.world.layout import OUTCOME
+from hierroom.world.oracle import shortest_actions
+
+BOTH = ("meta_0", "controller_0")
+
+
+# chosen goal or None | event | reward, end | pay: extrinsic, bonus, intrinsic | reached, late, over | owed, elapsed
+STORY = [
+    (2, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
+    (None, 8, 0.25, "", 0.25, 1, 0, False, False, False, 0.00, 2),  # another goal than the one pursued
+    (None, 2, 0.50, "", 0.50, 1, 1, True, False, True, 0.75, 3),
+    (8, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
+    (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 2),
+    (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 3),
+    (None, -1, 0.00, "", 0.00, 0, 0, False, True, True, 0.00, 4),  # the horizon of 4 steps runs out
+    (-1, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
+    (None, 3, 0.00, "", 0.00, 1, 0, False, False, True, 0.00, 2),  # any event ends 'no goal'
+    (4, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
+    (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 2),
+    (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 3),
+    (None, 4, 0.00, "", 0.00, 1, 1, True, False, True, 0.00, 4),  # reached on its very last step
+    (5, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
+    (None, 12, 1.00, "terminated", 1.00, 1, 0, False, False, True, 1.00, 2),
+]
+ENDINGS = [
+    (12, 12, 1.00, "terminated", 1.00, 1, 1, True, False, True, 1.00, 1),
+    (6, -1, 0.00, "truncated", 0.00, 0, 0, False, False, True, 0.00, 1),
+    (6, 6, 0.00, "truncated", 0.00, 1, 1, True, False, True, 0.00, 1),
+    (-1, 12, 1.00, "terminated", 1.00, 1, 0, False, False, True, 1.00, 1),
+]
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+@pytest.mark.parametrize("story", [STORY, *[[ending] for ending in ENDINGS]])
+@pytest.mark.parametrize("pay", PAYS)
+def test_a_story_told_by_hand(story, pay, place):
+    """In one of three rooms; the others pursue nothing and nothing happens in them."""
+    ledger = Ledger.of_beginnings(3, n_actions=5)
+    others = np.setdiff1d(np.arange(3), place)
+    ledger.begin_options(others, np.full(2, -1))
+    owed_before = 0
+    for goal, event, reward, end, extrinsic, bonus, intrinsic, reached, late, over, owed, elapsed in story:
+        assert ledger.is_meta_turn[place] == (goal is not None)
+        if goal is not None:
+            ledger.begin_options(np.array([place]), np.array([goal]))
+        outcomes = np.zeros(3, OUTCOME)
+        outcomes["event"] = -1
+        outcomes[place]["event"], outcomes[place]["is_first"], outcomes[place]["reward"] = event, event >= 0, reward
+        if end:
+            outcomes[place][end] = True
+        step = ledger.record(np.zeros(3, np.int64), outcomes, PAYS[pay], 4, 5)
+        expected = {"extrinsic": extrinsic, "bonus": bonus, "intrinsic": intrinsic}[pay]
+        assert (step.rewards[place], step.extrinsic[place]) == (expected, extrinsic)
+        assert (step.reached[place], step.timed_out[place], step.option_over[place]) == (reached, late, over)
+        assert (step.meta_rewards[place], step.meta_elapsed[place]) == (owed, elapsed)
+        assert step.over[place] == bool(end)
+        if over:
+            assert (
+                step.outcomes[place] == ledger.last_outcomes[place] == [OTHER, TIMED_OUT, REACHED][2 * reached + late]
+            )
+            assert ledger.goals[place] == -1
+        assert not step.rewards[others].any()
+        assert not step.meta_rewards[others].any()
+        owed_before += owed
+    assert owed_before == sum(line[4] for line in story)
+
+
+def test_a_bonus_is_paid_once_for_each_key():
+    turns = make(drop_key=True, pay="bonus")
+    key = int(turns.world.state.rooms[0].colours[0])
+    fetch = shortest_actions(turns.world.get_state(), key)
+    paid = [turns.step([action]).rewards[0] for action in fetch]
+    assert paid == [0.0] * (len(fetch) - 1) + [1.0]
+    turns.step([5])
+    again = turns.step([3])
+    assert (again.events[0], again.rewards[0]) == (key, 0.0)
+
+
+@pytest.mark.parametrize("pay", PAYS)
+@pytest.mark.parametrize("horizon", [None, 9])
+def test_rewards_are_conserved(pay, horizon):
+    """What ``last`` gives each agent over an episode is what the parallel environment and a hand count give it."""
+    settings = {"graph": "b", "size": 11, "max_steps": 150, "pay": pay, "subgoal_horizon": horizon, "drop_key": True}
+    aec, parallel = hierroom.env(**settings), hierroom.parallel_env(**settings)
+    world = Batch([GoalGraph.named("b")], size=11, max_steps=150, drop_key=True)
+    rng = np.random.default_rng(1)
+    successes = 0
+    for seed in range(12):
+        aec.reset(seed=seed)
+        parallel.reset(seed=seed)
+        world.reset(seed)
+        from_last, from_parallel, by_hand = (dict.fromkeys(BOTH, 0.0) for _ in range(3))
+        seen_before, goal, choice = set(), -1, 13
+        for agent in aec.agent_iter():
+            observation, reward, terminated, truncated, _ = aec.last()
+            from_last[agent] += reward
+            if terminated or truncated:
+                aec.step(None)
+            elif agent == "meta_0":
+                choice = int(rng.choice(np.flatnonzero(observation["action_mask"])))
+                goal = choice if choice < N_GOALS else -1
+                aec.step(choice)
+            else:
+                action = well_or_wildly(rng, world)
+                aec.step(action)
+                for name, paid in parallel.step({"meta_0": choice, "controller_0": action})[1].items():
+                    from_parallel[name] += paid
+                outcome = world.step_within_episode(np.array([action]))[0]
+                event = int(outcome["event"])
+                by_hand["meta_0"] += event == EXIT_GOAL
+                by_hand["controller_0"] += {
+                    "extrinsic": event == EXIT_GOAL,
+                    "bonus": event >= 0 and event not in seen_before,
+                    "intrinsic": event >= 0 and event == goal,
+                }[pay]
+                seen_before.add(event)
+                successes += bool(outcome["terminated"])
+        assert from_last == from_parallel == by_hand
+    assert successes > 0
+
+
+def test_the_batch_owes_both_agents_what_it_pays():
+    turns, meta = make(n=32, seed=2, max_steps=60, subgoal_horizon=5, pay="extrinsic"), make_meta("fixed-dfs")
+    rng = np.random.default_rng(0)
+    owed, earned, elapsed = np.zeros(32), np.zeros(32), np.zeros(32, np.int64)
+    for t in range(1, 401):
+        turns.ask(meta)
+        step = turns.step([well_or_wildly(rng, turns.world) if n == 0 else rng.integers(5) for n in range(32)])
+        owed += step.meta_rewards
+        earned += step.rewards
+        elapsed += np.where(step.option_over, step.meta_elapsed, 0)
+        np.testing.assert_array_equal(owed[step.option_over], earned[step.option_over])
+        np.testing.assert_array_equal(elapsed[step.option_over], t)
+        assert (step.meta_elapsed <= 5).all()
+    assert earned.sum() > 0

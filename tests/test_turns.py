@@ -1,0 +1,155 @@
+"""What either agent is shown and may do, and state that can be gone back to."""
+
+import numpy as np
+import pytest
+from turns_rooms import achieve, goal_ids, make, well_or_wildly
+
+from hierroom.goals import EXIT_GOAL, GOAL_VECTORS
+from hierroom.meta import make_meta
+from hierroom.step import NO_OUTCOME, TIMED_OUT
+from hierroom.world.oracle import shortest_actions
+
+
+def test_what_is_not_legal_is_no_goal_and_counted():
+    turns = make("a", n=5)
+    (key,) = goal_ids(turns, "k1")
+    everyone = np.arange(5)
+    masks = turns.meta_masks(turns.situation(everyone))
+    keys = turns.world.state.rooms["colours"][:, 0]
+    turns.choose(everyone, [keys[0], EXIT_GOAL, 13, -1, 99], masks)
+    assert turns.goals.tolist() == [key, -1, -1, -1, -1]
+    assert turns.ledger.illegal_goals.tolist() == [0, 1, 1, 1, 1]
+    waiting = turns.meta_masks(turns.situation(everyone))
+    assert waiting.tolist() == [[False] * 13 + [True]] * 5
+    turns.choose(everyone, [EXIT_GOAL, 13, 13, -1, -1], waiting)  # it is not its turn
+    assert turns.goals.tolist() == [key, -1, -1, -1, -1]
+    assert turns.ledger.illegal_goals.tolist() == [1, 1, 1, 1, 1]
+    assert turns.ledger.meta_turns.tolist() == [1] * 5
+
+
+def test_actions_the_room_does_not_have_are_counted_and_only_cost_the_step():
+    turns = make("a", n=4)
+    before = turns.world.get_state()
+    step = turns.step([-1, 5, 77, 1])
+    assert step.illegal_actions.tolist() == [1, 1, 1, 0]
+    after = turns.world.get_state()
+    for name in ("row", "col", "direction", "keys"):
+        np.testing.assert_array_equal(after.rooms[name][:3], before.rooms[name][:3])
+    assert after.rooms["steps"].tolist() == [1] * 4
+
+
+def test_without_a_choice_there_is_no_goal():
+    turns = make("a", pay="intrinsic")
+    achieve(turns, "k1")
+    assert turns.ledger.is_meta_turn[0]  # an event ends 'no goal'
+    assert turns.ledger.last_goals[0] == -1
+    assert turns.ledger.meta_turns[0] == 0
+
+
+class Spoiler:
+    """Chooses the exit, and tries to make that legal."""
+
+    def choose(self, observations, legal, situation):
+        legal[:] = True
+        for array in (*observations.values(), situation.draws, situation.last_goals, situation.last_outcomes):
+            array[...] = 1
+        situation.state.rooms["doors"], situation.state.grids[:] = 63, 0
+        return np.full(len(situation), EXIT_GOAL)
+
+
+def test_a_meta_controller_cannot_change_the_rooms():
+    turns, twin = make(n=3), make(n=3)
+    turns.ask(Spoiler())
+    twin.ask(make_meta("none"))
+    assert turns.goals.tolist() == [-1] * 3
+    state, expected = turns.get_state(), twin.get_state()
+    for name in state:
+        np.testing.assert_array_equal(state[name], expected[name], err_msg=name)
+
+
+def test_the_goal_is_shown_to_the_controller_and_the_last_one_to_the_meta_controller():
+    turns = make("a", subgoal_horizon=2)
+    (key,) = goal_ids(turns, "k1")
+    room = np.array([0])
+    for expected in (NO_OUTCOME, TIMED_OUT, TIMED_OUT):
+        situation = turns.situation(room)
+        masks = turns.meta_masks(situation)
+        shown = turns.meta_observations(turns.meta_sight(room), situation.last_outcomes, masks)
+        assert shown["outcome"].tolist() == [expected]
+        np.testing.assert_array_equal(shown["goal"], GOAL_VECTORS[[-1 if expected == NO_OUTCOME else key]])
+        assert turns.meta_space().contains({name: values[0] for name, values in shown.items()})
+        turns.choose(room, [key], masks)
+        for _ in range(2):
+            seen = turns.controller_observations(turns.sight(room))
+            np.testing.assert_array_equal(seen["goal"], GOAL_VECTORS[[key]])
+            turns.step([1])
+
+
+def played(turns, meta, actions):
+    told = []
+    for row in actions:
+        turns.ask(meta)
+        told.append([*vars(turns.step(row)).values(), *turns.controller_observations(turns.sight()).values()])
+    return told
+
+
+@pytest.mark.parametrize("autoreset", [True, False])
+def test_going_back_and_playing_again_is_the_same(autoreset):
+    settings = {"n": 6, "max_steps": 30, "subgoal_horizon": 8, "measure_shortest": True, "autoreset": autoreset}
+    turns, meta = make(seed=9, **settings), make_meta("random")
+    actions = np.random.default_rng(0).integers(5, size=(100, 6))
+    played(turns, meta, actions[:25])  # the middle of an option
+    state = turns.get_state()
+    kept = {name: array.copy() for name, array in state.items()}
+    told = played(turns, meta, actions[25:])
+    for name, array in state.items():
+        np.testing.assert_array_equal(array, kept[name], err_msg=name)
+    turns.set_state(state)
+    elsewhere = make(seed=1, **settings)
+    elsewhere.set_state(state)
+    for other in (turns, elsewhere):
+        for one, again in zip(told, played(other, meta, actions[25:]), strict=True):
+            for a, b in zip(one, again, strict=True):
+                np.testing.assert_array_equal(a, b)
+
+
+def test_the_shortest_length_is_that_of_the_episode_that_ends():
+    turns = make("c", n=4, seed=4, measure_shortest=True, max_steps=80)
+    starts = turns.world.get_state()
+    rng = np.random.default_rng(0)
+    ended = 0
+    for _ in range(300):
+        step = turns.step([well_or_wildly(rng, turns.world) if n == 0 else 1 for n in range(4)])
+        for n in range(4):
+            assert step.shortest[n] == len(shortest_actions(starts[n]))
+        over = step.over
+        ended += over.sum()
+        starts.rooms[over], starts.grids[over] = turns.world.state.rooms[over], turns.world.state.grids[over]
+    assert ended > 10
+    assert (make().step([0]).shortest == -1).all()
+
+
+def test_the_final_sight_is_from_before_the_reset():
+    """Against rooms that do not begin anew by themselves."""
+    turns, slow = make("a", n=8, seed=6, max_steps=20), make("a", n=8, seed=6, max_steps=20, autoreset=False)
+    meta, rng = make_meta("random"), np.random.default_rng(0)
+    for t in range(60):
+        for each in (turns, slow):
+            each.ask(meta)
+        actions = rng.integers(5, size=8)
+        step, slow_step = turns.step(actions), slow.step(actions)
+        np.testing.assert_array_equal(step.over, slow_step.over)
+        everyone = np.arange(8)
+        final, expected = turns.final_sight(step, everyone), slow.final_sight(slow_step, everyone)
+        for name in ("tiles", "goals", "previous_actions"):
+            np.testing.assert_array_equal(getattr(final, name), getattr(expected, name), err_msg=name)
+        for name in ("row", "col", "direction", "steps", "keys", "doors", "episode"):
+            np.testing.assert_array_equal(final.rooms[name], expected.rooms[name], err_msg=name)
+        if step.over.any():
+            assert step.over.all()
+            assert (final.rooms["steps"] == 20).all()
+            assert (turns.sight().rooms["steps"] == 0).all()
+            assert (turns.sight().previous_actions == 5).all()
+            assert not slow.ledger.is_meta_turn.any()
+            slow.reset()
+            assert t % 20 == 19

@@ -1,0 +1,91 @@
+"""Legal goals in situations one can see through, and in none at all."""
+
+import numpy as np
+import pytest
+from turns_rooms import achieve, goal_ids, make, well_or_wildly
+
+import hierroom
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
+from hierroom.situation import GOAL_MASKS
+from hierroom.world.kernels import EXIT, KEY, OPEN_DOOR, WALL
+
+BOTH = ("meta_0", "controller_0")
+
+
+def legal(turns, mask):
+    situation = turns.situation(np.array([0]))
+    return {int(goal) for goal in np.flatnonzero(GOAL_MASKS[mask](situation)[0])}
+
+
+def test_masks_on_the_way_through_graph_d():
+    """Keys of rooms 1 and 2 in the centre, that of room 3 in room 1; the exit in room 2."""
+    turns = make("d", seed=3, size=19)
+    everything = {"k1", "k2", "k3", "d1", "d2", "d3", "x"}
+    for done, reachable in [
+        ([], {"k1", "k2"}),
+        (["k1"], {"d1", "k2"}),
+        (["k1", "d1"], {"k2", "k3"}),
+        (["k1", "d1", "k3"], {"k2", "d3"}),
+        (["k1", "d1", "k3", "k2"], {"d2", "d3"}),
+        (["k1", "d1", "k3", "k2", "d2"], {"x", "d3"}),
+        (["k1", "d1", "k3", "k2", "d2", "d3"], {"x"}),
+    ]:
+        if done:
+            achieve(turns, done[-1])
+        assert legal(turns, "reachable") == goal_ids(turns, *reachable)
+        assert legal(turns, "existing") == goal_ids(turns, *(everything - set(done)))
+        assert legal(turns, "none") == set(range(13))
+
+
+def test_a_dropped_key_is_a_goal_again():
+    turns = make("a", drop_key=True)
+    achieve(turns, "k1")
+    assert legal(turns, "reachable") == goal_ids(turns, "d1")
+    while not (turns.step([5]).events[0] == -1 and turns.world.state.rooms[0].keys == 0):
+        turns.step([1])
+    assert legal(turns, "reachable") == goal_ids(turns, "k1")
+    assert legal(turns, "existing") == goal_ids(turns, "k1", "d1", "x")
+
+
+def test_seen_goals_are_those_that_came_into_view():
+    """Against the union of the views of the episode, read tile by tile."""
+    turns = make("c", seed=1, max_steps=120)
+    rng = np.random.default_rng(0)
+    came_into_view, most = set(), 0
+    for t in range(360):
+        tiles = turns.world.outcomes["tiles"][0].copy()
+        tiles[3, 6] = 0  # the agent's own cell shows what it carries
+        for tile in tiles.ravel().tolist():
+            came_into_view |= {tile - KEY} if KEY <= tile < OPEN_DOOR else set()
+            came_into_view |= {FIRST_DOOR_GOAL + (tile - OPEN_DOOR) % 6} if OPEN_DOOR <= tile < WALL else set()
+            came_into_view |= {EXIT_GOAL} if tile == EXIT else set()
+        assert legal(turns, "seen") == came_into_view & legal(turns, "existing"), t
+        most = max(most, len(came_into_view))
+        if turns.step([well_or_wildly(rng, turns.world)]).over[0]:
+            came_into_view = set()
+    assert most == 5
+
+
+@pytest.mark.parametrize("mask", GOAL_MASKS)
+@pytest.mark.parametrize("horizon", [None, 3])
+def test_no_mask_is_ever_all_zero(mask, horizon):
+    env = hierroom.parallel_env(
+        graph="d", size=11, max_steps=40, goal_mask=mask, subgoal_horizon=horizon, drop_key=True
+    )
+    rng = np.random.default_rng(0)
+    waits, observations = 0, env.reset(seed=0)[0]
+    for _ in range(400):
+        masks = {agent: observations[agent]["action_mask"] for agent in BOTH}
+        for one in masks.values():
+            assert one.dtype == np.int8
+            assert one.any()
+        # 'No goal' is legal where no goal is, and only there.
+        assert masks["meta_0"][13] == (not masks["meta_0"][:13].any())
+        assert masks["controller_0"].all()
+        waits += bool(masks["meta_0"][13])
+        if env.agents:
+            goal = int(rng.choice(np.flatnonzero(masks["meta_0"])))
+            observations = env.step({"meta_0": goal, "controller_0": int(rng.integers(6))})[0]
+        else:
+            observations = env.reset()[0]
+    assert 0 < waits < 400
