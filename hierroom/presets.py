@@ -28,7 +28,7 @@ class TrainConfig:
     curriculum_stages: int = 1
     """Parts into which such an interval is cut; training moves on when it escapes in 80% of 200 episodes, and back
     below 20%. 1: all its graphs at once."""
-    steps: int = 2_000_000
+    steps: int = 1_000_000
     """Primitive steps to train for, over all rooms."""
     seed: int = 0
     """Fixes levels, weights, actions and shuffles."""

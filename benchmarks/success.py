@@ -1,0 +1,127 @@
+"""Success of training runs: one row a run, for every method, graph and seed asked for.
+
+    python benchmarks/success.py --graphs a b c d e f g --seeds 5 --steps 1_000_000 --out benchmarks/results/hippo.csv
+
+Each run trains from scratch and is then evaluated apart from training, with sampled and with greedy actions. Rows that
+the file already holds are not run again, so a table that was stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from itertools import product
+from multiprocessing import get_context
+from pathlib import Path
+
+import torch
+import tyro
+from rich.progress import Progress
+
+from hierroom.agent import Agent
+from hierroom.evaluate import evaluate
+from hierroom.presets import TrainConfig, find_preset
+from hierroom.trainer import Trainer, make_turns
+
+KEYS = ("preset", "method", "meta", "graph", "size", "drop_key", "seed", "steps")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Train and evaluate a table of runs."""
+
+    out: Path
+    """The CSV file, made or gone on with."""
+    preset: str = "default"
+    """What every run starts from."""
+    methods: tuple[str, ...] = ("hippo",)
+    """Methods to train."""
+    meta: str | None = None
+    """Another meta-controller than the method's own."""
+    graphs: tuple[str, ...] = ("a", "b", "c", "d", "e", "f", "g")
+    """Goal graphs to train on."""
+    seeds: int = 5
+    """Seeds 0, 1, ... of each."""
+    steps: int = 1_000_000
+    """Primitive steps of each run."""
+    size: int = 19
+    """Cells of the grid's side."""
+    drop_key: bool = False
+    """With the drop action."""
+    episodes: int = 1000
+    """Episodes of each evaluation."""
+    processes: int = os.cpu_count() or 1
+    """Runs at a time."""
+
+
+def configs(options: Options) -> Iterator[TrainConfig]:
+    """The runs of the table."""
+    preset = find_preset(options.preset)
+    for seed, graph, method in product(range(options.seeds), options.graphs, options.methods):
+        yield replace(
+            preset,
+            method=method,
+            meta=options.meta,
+            graph=graph,
+            seed=seed,
+            steps=options.steps,
+            size=options.size,
+            drop_key=options.drop_key,
+        )
+
+
+def key_of(options: Options, config: TrainConfig) -> dict[str, str]:
+    """What tells a row from the others, as text."""
+    named = {"preset": options.preset, "meta": config.meta_name}
+    return {key: str(named.get(key) or getattr(config, key)) for key in KEYS}
+
+
+def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
+    """The numbers of one run."""
+    torch.set_num_threads(1)
+    trainer = Trainer(config)
+    while not trainer.is_done:
+        trainer.advance()
+    numbers = trainer.summary()
+    rooms = min(100, episodes)
+    for name in ("sampled", "greedy"):
+        policy = trainer.learner.policy(rooms, seed=config.seed)
+        agent = Agent(config, policy, trainer.meta, is_greedy=name == "greedy")
+        result = evaluate(agent, make_turns(config, rooms, 1_000_000 + config.seed, measure_shortest=True), episodes)
+        numbers[f"{name}_success"] = result.success_rate
+        numbers[f"{name}_length"] = result.length
+        numbers[f"{name}_length_over_shortest"] = result.length_over_shortest
+    return {name: round(value, 4) if isinstance(value, float) else value for name, value in numbers.items()}
+
+
+def main() -> None:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    rows = []
+    if options.out.exists():
+        with options.out.open(newline="") as file:
+            rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    done = [{key: row[key] for key in KEYS} for row in rows]
+    missing = [config for config in configs(options) if key_of(options, config) not in done]
+    with Progress() as bar, ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
+        task = bar.add_task("runs", total=len(missing))
+        futures = {pool.submit(train_and_evaluate, config, options.episodes): config for config in missing}
+        for future in as_completed(futures):
+            row = {**key_of(options, futures[future]), **future.result()}
+            is_new = not options.out.exists()
+            with options.out.open("a", newline="") as file:
+                writer = csv.DictWriter(file, list(row))
+                if is_new:
+                    file.write(f"# python {' '.join(sys.argv)}\n")
+                    writer.writeheader()
+                writer.writerow(row)
+            bar.advance(task)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,51 @@
+"""The README is true: its Python runs, its commands parse, its table of complexity is what the package computes."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+from hierroom.complexity import analyze
+from hierroom.goals import NAMED_GRAPHS
+
+README = (Path(__file__).parents[1] / "README.md").read_text()
+PYTHON = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+COMMANDS = re.findall(r"^python -m (\S+)(.*?)(?:  +#.*)?$", README, re.MULTILINE)
+
+
+@pytest.mark.parametrize("code", PYTHON, ids=range(len(PYTHON)))
+def test_every_python_block_runs(code):
+    exec(compile(code, "README.md", "exec"), {"__name__": "readme"})
+
+
+def test_there_are_blocks_and_commands_to_test():
+    assert len(PYTHON) >= 5
+    assert len(COMMANDS) >= 5
+
+
+@pytest.mark.parametrize(("module", "arguments"), COMMANDS, ids=[f"{m}{a}" for m, a in COMMANDS])
+def test_every_command_is_understood(module, arguments, monkeypatch, tmp_path):
+    if module != "hierroom.train":
+        pytest.importorskip(module)
+        return
+    from hierroom.train import parse
+
+    monkeypatch.chdir(tmp_path)
+    assert parse(shlex.split(arguments)).config.steps > 0
+
+
+def test_own_meta_controller_is_the_example():
+    example = Path(__file__).parents[1] / "examples" / "own_meta_controller.py"
+    shown = next(code for code in PYTHON if "class NearestKeyFirst" in code)
+    assert len(shown.strip().splitlines()) <= 15
+    assert shown.strip() in example.read_text()
+
+
+@pytest.mark.parametrize("letter", NAMED_GRAPHS)
+def test_the_table_of_complexity_is_computed(letter):
+    report = analyze(letter)
+    row = (
+        f"| {letter} | {report.exit_depth} | {report.width} | {report.hitting_time:.2f} | {report.expected_steps:.1f} |"
+    )
+    assert row in README
