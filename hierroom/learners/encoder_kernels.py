@@ -135,3 +135,22 @@ def complete_table(
             if row != offsets[k] + skipped[k]:
                 left -= d_table[row]
         d_table[offsets[k] + skipped[k]] = left
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def add_scaled_rows(
+    targets: NDArray[np.int64],
+    sources: NDArray[np.int64],
+    factors: NDArray[np.floating],
+    rows: NDArray[np.floating],
+    sums: NDArray[np.floating],
+) -> None:
+    """Add ``factors[i] * rows[sources[i]]`` to ``sums[targets[i]]`` for every i: a sparse matrix times ``rows``.
+
+    With the non-zero entries of `ColumnEncoder`'s inputs [R, D] it makes the table [R, H] out of the weights [D, H],
+    and with the first two arguments exchanged the gradient of the weights out of that of the table.
+    """
+    for i in range(len(targets)):
+        target, source, factor = targets[i], sources[i], factors[i]
+        for j in range(rows.shape[1]):
+            sums[target, j] += factor * rows[source, j]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hierroom.learners.adam_kernels import adam_step, sum_gradients
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.encoder_kernels import complete_table, most_common
+from hierroom.learners.encoder_kernels import add_scaled_rows, complete_table, most_common
 from hierroom.learners.fused_network import TapeMemory, Weights, backward, forward
 from hierroom.learners.loss_kernels import loss_backward
 from hierroom.learners.networks import RecurrentActorCritic
@@ -52,7 +52,8 @@ class FusedBackend:
         for parameter, view in zip(network.parameters(), self._weights.arrays(), strict=True):
             parameter.data = torch.from_numpy(view)
         self._offsets = network.encoder.offsets.numpy()
-        self._inputs = None if network.encoder.inputs is None else network.encoder.inputs.numpy()
+        self._n_table_rows = len(network.encoder.table())
+        self._numbers = _numbers(network)
         self._means = np.zeros_like(self._parameters)
         self._squares = np.zeros_like(self._parameters)
         self._n_steps = 0
@@ -146,7 +147,11 @@ class FusedBackend:
     def _table(self) -> NDArray[np.float32]:
         """The encoder's rows [R, H] as they are now."""
         weight = self._weights.encoder_weight
-        return weight if self._inputs is None else self._inputs @ weight
+        if self._numbers is None:
+            return weight
+        table = np.zeros((self._n_table_rows, self._config.hidden_size), np.float32)
+        add_scaled_rows(*self._numbers, weight, table)
+        return table
 
     def _descend(self, norm: float, learning_rate: float) -> None:
         self._n_steps += 1
@@ -194,12 +199,12 @@ class _Lane:
         self._config = config
         self._share = share
         self._gradient = Weights.views(share, network)
-        # Columns fed as numbers have a table that is computed, so its gradient is one product away from the weights'.
-        self._inputs = None if network.encoder.inputs is None else network.encoder.inputs.numpy()
+        # The table of columns fed as numbers is computed, so its gradient is one step away from that of the weights.
+        self._numbers = _numbers(network)
         self._d_table = (
             self._gradient.encoder_weight
-            if self._inputs is None
-            else np.zeros((len(self._inputs), config.hidden_size), np.float32)
+            if self._numbers is None
+            else np.zeros((len(network.encoder.table()), config.hidden_size), np.float32)
         )
         self._sums = np.zeros(5)
         self.memory = TapeMemory(self._gradient)
@@ -207,7 +212,7 @@ class _Lane:
     def clear(self) -> None:
         """Forget the last minibatch."""
         self._share.fill(0)
-        if self._inputs is not None:
+        if self._numbers is not None:
             self._d_table.fill(0)
         self._sums.fill(0)
 
@@ -249,9 +254,19 @@ class _Lane:
     def finish(self, minibatch: _Minibatch) -> NDArray[np.float64]:
         """Complete the gradient; returns this lane's part of the first five of `STATISTICS`."""
         complete_table(minibatch.offsets, minibatch.skipped, self._gradient.encoder_bias, self._d_table)
-        if self._inputs is not None:
-            np.matmul(self._inputs.T, self._d_table, out=self._gradient.encoder_weight)
+        if self._numbers is not None:
+            rows, columns, numbers = self._numbers
+            add_scaled_rows(columns, rows, numbers, self._d_table, self._gradient.encoder_weight)
         return self._sums
+
+
+def _numbers(network: RecurrentActorCritic) -> tuple[NDArray, NDArray, NDArray] | None:
+    """Rows, columns and values of the encoder's inputs that are not zero; None if no column is fed as numbers."""
+    if network.encoder.inputs is None:
+        return None
+    inputs = network.encoder.inputs.numpy()
+    rows, columns = np.nonzero(inputs)
+    return rows, columns, inputs[rows, columns]
 
 
 def _normalization(advantages: NDArray[np.float32], config: PPOConfig) -> tuple[np.float32, np.float32]:
