@@ -1,0 +1,168 @@
+"""The meta-controllers that ship: which goals they choose, how often, and that the batch does not matter."""
+
+from collections import Counter
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.stats import chisquare
+
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GoalGraph
+from hierroom.meta import make_meta
+from hierroom.turns import Turns
+from hierroom.world.batch import Batch
+from hierroom.world.oracle import shortest_actions, shortest_lengths
+
+SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)
+GRAPHS = [*map(GoalGraph.named, "acdefg"), SEVEN_ROOMS]
+
+
+def make(graph, n=1, *, seed=0, first_index=0, **settings):
+    return Turns(Batch([graph], n, size=13, seed=seed, first_index=first_index), **settings)
+
+
+def depth_first_paths(graph):
+    """Every depth-first path as (``"key 1"``, ``"door 1"``, ..., ``"exit"``), and its probability."""
+    paths = Counter()
+
+    def descend(path, rooms, chance):
+        """Rooms: those entered and not left again, the deepest one last."""
+        if f"door {graph.exit_room}" in path:
+            paths[*path, "exit"] += chance
+            return
+        keys = [r for r, home in enumerate(graph.key_rooms, 1) if home == rooms[-1] and f"key {r}" not in path]
+        for room in keys:
+            descend((*path, f"key {room}", f"door {room}"), [*rooms, room], chance / len(keys))
+        if not keys:
+            descend(path, rooms[:-1], chance)
+
+    descend((), [0], Fraction(1))
+    return paths
+
+
+def test_depth_first_paths_of_two_graphs_by_hand():
+    dead_end = ("key 2", "door 2")
+    way_out = ("key 1", "door 1", "key 3", "door 3", "exit")
+    assert depth_first_paths(GoalGraph.named("f")) == {
+        way_out: Fraction(1, 2),
+        (*dead_end, *way_out): Fraction(1, 2),
+    }
+    assert depth_first_paths(GoalGraph.named("d")) == {
+        ("key 2", "door 2", "exit"): Fraction(1, 2),
+        ("key 1", "door 1", "key 3", "door 3", "key 2", "door 2", "exit"): Fraction(1, 2),
+    }
+
+
+def name(rooms, goal):
+    """What a goal id is called in one room."""
+    if goal == EXIT_GOAL:
+        return "exit"
+    branch = rooms.colours.tolist().index(goal % FIRST_DOOR_GOAL)
+    return f"{'key' if goal < FIRST_DOOR_GOAL else 'door'} {branch + 1}"
+
+
+@pytest.mark.parametrize("goal_mask", ["reachable", "none"])
+@pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
+def test_fixed_dfs_is_uniform_over_depth_first_paths(graph, goal_mask):
+    """In 3000 rooms where every goal is achieved as soon as it is chosen, by magic."""
+    n = 3000
+    turns, meta = make(graph, n, goal_mask=goal_mask), make_meta("fixed-dfs")
+    rooms, paths = turns.world.state.rooms, [() for _ in range(n)]
+    for turn in range(1, 2 * graph.n_rooms):
+        turns.ask(meta)
+        for i, goal in enumerate(turns.goals.tolist()):
+            if "exit" not in paths[i]:
+                paths[i] += (name(rooms[i], goal),)
+                kind, _, room = paths[i][-1].partition(" ")
+                if kind == "key":
+                    rooms[i].keys |= 1 << int(room) - 1
+                elif kind == "door":
+                    rooms[i].doors |= 1 << int(room) - 1
+                    rooms[i].opened_at[int(room) - 1] = turn
+        turns.ledger.is_meta_turn[:] = True
+    expected, counts = depth_first_paths(graph), Counter(paths)
+    assert counts.keys() == expected.keys()
+    if len(expected) > 1:
+        frequencies = [float(expected[path] * n) for path in expected]
+        assert chisquare([counts[path] for path in expected], frequencies).pvalue > 1e-3
+
+
+@pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
+def test_fixed_dfs_on_foot(graph):
+    """The agent walks to each goal; where it trips over another key on its way, that path is not compared."""
+    turns, meta, expected = make(graph), make_meta("fixed-dfs"), depth_first_paths(graph)
+    walked = Counter()
+    for _ in range(12):
+        path, has_tripped, is_over = (), False, False
+        while not is_over:
+            turns.ask(meta)
+            goal, rooms = int(turns.goals[0]), turns.world.state.rooms[0]
+            path += (name(rooms, goal),)
+            for action in shortest_actions(turns.world.get_state(), goal):
+                step = turns.step([action])
+                has_tripped |= step.events[0] not in (-1, goal)
+            assert step.reached[0]
+            is_over = step.over[0]
+        assert step.terminated[0]
+        walked[None if has_tripped else path] += 1
+    assert walked.keys() - {None} <= expected.keys()
+    assert walked[None] < 10
+
+
+def test_fixed_dfs_has_no_goal_where_it_may_choose_none():
+    turns = make(SEVEN_ROOMS, 64, goal_mask="seen")
+    turns.ask(make_meta("fixed-dfs"))
+    has_seen_a_key = (turns.world.state.rooms["seen"] & 63) > 0
+    assert 0 < has_seen_a_key.sum() < 64
+    assert ((turns.goals >= 0) <= has_seen_a_key).all()
+    assert (turns.goals[~has_seen_a_key] == -1).all()
+
+
+def test_random_goals_are_legal_and_uniform():
+    turns = make(GoalGraph.named("e"), 3000)
+    turns.ask(make_meta("random"))
+    colours = turns.world.state.rooms["colours"][:, :3]
+    chosen = (colours == turns.goals[:, None]).nonzero()
+    assert len(chosen[0]) == 3000
+    assert chisquare(np.bincount(chosen[1])).pvalue > 1e-3
+
+
+def test_no_goals():
+    turns = make(GoalGraph.named("e"), 9)
+    turns.ask(make_meta("none"))
+    assert turns.goals.tolist() == [-1] * 9
+
+
+@pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
+def test_oracle_goals_lie_on_a_shortest_way(graph):
+    """Walking the shortest way, the next goal event is always the one that was chosen, and nothing takes longer."""
+    turns, meta = make(graph, seed=2), make_meta("oracle")
+    for _ in range(8):
+        shortest, step = shortest_lengths(turns.world.get_state())[0], None
+        while step is None or not step.over[0]:
+            turns.ask(meta)
+            goal, step = turns.goals[0], None
+            for action in shortest_actions(turns.world.get_state()):
+                step = turns.step([action])
+                if step.events[0] >= 0:
+                    break
+            assert step.events[0] == goal
+        assert step.lengths[0] == shortest
+
+
+@pytest.mark.parametrize("spec", ["fixed-dfs", "random", "oracle"])
+def test_a_room_gets_the_same_goals_alone_and_among_others(spec):
+    graph, n = GoalGraph.named("e"), 128
+    alone = {k: make(graph, seed=5, first_index=k, subgoal_horizon=6) for k in (0, 1, 77, 127)}
+    together, meta = make(graph, n, seed=5, subgoal_horizon=6), make_meta(spec)
+    rng, given = np.random.default_rng(0), set()
+    for _ in range(60 if spec == "oracle" else 300):
+        actions = rng.integers(5, size=n)
+        together.ask(meta)
+        for k, turns in alone.items():
+            turns.ask(meta)
+            assert turns.goals[0] == together.goals[k]
+            given.add(int(together.goals[k]))
+            turns.step(actions[[k]])
+        together.step(actions)
+    assert len(given) > 3
