@@ -19,6 +19,7 @@ from hierroom.agent import Agent
 from hierroom.commands import run
 from hierroom.errors import InputError
 from hierroom.goals import NO_GOAL
+from hierroom.interrupt import Interrupt
 from hierroom.plots import plot_learning_curve
 from hierroom.presets import TrainConfig, find_preset
 from hierroom.runs import RunFolder, unused_path
@@ -76,18 +77,18 @@ def main(argv: list[str] | None = None) -> int:
     else:
         folder = RunFolder.create(arguments.out or unused_path(Path("runs") / config.name), config)
     console.print(_title(trainer, folder))
-    try:
-        train(trainer, folder, console)
-    except KeyboardInterrupt:
-        folder.save_checkpoint(trainer.state_dict())
-        console.print(f"stopped and saved; go on with: python -m hierroom.train --resume {folder.path}")
+    with Interrupt() as interrupt:
+        train(trainer, folder, console, interrupt)
+    if not trainer.is_done:
+        console.print("stopped and saved; go on with:")
+        console.print(f"python -m hierroom.train --resume {folder.path}", soft_wrap=True)
         return 130
     finish(trainer, folder, console)
     return 0
 
 
-def train(trainer: Trainer, folder: RunFolder, console: Console) -> None:
-    """Train to the end, with a progress bar, metrics, TensorBoard events and checkpoints."""
+def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Interrupt) -> None:
+    """Train to the end or an interrupt, with a progress bar, metrics, TensorBoard events and checkpoints."""
     from torch.utils.tensorboard import SummaryWriter  # slow to load, and only wanted here
 
     total = trainer.config.steps
@@ -101,20 +102,21 @@ def train(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     )
     with Progress(*columns, console=console) as bar, SummaryWriter(str(folder.path)) as events:
         task = bar.add_task("", total=total, completed=trainer.steps, status="")
-        while not trainer.is_done:
+        while not trainer.is_done and not interrupt.is_requested:
             trainer.advance()
+            is_last = trainer.is_done or interrupt.is_requested
             row = trainer.metrics()
             status = (
                 f"{trainer.steps / trainer.seconds:,.0f} steps/s, success {row['success_rate']:.1%}, "
                 f"length {row['episode_length']:.0f},"
             )
             bar.update(task, completed=min(trainer.steps, total), status=status)
-            if trainer.steps >= next_row or trainer.is_done:
+            if trainer.steps >= next_row or is_last:
                 next_row += total // ROWS_PER_RUN
                 folder.append_metrics(row)
                 for name, value in row.items():
                     events.add_scalar(name, value, trainer.steps)
-            if trainer.steps >= next_checkpoint or trainer.is_done:
+            if trainer.steps >= next_checkpoint or is_last:
                 next_checkpoint += total // CHECKPOINTS_PER_RUN
                 folder.save_checkpoint(trainer.state_dict())
 

@@ -2,6 +2,8 @@
 
 import errno
 import json
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -119,20 +121,24 @@ def test_resume_goes_on_and_keeps_the_metrics_in_order(trained, tmp_path):
         train.main(["--resume", str(out), "--graph", "b"])
 
 
-def test_control_c_saves_and_says_how_to_go_on(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_control_c_ends_the_update_saves_and_says_how_to_go_on(number, tmp_path, monkeypatch, capsys):
     advance, calls = Trainer.advance, []
 
     def interrupted(self):
         calls.append(1)
         if len(calls) == 4:
-            raise KeyboardInterrupt
+            os.kill(os.getpid(), number)
         advance(self)
 
     monkeypatch.setattr(Trainer, "advance", interrupted)
+    before = signal.getsignal(number)
     out = tmp_path / "run"
     assert train.main([*FLAGS, "--steps", "4096", "--out", str(out)]) == 130
-    assert f"--resume {out}" in capsys.readouterr().out.replace("\n", "")
-    assert RunFolder.open(out).load_checkpoint()["steps"] == 3 * 8 * 16
+    assert f"python -m hierroom.train --resume {out}" in capsys.readouterr().out
+    assert RunFolder.open(out).load_checkpoint()["steps"] == 4 * 8 * 16
+    assert signal.getsignal(number) is before
+    assert train.main(["--resume", str(out)]) == 0
 
 
 def test_evaluate_prints_a_table_and_json(trained, monkeypatch, capsys):
