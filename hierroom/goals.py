@@ -157,10 +157,17 @@ class GoalGraph:
         return graph
 
     def to_toml(self, path: str | Path | None = None) -> str:
-        """The graph as TOML text, also written to ``path`` if one is given."""
+        """The graph as TOML text, also written to ``path`` if one is given.
+
+        Raises:
+            InputError: if the file cannot be written.
+        """
         text = f"key_rooms = {list(self.key_rooms)}\nexit_room = {self.exit_room}\n"
         if path is not None:
-            Path(path).write_text(text)
+            try:
+                Path(path).write_text(text)
+            except OSError as error:
+                raise InputError(f"cannot write the goal graph {path}: {error.strerror}") from error
         return text
 
     @classmethod

@@ -251,3 +251,8 @@ def test_the_dependency_graph_as_the_paper_draws_it():
         ("door 1", "key 3"), ("key 3", "door 3"), ("door 2", "exit"),
     }  # fmt: skip
     assert nx.get_node_attributes(graph, "room")["exit"] == 2
+
+
+def test_a_toml_file_that_cannot_be_written_is_one_clear_line(tmp_path):
+    with pytest.raises(InputError, match=r"cannot write the goal graph .*: No such file or directory"):
+        GoalGraph.named("c").to_toml(tmp_path / "nowhere" / "c.toml")
