@@ -24,12 +24,12 @@ Reinforcement Learning (2021).
     (Huang & Ontanon 2020).
 11. Advantages are normalised per minibatch (37 details, 7) with the population deviation, which a floor keeps from
     blowing up noise (`PPOConfig.min_advantage_std`).
-12. The value loss is half the mean squared error, not clipped (Andrychowicz, 3.2: clipping it does not help).
+12. The value loss is half the mean squared error, not clipped (Andrychowicz, 3.4: advise against clipping it).
 13. Orthogonal weights with gain sqrt 2, 0.01 for the policy head and 1 for the value head, LSTM orthogonal, biases 0
     (37 details, 2 and LSTM 1). `networks.RecurrentActorCritic`.
 14. One Adam for everything, epsilon 1e-5 (37 details, 3), step size constant or annealed linearly (37 details, 4).
 15. The gradient of all parameters together is clipped to norm 0.5 (37 details, 11).
-16. Policy and value share encoder and core (37 details, Atari).
+16. Policy and value share encoder and core (37 details, 13).
 17. Actions are drawn by inverting the distribution function at uniform numbers from the learner's own generator;
     weights and shuffles have generators of their own. Nothing global is read or written.
 """
