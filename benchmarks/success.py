@@ -71,6 +71,7 @@ def configs(options: Options) -> Iterator[TrainConfig]:
             steps=options.steps,
             size=options.size,
             drop_key=options.drop_key,
+            threads=1,  # the processes are the parallel part
         )
 
 

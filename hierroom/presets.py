@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -46,8 +47,8 @@ class TrainConfig:
     """Rooms trained in side by side."""
     inputs: tuple[str, ...] = ("view", "goal", "goal-in-view", "direction", "keys", "previous-action")
     """What the controller is fed; methods that do not see goals leave those out."""
-    threads: int = 1
-    """Threads that step the world, where the batch is large enough to gain by it."""
+    threads: int = min(2, os.cpu_count() or 1)
+    """Threads to compute with; results do not depend on them."""
     device: str = "cpu"
     """Where the learner computes: cpu, cuda, cuda:1, ..."""
     ppo: Annotated[PPOConfig, tyro.conf.arg(name="")] = dataclasses.field(default_factory=PPOConfig)

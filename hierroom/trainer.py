@@ -61,6 +61,7 @@ def make_learner(config: TrainConfig, rooms: int) -> Learner:
         config.ppo,
         seed=config.seed,
         device=config.device,
+        threads=config.threads,
         network=lambda space, hidden_size: RecurrentActorCritic(space, hidden_size, inputs.vectors),
     )
 
