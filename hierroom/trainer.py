@@ -176,7 +176,7 @@ class Trainer:
         state = {
             "format": CHECKPOINT_FORMAT,
             "turns": {name: torch.from_numpy(array) for name, array in turns.items()},
-            "rooms": {name: torch.from_numpy(rooms[name].copy()) for name in rooms.dtype.names},
+            "rooms": {name: torch.from_numpy(rooms[name].copy()) for name in ROOM.names or ()},
             "learner": self.learner.state_dict(),
             "log": self.log.state_dict(),
             "pool": self.pool.state_dict(),

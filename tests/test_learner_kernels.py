@@ -222,3 +222,10 @@ def test_weights_loaded_into_the_network_are_used():
     learner.network.load_state_dict(other.network.state_dict())
     codes, states = np.ones((3, 4), np.uint8), np.zeros((3, 16), np.float32)
     np.testing.assert_array_equal(learner._backend.step(codes, states)[1], other._backend.step(codes, states)[1])
+
+
+def test_means_of_rows_seen_no_more_reach_zero_and_stay_out_of_denormals():
+    parameters, means, squares = (np.full(3, value, np.float32) for value in (0, 1e-3, 1e-6))
+    for step in range(1, 2001):
+        adam_step(parameters, np.zeros(3, np.float32), means, squares, 1.0, 1e-3, 1e-5, step)
+    assert (means == 0).all()
