@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, GoalGraph, open_goals
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, GoalGraph
 from hierroom.world.layout import State
 
 _BRANCHES = np.arange(N_COLOURS)
@@ -64,10 +65,10 @@ class Situation:
 
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
-        """[M, 13] goals that can be achieved before anything else is."""
-        can = open_goals(self.key_rooms, self.state.rooms["exit_room"], self.keys, self.doors)
-        exists = self.exists
-        return self.by_goal(can[:, :N_COLOURS] & exists, can[:, N_COLOURS:-1] & exists, can[:, -1])
+        """[M, 13] goals that can be achieved before anything else is: `GoalGraph.open_goals` by goal id."""
+        goals = np.zeros((len(self), N_GOALS), bool)
+        write_reachable(self.state.rooms, goals)
+        return goals
 
     def graph(self, m: int) -> GoalGraph:
         """The goal graph of the m-th room."""
@@ -82,6 +83,19 @@ class Situation:
         values[rows, colours + FIRST_DOOR_GOAL] = doors
         values[:, EXIT_GOAL] = exits
         return values
+
+
+@njit(cache=True)
+def write_reachable(rooms, goals):
+    """Write which goals [M, 13] can be achieved now; compiled because every turn of the meta-controller asks."""
+    for m in range(rooms.shape[0]):
+        room = rooms[m]
+        for branch in range(room.n_rooms - 1):
+            home, is_held, is_open = room.key_rooms[branch], room.keys >> branch & 1, room.doors >> branch & 1
+            can_enter_home = home == 0 or room.doors >> (home - 1) & 1
+            goals[m, room.colours[branch]] = can_enter_home and not is_held and not is_open
+            goals[m, FIRST_DOOR_GOAL + room.colours[branch]] = is_held and not is_open
+        goals[m, EXIT_GOAL] = room.doors >> (room.exit_room - 1) & 1
 
 
 def reachable_goals(situation: Situation) -> NDArray[np.bool_]:

@@ -103,8 +103,10 @@ class Turns:
 
     def meta_masks(self, situation: Situation) -> NDArray[np.bool_]:
         """[M, 14] the meta-controller's legal actions: goals on its turn, else (or where none is left) no goal."""
-        masks = np.empty((len(situation), N_META_ACTIONS), bool)
-        masks[:, :N_GOALS] = self._goal_mask(situation) & self.ledger.is_meta_turn[situation.indices, None]
+        masks = np.zeros((len(situation), N_META_ACTIONS), bool)
+        is_turn = self.ledger.is_meta_turn[situation.indices]
+        if is_turn.any():  # a room stepped by itself mostly waits, and goals take long to find
+            masks[:, :N_GOALS] = self._goal_mask(situation) & is_turn[:, None]
         masks[:, NO_GOAL_ACTION] = ~masks[:, :N_GOALS].any(axis=1)
         return masks
 

@@ -5,10 +5,13 @@ import pytest
 from turns_rooms import achieve, goal_ids, make, well_or_wildly
 
 import hierroom
-from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS, GoalGraph, enumerate_graphs
 from hierroom.situation import GOAL_MASKS
+from hierroom.turns import Turns
+from hierroom.world.batch import Batch
 from hierroom.world.kernels import EXIT, KEY, OPEN_DOOR, WALL
 
+SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)
 BOTH = ("meta_0", "controller_0")
 
 
@@ -89,3 +92,22 @@ def test_no_mask_is_ever_all_zero(mask, horizon):
         else:
             observations = env.reset()[0]
     assert 0 < waits < 400
+
+
+@pytest.mark.parametrize(
+    "graph", [*enumerate_graphs(4), GoalGraph((0, 0, 1, 0, 2, 4), 5)], ids=lambda graph: graph.name
+)
+def test_reachable_goals_are_the_open_goals_of_the_graph(graph):
+    """Whatever keys are held and doors are open, in rooms of other colours."""
+    n = 200
+    turns, rng = Turns(Batch([graph], n, seed=1)), np.random.default_rng(0)
+    rooms, branches = turns.world.state.rooms, graph.n_rooms - 1
+    keys, doors = rng.random((2, n, branches)) < 0.5
+    rooms["keys"], rooms["doors"] = keys @ (1 << np.arange(branches)), doors @ (1 << np.arange(branches))
+    expected = np.zeros((n, N_GOALS), bool)
+    for m, goals in enumerate(graph.open_goals(keys, doors)):
+        colours = rooms["colours"][m, :branches]
+        expected[m, colours] = goals[:branches]
+        expected[m, FIRST_DOOR_GOAL + colours] = goals[branches:-1]
+        expected[m, EXIT_GOAL] = goals[-1]
+    np.testing.assert_array_equal(turns.situation(np.arange(n)).reachable, expected)

@@ -1,0 +1,65 @@
+"""Every example runs as it stands."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from turns_rooms import achieve, goal_ids, make
+
+from hierroom.world.kernels import KEY
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+SAYS = {
+    "aec.py": "turns: {'meta_0': ",
+    "parallel.py": "returns: {'meta_0': ",
+    "gymnasium_vector.py": "steps a second",
+    "supersuit_sb3.py": "2048 turns of both agents in 4 rooms",
+}
+
+
+def run(*arguments):
+    done = subprocess.run([sys.executable, *arguments], cwd=EXAMPLES, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_every_example_is_run():
+    assert {path.name for path in EXAMPLES.glob("*.py")} == {*SAYS, "own_meta_controller.py"}
+
+
+@pytest.mark.parametrize("name", SAYS)
+def test_example(name):
+    assert SAYS[name] in run(name)
+
+
+def test_the_meta_controller_of_ones_own_trains(tmp_path):
+    """From a file outside the package, named on the command line."""
+    room = ["--graph", "a", "--size", "11", "--rooms", "16", "--steps", "4000"]
+    run("-m", "hierroom.train", "--meta", "own_meta_controller:NearestKeyFirst", *room, "--out", str(tmp_path / "run"))
+    assert (tmp_path / "run" / "summary.json").is_file()
+
+
+def test_the_meta_controller_of_ones_own_chooses_the_nearest_key(monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    from own_meta_controller import NearestKeyFirst
+
+    turns = make("e", 50, size=19)
+    turns.ask(NearestKeyFirst())
+    state, n_unequal = turns.world.state, 0
+    for m in range(50):
+        room, ways = state.rooms[m], {}
+        for colour in room.colours[:3].tolist():
+            ((row, col),) = np.argwhere(state.grids[m] == KEY + colour)
+            ways[colour] = abs(row - room.row) + abs(col - room.col)
+        assert ways[int(turns.goals[m])] == min(ways.values())
+        n_unequal += len(set(ways.values())) > 1
+    assert n_unequal > 25
+
+    alone = make("a")
+    for name in ("k1", "d1", "x"):
+        alone.ask(NearestKeyFirst())
+        assert {int(alone.goals[0])} == goal_ids(alone, name)
+        if name != "x":
+            achieve(alone, name)

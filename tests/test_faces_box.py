@@ -1,0 +1,115 @@
+"""The box view: what its numbers say, and that SuperSuit and Stable-Baselines3 can work with it."""
+
+import numpy as np
+import pytest
+import torch
+from gymnasium.spaces import Box, Discrete
+from pettingzoo.test import parallel_api_test, parallel_seed_test
+from stable_baselines3 import PPO
+from supersuit import concat_vec_envs_v1, pettingzoo_env_to_vec_env_v1
+
+import hierroom
+
+BOTH = ("meta_0", "controller_0")
+
+
+def make(**settings):
+    return hierroom.box_view(hierroom.parallel_env(**{"graph": "a", "size": 11, "max_steps": 60, **settings}))
+
+
+def test_spaces_are_equal_boxes_and_the_same_objects_at_every_call():
+    env = make()
+    for agent in BOTH:
+        assert env.observation_space(agent) == Box(0, 1, (191,), np.float32)
+        assert env.action_space(agent) == Discrete(14)
+        assert env.observation_space(agent) is env.observation_space(agent)
+        assert env.action_space(agent) is env.action_space(agent)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_pettingzoo_checkers(drop_key, capsys):
+    parallel_api_test(make(drop_key=drop_key), num_cycles=200)
+    parallel_seed_test(lambda: make(drop_key=drop_key), num_cycles=200)
+
+
+def numbers(agent, observation):
+    """The table of the module's docstring, once more."""
+    one_hot = [0] * 4
+    one_hot[observation["direction"]] = 1
+    outcome = [0] * 4
+    if agent == "meta_0":
+        outcome[observation["outcome"]] = 1
+    mask = observation["action_mask"].tolist()
+    head = [value / 10 for value in observation["observation"].ravel().tolist()] + observation["goal"].tolist()
+    held = observation["keys"].tolist() + observation["doors"].tolist()
+    return [*head, *one_hot, *held, *outcome, *mask, *[0] * (14 - len(mask)), agent == "meta_0"]
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_numbers_say_what_the_dicts_say(drop_key):
+    settings = {"drop_key": drop_key, "goal_mask": "none", "subgoal_horizon": 3, "pay": "bonus"}
+    env, plain = make(**settings), hierroom.parallel_env(graph="a", size=11, max_steps=60, **settings)
+    rng = np.random.default_rng(0)
+    (seen, infos), (expected, expected_infos) = env.reset(seed=3), plain.reset(seed=3)
+    outcomes, directions = set(), set()
+    for _ in range(200):
+        assert infos == expected_infos
+        for agent in BOTH:
+            assert env.observation_space(agent).contains(seen[agent])
+            np.testing.assert_allclose(seen[agent], numbers(agent, expected[agent]), atol=1e-6)
+        outcomes.add(int(expected["meta_0"]["outcome"]))
+        directions.add(int(expected["meta_0"]["direction"]))
+        if not env.agents:
+            (seen, infos), (expected, expected_infos) = env.reset(), plain.reset()
+            continue
+        actions = {agent: int(rng.integers(14)) for agent in BOTH}
+        (seen, *told, infos), (expected, *expected_told, expected_infos) = env.step(actions), plain.step(actions)
+        assert told == expected_told
+    assert len(outcomes) > 1
+    assert directions == {0, 1, 2, 3}
+
+
+def test_supersuit_for_ten_thousand_steps():
+    env = concat_vec_envs_v1(pettingzoo_env_to_vec_env_v1(make()), 2, base_class="gymnasium")
+    observations, _ = env.reset(seed=0)
+    assert len(np.unique(observations[::2], axis=0)) == 2  # two rooms, no copies
+    rng = np.random.default_rng(0)
+    ends = 0
+    for _ in range(5_000):  # of two rooms
+        observations, rewards, terminated, truncated, infos = env.step(rng.integers(6, size=4))
+        assert observations.shape == (4, 191)
+        assert np.isfinite(rewards).all()
+        over = (terminated | truncated).astype(bool)
+        assert (over[::2] == over[1::2]).all()
+        ends += int(over[::2].sum())
+        assert [("success" in info) for info in infos] == over.tolist()
+    assert ends >= 2 * (5_000 // 60)
+    env.close()
+
+
+@pytest.fixture
+def one_thread():
+    """Two threads wait for each other more than they compute, at this size."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
+@pytest.mark.usefixtures("one_thread")
+def test_stable_baselines_learns_through_it():
+    """Two updates, from rooms that are the same again, change every weight, the same way again."""
+    policies = []
+    for _ in range(2):
+        env = concat_vec_envs_v1(pettingzoo_env_to_vec_env_v1(make()), 2, base_class="stable_baselines3")
+        env.venv.reset(seed=0)
+        torch.manual_seed(0)
+        np.random.seed(0)  # noqa: NPY002 - Stable-Baselines3 shuffles with it
+        model = PPO("MlpPolicy", env, n_steps=32, batch_size=64, n_epochs=1, device="cpu")
+        before = [parameter.clone() for parameter in model.policy.parameters()]
+        model.learn(2 * 32 * env.num_envs)
+        assert model.num_timesteps == 2 * 32 * 4
+        policies.append([*model.policy.parameters()])
+        assert all((old != new).any() for old, new in zip(before, policies[-1], strict=True))
+    assert all((one == again).all() for one, again in zip(*policies, strict=True))
