@@ -44,8 +44,9 @@ class PPOConfig:
     """Weight of longer advantage estimates, per turn."""
     normalize_advantages: bool = True
     """Give the advantages of each minibatch mean 0 and standard deviation 1."""
-    min_advantage_std: float = 1e-8
-    """Smallest standard deviation advantages are divided by, so that noise is not blown up."""
+    min_advantage_std: float = 0.1
+    """Smallest standard deviation advantages are divided by, so that noise is not blown up: without it flat PPO, paid
+    only at the exit, does not learn even graph a."""
     hidden_size: int = 64
     """Units of encoder and recurrent core."""
 
