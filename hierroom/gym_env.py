@@ -60,8 +60,8 @@ class EscapeRoom(gymnasium.Env):
             seed: 0 to 2**63 - 1.
             options: ``{"complexity": True}`` puts the complexity report into the info; other keys are ignored.
         """
-        super().reset(seed=seed)
         infos = self.room.reset(seed, options)
+        super().reset(seed=seed)
         self.room.ask(self.meta)
         return self.room.observe(CONTROLLER), infos[CONTROLLER]
 

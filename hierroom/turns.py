@@ -219,7 +219,13 @@ class Turns:
         return {**self.ledger.get_state(), "grids": state.grids, "rooms": state.rooms}
 
     def set_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Go back to a state taken earlier with `get_state`."""
+        """Go back to a state taken earlier with `get_state`.
+
+        Raises:
+            InputError: if it is not of as many rooms of the same size, or does not hold what `get_state` gives.
+        """
         ledger = dict(state)
+        if ledger.keys() != {*self.ledger.get_state(), "grids", "rooms"}:
+            raise InputError(f"the state of turns does not hold what get_state gives, but {', '.join(sorted(state))}")
         self.world.set_state(State(ledger.pop("grids"), ledger.pop("rooms")))
         self.ledger.put(ledger)

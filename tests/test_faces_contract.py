@@ -250,6 +250,7 @@ def test_wrong_settings_are_one_clear_line(face, settings, said, tmp_path, monke
             "a meta-controller is one of fixed-dfs, random, oracle, none, an entry point",
         ),
         (lambda: hierroom.raw_env().reset(seed=-1), "a seed is a whole number from 0 to 2**63 - 1, not -1"),
+        (lambda: EscapeRoom().reset(seed=-1), "a seed is a whole number from 0 to 2**63 - 1, not -1"),
         (lambda: EscapeRooms(2).reset(seed=[1, 2]), "a seed is a whole number from 0 to 2**63 - 1, not [1, 2]"),
         (lambda: stepped(1.5), "the meta-controller's choice must be 1 goal ids (whole numbers"),
         (lambda: stepped(13, 1.5), "actions must be 1 whole numbers"),

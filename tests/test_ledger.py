@@ -35,6 +35,12 @@ STORY = [
     (5, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
     (None, 12, 1.00, "terminated", 1.00, 1, 0, False, False, True, 1.00, 2),
 ]
+TRUNCATED_AS_ITS_HORIZON_RUNS_OUT = [
+    (6, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
+    (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 2),
+    (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 3),
+    (None, -1, 0.00, "truncated", 0.00, 0, 0, False, False, True, 0.00, 4),
+]
 ENDINGS = [
     (12, 12, 1.00, "terminated", 1.00, 1, 1, True, False, True, 1.00, 1),
     (6, -1, 0.00, "truncated", 0.00, 0, 0, False, False, True, 0.00, 1),
@@ -44,7 +50,7 @@ ENDINGS = [
 
 
 @pytest.mark.parametrize("place", [0, 1, 2])
-@pytest.mark.parametrize("story", [STORY, *[[ending] for ending in ENDINGS]])
+@pytest.mark.parametrize("story", [STORY, TRUNCATED_AS_ITS_HORIZON_RUNS_OUT, *[[ending] for ending in ENDINGS]])
 @pytest.mark.parametrize("pay", PAYS)
 def test_a_story_told_by_hand(story, pay, place):
     """In one of three rooms; the others pursue nothing and nothing happens in them."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from turns_rooms import achieve, goal_ids, make, well_or_wildly
 
+from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, GOAL_VECTORS
 from hierroom.meta import make_meta
 from hierroom.step import NO_OUTCOME, TIMED_OUT
@@ -111,6 +112,16 @@ def test_going_back_and_playing_again_is_the_same(autoreset):
         for one, again in zip(told, played(other, meta, actions[25:]), strict=True):
             for a, b in zip(one, again, strict=True):
                 np.testing.assert_array_equal(a, b)
+
+
+def test_a_state_that_does_not_fit_is_one_clear_line():
+    turns = make(n=2)
+    state = turns.get_state()
+    with pytest.raises(InputError, match=r"^the state must hold 2 rooms of size 11; it holds 3 of size 11$"):
+        turns.set_state(make(n=3).get_state())
+    del state["shortest"]
+    with pytest.raises(InputError, match="^the state of turns does not hold what get_state gives, but goals, grids, "):
+        turns.set_state(state)
 
 
 def test_the_shortest_length_is_that_of_the_episode_that_ends():
