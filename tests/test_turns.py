@@ -120,7 +120,7 @@ def test_a_state_that_does_not_fit_is_one_clear_line():
     with pytest.raises(InputError, match=r"^the state must hold 2 rooms of size 11; it holds 3 of size 11$"):
         turns.set_state(make(n=3).get_state())
     del state["shortest"]
-    with pytest.raises(InputError, match="^the state of turns does not hold what get_state gives, but goals, grids, "):
+    with pytest.raises(InputError, match=r"^the state of turns does not hold what get_state gives, but goals, grids, "):
         turns.set_state(state)
 
 
@@ -164,3 +164,16 @@ def test_the_final_sight_is_from_before_the_reset():
             assert not slow.ledger.is_meta_turn.any()
             slow.reset()
             assert t % 20 == 19
+
+
+def test_a_step_does_not_change_later():
+    turns, meta, rng = make(n=4, max_steps=15, subgoal_horizon=4), make_meta("random"), np.random.default_rng(0)
+    actions, kept = np.zeros(4, np.int64), []
+    for _ in range(40):
+        turns.ask(meta)
+        actions[:] = rng.integers(5, size=4)
+        step = turns.step(actions)
+        kept.append((vars(step), {name: array.copy() for name, array in vars(step).items()}))
+    for step, then in kept:
+        for name in step:
+            np.testing.assert_array_equal(step[name], then[name], err_msg=name)
