@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -9,6 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from hierroom.errors import InputError
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.world.kernels import VIEW
 from hierroom.world.tiles import encode
@@ -36,25 +38,45 @@ def goal_reached(events: NDArray[np.integer], goals: NDArray[np.integer]) -> NDA
     return (events >= 0) & (events == goals)
 
 
+NOVELTY_BONUS = 0.1
+"""Size of the bonus for a novel state unless another is given."""
+
+
 @dataclass(frozen=True)
 class Pay:
     """How the controller is paid.
 
     Args:
-        rewards: from the outcomes [N] of a step and whether the goal was reached [N] to the rewards [N], float64.
+        rule: from the outcomes [N] of a step, whether the goal was reached [N] and the size of the novelty bonus to the
+            rewards [N], float64.
         ends_with_goal: whether a return ends where its goal's life ends, because nothing after that pays for it.
+        novelty_bonus: what a rule that pays for novelty pays for each novel state.
+
+    Raises:
+        InputError: if the bonus is negative or not a number.
     """
 
-    rewards: Callable[[np.ndarray, NDArray[np.bool_]], NDArray[np.float64]]
+    rule: Callable[[np.ndarray, NDArray[np.bool_], float], NDArray[np.float64]]
     ends_with_goal: bool = False
+    novelty_bonus: float = NOVELTY_BONUS
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.novelty_bonus < math.inf:
+            raise InputError(f"novelty_bonus must be a number of at least 0, not {self.novelty_bonus!r}")
+
+    def rewards(self, outcomes: np.ndarray, reached: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """[N] what the controller is paid for a step; arguments as in ``rule``."""
+        return self.rule(outcomes, reached, self.novelty_bonus)
 
 
 PAYS: Mapping[str, Pay] = {
-    "extrinsic": Pay(lambda outcomes, reached: outcomes["reward"].copy()),
-    "bonus": Pay(lambda outcomes, reached: outcomes["is_first"].astype(np.float64)),
-    "intrinsic": Pay(lambda outcomes, reached: reached.astype(np.float64), ends_with_goal=True),
+    "extrinsic": Pay(lambda outcomes, reached, bonus: outcomes["reward"].copy()),
+    "bonus": Pay(lambda outcomes, reached, bonus: outcomes["is_first"].astype(np.float64)),
+    "intrinsic": Pay(lambda outcomes, reached, bonus: reached.astype(np.float64), ends_with_goal=True),
+    "novelty": Pay(lambda outcomes, reached, bonus: outcomes["reward"] + bonus * outcomes["is_novel"]),
 }
-"""extrinsic: 1 at the exit; bonus: 1 for each key, door and the exit, once an episode; intrinsic: 1 at the goal."""
+"""extrinsic: 1 at the exit; bonus: 1 for each key, door and the exit, once an episode; intrinsic: 1 at the goal;
+novelty: 1 at the exit, and a bonus for each state (cell, keys found, doors open) entered first in this episode."""
 
 
 def observation_spaces(n_actions: int) -> dict[str, spaces.Space]:

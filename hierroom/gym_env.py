@@ -29,7 +29,7 @@ class EscapeRoom(gymnasium.Env):
 
     Args:
         meta: who picks the goals: a name, ``package.module:Class`` or a meta-controller (see `hierroom.meta`).
-        pay: how the controller is paid: ``extrinsic``, ``bonus`` or ``intrinsic``.
+        pay: how the controller is paid: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty``.
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
         **settings: see `RoomSettings`.
 

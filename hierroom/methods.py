@@ -28,6 +28,7 @@ METHODS: Mapping[str, Method] = {
     "ppo-bonus": Method("none", False, "bonus", "flat PPO, paid for each key and door too"),
     "ppo-sketch": Method("fixed-dfs", True, "extrinsic", "PPO that sees the goals, paid at the exit"),
     "hippo": Method("fixed-dfs", True, "intrinsic", "hierarchical PPO, the controller paid for reaching its goals"),
+    "ppo-novelty": Method("none", False, "novelty", "flat PPO, paid at the exit and for states new in the episode"),
 }
 
 

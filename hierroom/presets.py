@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import tyro
 
+from hierroom.controller import NOVELTY_BONUS
 from hierroom.errors import InputError
 from hierroom.learners import PPOConfig
 from hierroom.methods import find_method
@@ -20,7 +21,7 @@ class TrainConfig:
     """Train an agent in EscapeRooms."""
 
     method: str = "hippo"
-    """ppo, ppo-bonus, ppo-sketch or hippo."""
+    """ppo, ppo-bonus, ppo-novelty, ppo-sketch or hippo."""
     meta: str | None = None
     """Who picks the goals: fixed-dfs, random, oracle, none, an entry point or package.module:Class; by default the
     method's own."""
@@ -43,6 +44,8 @@ class TrainConfig:
     """Steps after which a goal's life ends unreached; None: never."""
     goal_mask: str = "reachable"
     """Goals the meta-controller may choose: reachable, existing, seen or none (all of them)."""
+    novelty_bonus: float = NOVELTY_BONUS
+    """What ppo-novelty pays for each state entered first in an episode; the exit pays 1."""
     rooms: int = 128
     """Rooms trained in side by side."""
     inputs: tuple[str, ...] = ("view", "goal", "goal-in-view", "direction", "keys", "previous-action")

@@ -23,7 +23,7 @@ class RoomSettings:
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated.
         drop_key: whether the controller has a sixth action that drops a key.
-        pay: how the controller is paid: ``extrinsic``, ``bonus`` or ``intrinsic``.
+        pay: how the controller is paid: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty``.
         subgoal_horizon: primitive steps after which a goal's life ends unreached, or None for never.
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
         room_index: the number of the (first) room; with the seed it fixes the episodes.

@@ -37,6 +37,7 @@ def make_turns(config: TrainConfig, rooms: int, seed: int, *, measure_shortest: 
     return Turns(
         world,
         pay=find_method(config.method).pay,
+        novelty_bonus=config.novelty_bonus,
         subgoal_horizon=config.subgoal_horizon,
         goal_mask=config.goal_mask,
         measure_shortest=measure_shortest,

@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.controller import PAYS, Sight, observation_spaces, observe
+from hierroom.controller import NOVELTY_BONUS, PAYS, Sight, observation_spaces, observe
 from hierroom.errors import InputError
 from hierroom.goals import N_GOALS, NO_GOAL
 from hierroom.ledger import Ledger, beginning
@@ -35,6 +35,7 @@ class Turns:
     Args:
         world: the rooms; the turns own their stepping from here on.
         pay: how the controller is paid, a name in `PAYS`.
+        novelty_bonus: the size of the bonus, where the pay is for novelty.
         subgoal_horizon: steps after which a goal's life ends unreached, or None for never.
         goal_mask: which goals are legal, a name in `GOAL_MASKS`.
         autoreset: whether a room whose episode ends begins its next one in the same step.
@@ -44,7 +45,7 @@ class Turns:
         ledger: who is to act in each room, and what else there is to know of the turns.
 
     Raises:
-        InputError: if a name is unknown or the horizon is not at least 1.
+        InputError: if a name is unknown, the bonus is negative or the horizon is not at least 1.
     """
 
     def __init__(
@@ -52,6 +53,7 @@ class Turns:
         world: Batch,
         *,
         pay: str = "extrinsic",
+        novelty_bonus: float = NOVELTY_BONUS,
         subgoal_horizon: int | None = None,
         goal_mask: str = "reachable",
         autoreset: bool = True,
@@ -65,7 +67,7 @@ class Turns:
         elif not isinstance(subgoal_horizon, (int, np.integer)) or subgoal_horizon < 1:
             raise InputError(f"subgoal_horizon must be a whole number of at least 1 or None, not {subgoal_horizon!r}")
         self.world = world
-        self.pay = PAYS[pay]
+        self.pay = replace(PAYS[pay], novelty_bonus=novelty_bonus)
         self.ledger = Ledger.of_beginnings(len(world), world.n_actions)
         self._subgoal_horizon = int(subgoal_horizon)
         self._goal_mask = GOAL_MASKS[goal_mask]

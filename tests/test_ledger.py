@@ -5,7 +5,7 @@ import pytest
 from turns_rooms import make, well_or_wildly
 
 import hierroom
-from hierroom.controller import PAYS
+from hierroom.controller import NOVELTY_BONUS, PAYS
 from hierroom.goals import EXIT_GOAL, N_GOALS, GoalGraph
 from hierroom.ledger import Ledger
 from hierroom.meta import make_meta
@@ -68,7 +68,7 @@ def test_a_story_told_by_hand(story, pay, place):
         if end:
             outcomes[place][end] = True
         step = ledger.record(np.zeros(3, np.int64), outcomes, PAYS[pay], 4, 5)
-        expected = {"extrinsic": extrinsic, "bonus": bonus, "intrinsic": intrinsic}[pay]
+        expected = {"extrinsic": extrinsic, "bonus": bonus, "intrinsic": intrinsic, "novelty": extrinsic}[pay]
         assert (step.rewards[place], step.extrinsic[place]) == (expected, extrinsic)
         assert (step.reached[place], step.timed_out[place], step.option_over[place]) == (reached, late, over)
         assert (step.meta_rewards[place], step.meta_elapsed[place]) == (owed, elapsed)
@@ -131,6 +131,7 @@ def test_rewards_are_conserved(pay, horizon):
                     "extrinsic": event == EXIT_GOAL,
                     "bonus": event >= 0 and event not in seen_before,
                     "intrinsic": event >= 0 and event == goal,
+                    "novelty": (event == EXIT_GOAL) + NOVELTY_BONUS * float(outcome["is_novel"]),
                 }[pay]
                 seen_before.add(event)
                 successes += bool(outcome["terminated"])

@@ -14,6 +14,7 @@ import torch
 from hierroom import evaluate, train
 from hierroom.errors import InputError
 from hierroom.learners import PPOConfig
+from hierroom.methods import METHODS
 from hierroom.presets import PRESETS, TrainConfig
 from hierroom.runs import RunFolder
 from hierroom.trainer import Trainer
@@ -93,13 +94,13 @@ def test_resumed_equals_uninterrupted(tmp_path):
     assert equal(without_clock(through.state_dict()), without_clock(after.state_dict()))
 
 
-@pytest.mark.parametrize("method", ["ppo", "ppo-bonus", "ppo-sketch", "hippo"])
+@pytest.mark.parametrize("method", METHODS)
 def test_every_method_runs_and_pays_as_its_row_says(method):
     trainer = Trainer(TrainConfig(**{**vars(SMALL), "method": method, "steps": 512}))
     while not trainer.is_done:
         trainer.advance()
     assert trainer.steps == 512
-    assert ("goal" in trainer.inputs.names) == (method in ("ppo-sketch", "hippo"))
+    assert ("goal" in trainer.inputs.names) == METHODS[method].sees_goal
 
 
 def test_the_paper_preset_is_section_3_to_the_letter():

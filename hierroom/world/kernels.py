@@ -24,6 +24,7 @@ COL_STEP = np.array([1, 0, -1, 0])
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
 MIX_2 = np.uint64(0x94D049BB133111EB)
+ONE = np.uint64(1)
 
 
 @njit(cache=True)
@@ -118,6 +119,15 @@ def carve(room, grid, branch, side, part, walls, corners):
 
 
 @njit(cache=True)
+def visit(room):
+    """Mark the agent's cell as visited; returns whether it was not."""
+    row, bit = room.row - MARGIN, ONE << np.uint64(room.col - MARGIN)
+    is_new = room.visited[row] & bit == 0
+    room.visited[row] |= bit
+    return is_new
+
+
+@njit(cache=True)
 def generate(room, grid, graphs):
     """Begin the room's next episode on a fresh level.
 
@@ -189,6 +199,8 @@ def generate(room, grid, graphs):
         place(room, grid, room.rectangles[room.key_rooms[branch]], -1, -1, KEY + room.colours[branch])
     row, col = place(room, grid, centre, -1, -1, EMPTY)
     room.row, room.col, room.direction = row, col, draw(room, 4)
+    room.visited[:] = 0
+    visit(room)
 
 
 def spread(lit, clear):
@@ -310,6 +322,9 @@ def advance(room, grid, action, outcome):
         room.keys &= ~(1 << branch)
         grid[row, col] = KEY + room.colours[branch]
         update_carried(room)
+    if outcome.is_first:
+        room.visited[:] = 0
+    outcome.is_novel = visit(room)
     room.steps += 1
     outcome.truncated = room.steps >= room.max_steps
     outcome.length = room.steps
@@ -337,6 +352,7 @@ def step_rooms(rooms, grids, actions, outcomes):
     for n in range(rooms.shape[0]):
         if rooms[n].is_over:
             outcomes[n].event, outcomes[n].is_first, outcomes[n].reward = -1, False, 0.0
+            outcomes[n].is_novel = False
         else:
             advance(rooms[n], grids[n], actions[n], outcomes[n])
             look(rooms[n], grids[n], outcomes[n].tiles)

@@ -51,6 +51,8 @@ ROOM = _record(
     ("opened_at", "i4", N_COLOURS),  # the step that opened its door, or 0 while it is locked
     ("found", "i4"),  # bit branch: its key was held at some time this episode
     ("seen", "i4"),  # bit goal id: it was in view at some time this episode
+    # By row: bit col (both without the margin), the agent was there since it found another key or opened another door.
+    ("visited", "u8", MAX_SIZE),
     ("bag", "i4", N_COLOURS),  # branches of the keys held, in the order of pick-up
     ("bag_size", "i4"),
     ("carried", "i4"),  # branch of the key that drop would put down, or -1
@@ -62,6 +64,7 @@ OUTCOME = _record(
     ("final_tiles", "u1", (VIEW, VIEW)),  # the last view of the episode that this step ended
     ("event", "i4"),  # goal id achieved by this step, or -1
     ("is_first", "?"),  # ... for the first time this episode
+    ("is_novel", "?"),  # no step before this one left the agent on that cell with those keys found and doors open
     ("reward", "f8"),  # extrinsic
     ("terminated", "?"),
     ("truncated", "?"),

@@ -1,0 +1,86 @@
+"""The episodic first-visit bonus: which states are novel, against a set kept by hand, and what they pay."""
+
+import numpy as np
+import pytest
+from turns_rooms import achieve, make, well_or_wildly
+
+import hierroom
+from hierroom import InputError
+from hierroom.goals import NAMED_GRAPHS
+from hierroom.presets import TrainConfig
+from hierroom.trainer import make_turns
+from hierroom.world.batch import Batch
+from hierroom.world.kernels import DROP, FORWARD, LEFT, PICKUP
+from hierroom.world.oracle import shortest_actions
+
+
+def state_of(room):
+    return int(room.row), int(room.col), int(room.found), int(room.doors)
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+@pytest.mark.parametrize("size", [11, 63])
+def test_novel_is_what_a_set_of_states_does_not_hold(size, drop_key):
+    """The agent's cell with the keys it has found and the doors it has opened, kept in a plain set."""
+    world = Batch([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key)
+    rng = np.random.default_rng(0)
+    n_novel = 0
+    for _ in range(6 if size == 11 else 2):
+        entered = {state_of(world.state.rooms[0])}
+        while True:
+            outcome = world.step(
+                [well_or_wildly(rng, world) if size == 11 else rng.choice(5, p=[0.6, 0.1, 0.1, 0.1, 0.1])]
+            )[0]
+            is_over = outcome.terminated or outcome.truncated
+            state = state_of(world.finals[0] if is_over else world.state.rooms[0])
+            assert outcome.is_novel == (state not in entered)
+            entered.add(state)
+            n_novel += outcome.is_novel
+            if is_over:
+                break
+    assert n_novel > 100
+
+
+def test_it_pays_the_exit_and_each_new_state():
+    turns = make("a", pay="novelty", novelty_bonus=0.25)
+    achieve(turns, "k1")
+    assert turns.step([LEFT]).rewards.tolist() == [0.0]  # another direction is not another state
+    achieve(turns, "d1")
+    paid = [turns.step([action]).rewards[0] for action in shortest_actions(turns.world.get_state())]
+    assert set(paid[:-1]) <= {0.0, 0.25}
+    assert paid[-1] == 1.25
+
+
+def test_a_key_that_is_dropped_and_taken_again_makes_nothing_new():
+    turns = make("c", pay="novelty", drop_key=True)
+    achieve(turns, "k1")
+    for action in (DROP, PICKUP) * 3:
+        step = turns.step([action])
+        assert step.rewards[0] == 0.0
+    assert step.events[0] >= 0
+
+
+def test_what_was_visited_is_part_of_the_state():
+    turns, rng = make("b", 4, pay="novelty", max_steps=60), np.random.default_rng(2)
+    for actions in rng.choice(5, size=(50, 4), p=[0.6, 0.1, 0.1, 0.1, 0.1]):
+        turns.step(actions)
+    state, later = turns.get_state(), rng.choice(5, size=(100, 4), p=[0.6, 0.1, 0.1, 0.1, 0.1])
+    first = [turns.step(actions).rewards for actions in later]
+    turns.set_state(state)
+    np.testing.assert_array_equal(first, [turns.step(actions).rewards for actions in later])
+    assert 0 < np.mean(first) < 0.1
+
+
+def test_the_size_of_the_bonus_is_a_hyperparameter():
+    config = TrainConfig(method="ppo-novelty", graph="a", size=11, novelty_bonus=0.5)
+    turns = make_turns(config, 64, seed=0)
+    assert set(turns.step([FORWARD] * 64).rewards) == {0.0, 0.5}
+    with pytest.raises(InputError, match="novelty_bonus must be a number of at least 0, not -1"):
+        make("a", pay="novelty", novelty_bonus=-1)
+
+
+def test_every_face_can_pay_it():
+    env = hierroom.parallel_env(graph="a", size=11, pay="novelty")
+    env.reset(seed=0)
+    paid = [env.step({"meta_0": 13, "controller_0": action})[1]["controller_0"] for action in [FORWARD, LEFT] * 10]
+    assert set(paid) == {0.0, 0.1}
