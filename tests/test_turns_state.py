@@ -1,0 +1,110 @@
+"""Going back to a state, what is left of an episode that has ended, and what a step leaves behind."""
+
+import numpy as np
+import pytest
+from turns_rooms import make, well_or_wildly
+
+from hierroom.controller import PAYS
+from hierroom.errors import InputError
+from hierroom.meta import make_meta
+from hierroom.world.oracle import shortest_actions
+
+
+def played(turns, meta, actions):
+    told = []
+    for row in actions:
+        turns.ask(meta)
+        told.append([*vars(turns.step(row)).values(), *turns.controller_observations(turns.sight()).values()])
+    return told
+
+
+@pytest.mark.parametrize("autoreset", [True, False])
+def test_going_back_and_playing_again_is_the_same(autoreset):
+    settings = {"n": 6, "max_steps": 30, "subgoal_horizon": 8, "measure_shortest": True, "autoreset": autoreset}
+    turns, meta = make(seed=9, **settings), make_meta("random")
+    actions = np.random.default_rng(0).integers(5, size=(100, 6))
+    played(turns, meta, actions[:25])  # the middle of an option
+    state = turns.get_state()
+    kept = {name: array.copy() for name, array in state.items()}
+    told = played(turns, meta, actions[25:])
+    for name, array in state.items():
+        np.testing.assert_array_equal(array, kept[name], err_msg=name)
+    turns.set_state(state)
+    elsewhere = make(seed=1, **settings)
+    elsewhere.set_state(state)
+    for other in (turns, elsewhere):
+        for one, again in zip(told, played(other, meta, actions[25:]), strict=True):
+            for a, b in zip(one, again, strict=True):
+                np.testing.assert_array_equal(a, b)
+
+
+def test_a_state_that_does_not_fit_is_one_clear_line():
+    turns = make(n=2)
+    state = turns.get_state()
+    with pytest.raises(InputError, match=r"^the state must hold 2 rooms of size 11; it holds 3 of size 11$"):
+        turns.set_state(make(n=3).get_state())
+    del state["shortest"]
+    with pytest.raises(InputError, match=r"^the state of turns does not hold what get_state gives, but goals, grids, "):
+        turns.set_state(state)
+
+
+def test_the_shortest_length_is_that_of_the_episode_that_ends():
+    turns = make("c", n=4, seed=4, measure_shortest=True, max_steps=80)
+    starts = turns.world.get_state()
+    rng = np.random.default_rng(0)
+    ended = 0
+    for _ in range(300):
+        step = turns.step([well_or_wildly(rng, turns.world) if n == 0 else 1 for n in range(4)])
+        for n in range(4):
+            assert step.shortest[n] == len(shortest_actions(starts[n]))
+        over = step.over
+        ended += over.sum()
+        starts.rooms[over], starts.grids[over] = turns.world.state.rooms[over], turns.world.state.grids[over]
+    assert ended > 10
+    assert (make().step([0]).shortest == -1).all()
+
+
+def test_the_final_sight_is_from_before_the_reset():
+    """Against rooms that do not begin anew by themselves."""
+    turns, slow = make("a", n=8, seed=6, max_steps=20), make("a", n=8, seed=6, max_steps=20, autoreset=False)
+    meta, rng = make_meta("random"), np.random.default_rng(0)
+    for t in range(60):
+        for each in (turns, slow):
+            each.ask(meta)
+        actions = rng.integers(5, size=8)
+        step, slow_step = turns.step(actions), slow.step(actions)
+        np.testing.assert_array_equal(step.over, slow_step.over)
+        everyone = np.arange(8)
+        final, expected = turns.final_sight(step, everyone), slow.final_sight(slow_step, everyone)
+        for name in ("tiles", "goals", "previous_actions"):
+            np.testing.assert_array_equal(getattr(final, name), getattr(expected, name), err_msg=name)
+        for name in ("row", "col", "direction", "steps", "keys", "doors", "episode"):
+            np.testing.assert_array_equal(final.rooms[name], expected.rooms[name], err_msg=name)
+        np.testing.assert_array_equal(turns.sight().previous_actions, np.where(step.over, 5, actions))
+        if step.over.any():
+            assert step.over.all()
+            assert (final.rooms["steps"] == 20).all()
+            assert (turns.sight().rooms["steps"] == 0).all()
+            assert not slow.ledger.is_meta_turn.any()
+            slow.reset()
+            assert t % 20 == 19
+
+
+@pytest.mark.parametrize("pay", PAYS)
+def test_what_a_step_tells_of_is_nobody_elses(pay):
+    turns, meta, rng = (
+        make(n=4, max_steps=15, subgoal_horizon=4, pay=pay),
+        make_meta("random"),
+        np.random.default_rng(0),
+    )
+    actions, kept = np.zeros(4, np.int64), []
+    for _ in range(40):
+        turns.ask(meta)
+        actions[:] = rng.integers(5, size=4)
+        step = turns.step(actions)
+        kept.append((vars(step), {name: array.copy() for name, array in vars(step).items()}))
+        for array in vars(step).values():
+            assert not any(np.shares_memory(array, other) for other in (turns.world.outcomes, actions))
+    for step, then in kept:
+        for name in step:
+            np.testing.assert_array_equal(step[name], then[name], err_msg=name)
