@@ -64,9 +64,10 @@ def name(rooms, goal):
 @pytest.mark.parametrize("goal_mask", ["reachable", "none"])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_fixed_dfs_is_uniform_over_depth_first_paths(graph, goal_mask):
-    """In 3000 rooms where every goal is achieved as soon as it is chosen, by magic."""
+    """In 3000 rooms of the same colours, where every goal is achieved as soon as it is chosen, by magic."""
     n = 3000
     turns, meta = make(graph, n, goal_mask=goal_mask), make_meta("fixed-dfs")
+    turns.world.state.rooms["colours"] = turns.world.state.rooms["branches"] = np.arange(6)
     rooms, paths = turns.world.state.rooms, [() for _ in range(n)]
     for turn in range(1, 2 * graph.n_rooms):
         turns.ask(meta)
@@ -118,8 +119,15 @@ def test_fixed_dfs_has_no_goal_where_it_may_choose_none():
     assert (turns.goals[~has_seen_a_key] == -1).all()
 
 
+@pytest.mark.parametrize("spec", ["fixed-dfs", "random"])
+def test_where_no_goal_is_legal_none_is_chosen(spec):
+    situation = make(SEVEN_ROOMS, 5).situation(np.arange(5))
+    assert make_meta(spec).choose({}, np.zeros((5, 13), bool), situation).tolist() == [-1] * 5
+
+
 def test_random_goals_are_legal_and_uniform():
     turns = make(GoalGraph.named("e"), 3000)
+    turns.world.state.rooms["colours"] = turns.world.state.rooms["branches"] = np.arange(6)
     turns.ask(make_meta("random"))
     colours = turns.world.state.rooms["colours"][:, :3]
     chosen = (colours == turns.goals[:, None]).nonzero()
