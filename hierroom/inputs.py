@@ -64,15 +64,17 @@ INPUTS: Mapping[str, Input] = {
     ),
     "goal": Input(lambda _: (4, 1 + N_COLOURS), lambda sight: _GOAL_CATEGORIES[sight.goals]),
     "goal-in-view": Input(lambda _: (N_CELLS + 1,), _goal_cells),
+    "symbol": Input(lambda _: (N_GOALS + 1,), lambda sight: (sight.goals % (N_GOALS + 1))[:, None]),
     "direction": Input(lambda _: (4,), lambda sight: sight.rooms["direction"][:, None]),
     "keys": Input(lambda _: (2,) * N_COLOURS, _keys),
     "previous-action": Input(lambda n_actions: (n_actions + 1,), lambda sight: sight.previous_actions[:, None]),
 }
 """view: a learned row for each tile at each cell; view-ids: its object id, colour id and open bit as numbers; goal:
-object and colour; goal-in-view: the cell of the view that holds the goal; direction; keys: those held, by colour;
+object and colour; goal-in-view: the cell of the view that holds the goal; symbol: the goal as one of
+14, no goal the last; direction; keys: those held, by colour;
 previous-action: the last action taken."""
 
-GOAL_INPUTS = ("goal", "goal-in-view")
+GOAL_INPUTS = ("goal", "goal-in-view", "symbol")
 """Inputs that show the goal: left out by methods whose controller does not see it."""
 
 

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import importlib
-import sys
 from collections.abc import Mapping
-from importlib.metadata import entry_points
-from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -14,6 +10,7 @@ from numpy.typing import NDArray
 
 from hierroom.errors import InputError
 from hierroom.goals import N_COLOURS, NO_GOAL
+from hierroom.plugins import in_one_line, load_plugin
 from hierroom.situation import Situation
 from hierroom.world import kernels
 from hierroom.world.layout import OUTCOME, State
@@ -109,34 +106,12 @@ def make_meta(spec: str | MetaController) -> MetaController:
     """
     if not isinstance(spec, str):
         return _checked(spec, repr(spec))
-    make = META_CONTROLLERS.get(spec) or _load(spec)
+    make = META_CONTROLLERS.get(spec) or load_plugin(spec, "meta-controller", META_CONTROLLERS, ENTRY_POINT_GROUP)
     try:
         meta = make()
     except Exception as error:  # whatever a user's own code may raise
-        raise InputError(f"the meta-controller {spec!r} cannot be made: {_in_one_line(error)}") from error
+        raise InputError(f"the meta-controller {spec!r} cannot be made: {in_one_line(error)}") from error
     return _checked(meta, repr(spec))
-
-
-def _load(spec: str) -> Any:
-    """The class that a user's own name stands for."""
-    found = [*entry_points(group=ENTRY_POINT_GROUP, name=spec)]
-    if not found and ":" not in spec:
-        raise InputError(
-            f"a meta-controller is one of {', '.join(META_CONTROLLERS)}, an entry point of {ENTRY_POINT_GROUP} "
-            f"or package.module:Class, not {spec!r}"
-        )
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)
-    try:
-        if found:
-            return found[0].load()
-        module, _, name = spec.partition(":")
-        return getattr(importlib.import_module(module), name)
-    except ModuleNotFoundError as error:
-        raise InputError(f"there is no module {error.name!r} for the meta-controller {spec!r}") from error
-    except Exception as error:
-        raise InputError(f"the meta-controller {spec!r} cannot be loaded: {_in_one_line(error)}") from error
 
 
 def _checked(meta: Any, name: str) -> MetaController:
@@ -145,10 +120,6 @@ def _checked(meta: Any, name: str) -> MetaController:
     if not callable(getattr(meta, "choose", None)):
         raise InputError(f"a meta-controller has a method choose(observations, legal, situation); {name} has none")
     return meta
-
-
-def _in_one_line(error: Exception) -> str:
-    return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
 def _random_best(rank: NDArray, legal: NDArray[np.bool_], draws: NDArray[np.float64]) -> NDArray[np.integer]:

@@ -15,12 +15,14 @@ class Method:
         sees_goal: whether the controller's inputs hold the goal.
         pay: how the controller is paid, as in `controller.PAYS`.
         about: one line for people.
+        network: the controller's network unless another is named, as in `network.NETWORKS`.
     """
 
     meta: str
     sees_goal: bool
     pay: str
     about: str
+    network: str = "recurrent"
 
 
 METHODS: Mapping[str, Method] = {
@@ -29,6 +31,7 @@ METHODS: Mapping[str, Method] = {
     "ppo-sketch": Method("fixed-dfs", True, "extrinsic", "PPO that sees the goals, paid at the exit"),
     "hippo": Method("fixed-dfs", True, "intrinsic", "hierarchical PPO, the controller paid for reaching its goals"),
     "ppo-novelty": Method("none", False, "novelty", "flat PPO, paid at the exit and for states new in the episode"),
+    "ppo-modular": Method("fixed-dfs", False, "extrinsic", "a sub-policy for each goal, paid at the exit", "modular"),
 }
 
 

@@ -21,10 +21,13 @@ class TrainConfig:
     """Train an agent in EscapeRooms."""
 
     method: str = "hippo"
-    """ppo, ppo-bonus, ppo-novelty, ppo-sketch or hippo."""
+    """ppo, ppo-bonus, ppo-novelty, ppo-sketch, ppo-modular or hippo."""
     meta: str | None = None
     """Who picks the goals: fixed-dfs, random, oracle, none, an entry point or package.module:Class; by default the
     method's own."""
+    network: str | None = None
+    """The controller's network: recurrent, modular (a sub-policy for each goal), an entry point or
+    package.module:Class; by default the method's own."""
     graph: str = "c"
     """Goal graph: a letter from a to g, a path to a .toml file, or hitting_time:LOW..HIGH for all graphs in between."""
     curriculum_stages: int = 1
@@ -61,6 +64,11 @@ class TrainConfig:
     def meta_name(self) -> str:
         """The meta-controller in use: the one given, else the method's own."""
         return self.meta or find_method(self.method).meta
+
+    @property
+    def network_name(self) -> str:
+        """The controller's network in use: the one given, else the method's own."""
+        return self.network or find_method(self.method).network
 
     @property
     def name(self) -> str:

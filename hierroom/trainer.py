@@ -12,9 +12,10 @@ from hierroom.episodes import EpisodeLog
 from hierroom.errors import InputError
 from hierroom.graph_pool import GraphPool
 from hierroom.inputs import GOAL_INPUTS, InputColumns
-from hierroom.learners import AgentSpace, Learner, RecurrentActorCritic
+from hierroom.learners import AgentSpace, Learner
 from hierroom.meta import make_meta
 from hierroom.methods import find_method
+from hierroom.network import first_inputs, make_network
 from hierroom.presets import TrainConfig
 from hierroom.turns import Step, Turns
 from hierroom.world.batch import Batch
@@ -48,7 +49,7 @@ def make_inputs(config: TrainConfig) -> InputColumns:
     """What the controller of a config is fed."""
     sees_goal = find_method(config.method).sees_goal
     names = [name for name in config.inputs if sees_goal or name not in GOAL_INPUTS]
-    return InputColumns(names, n_actions=6 if config.drop_key else 5)
+    return InputColumns([*first_inputs(config.network_name), *names], n_actions=6 if config.drop_key else 5)
 
 
 def make_learner(config: TrainConfig, rooms: int) -> Learner:
@@ -63,7 +64,7 @@ def make_learner(config: TrainConfig, rooms: int) -> Learner:
         seed=config.seed,
         device=config.device,
         threads=config.threads,
-        network=lambda space, hidden_size: RecurrentActorCritic(space, hidden_size, inputs.vectors),
+        network=lambda space, hidden_size: make_network(config.network_name, space, hidden_size, inputs.vectors),
     )
 
 

@@ -72,7 +72,11 @@ class ResetLSTM(nn.Module):
         return torch.stack(outputs)
 
     def _cell(self, driven: Tensor, hidden: Tensor, cell: Tensor) -> tuple[Tensor, Tensor]:
-        gates = torch.addmm(self.bias, hidden, self.weight[self.input_size :]) + driven
-        enter, forget, candidate, leave = gates.chunk(4, dim=-1)
-        cell = torch.sigmoid(forget) * cell + torch.sigmoid(enter) * torch.tanh(candidate)
-        return torch.sigmoid(leave) * torch.tanh(cell), cell
+        return lstm_cell(torch.addmm(self.bias, hidden, self.weight[self.input_size :]) + driven, cell)
+
+
+def lstm_cell(gates: Tensor, cell: Tensor) -> tuple[Tensor, Tensor]:
+    """From gates [N, 4 H] and cell states [N, H] to hidden and cell states: the second line of `ResetLSTM`."""
+    enter, forget, candidate, leave = gates.chunk(4, dim=-1)
+    cell = torch.sigmoid(forget) * cell + torch.sigmoid(enter) * torch.tanh(candidate)
+    return torch.sigmoid(leave) * torch.tanh(cell), cell

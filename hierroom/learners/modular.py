@@ -1,0 +1,95 @@
+"""A network of sub-policies, one for each symbol: the modules of policy sketches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import cast
+
+import torch
+from numpy.typing import ArrayLike
+from torch import Tensor, nn
+
+from hierroom.errors import InputError
+from hierroom.learners.networks import AgentSpace, RecurrentActorCritic
+from hierroom.learners.recurrent import lstm_cell
+
+Part = Callable[..., tuple[Tensor, ...]]
+
+
+class ModularActorCritic(nn.Module):
+    """One sub-policy for each symbol, no parameter shared; the symbol says whose turn it is and is shown to nobody.
+
+    After Andreas, Klein & Levine, Modular Multitask Reinforcement Learning with Policy Sketches (2017), section 3.1: a
+    task is a sequence of symbols (its sketch), each symbol has a sub-policy of its own, and one acts after the other.
+    What differs, and why:
+
+    - Their sub-policies end by an action of their own, STOP; here the end of a goal's life does, as elsewhere.
+    - Theirs have no memory. Ours are recurrent, as the others here are, and hand the state on to each other.
+    - Their critics belong to tasks and are linear in the features. Here there is one task, and each sub-policy has a
+      value head of its own.
+    - Their curriculum over tasks is left to the config (`TrainConfig.curriculum_stages`).
+
+    Args:
+        space: what the agent sees and can do; the first column of an observation is the symbol.
+        hidden_size: units H of each sub-policy.
+        column_vectors: how values are fed, see `ColumnEncoder`; the symbol's are not used.
+
+    Raises:
+        InputError: if there is no column beside the symbol.
+    """
+
+    def __init__(
+        self, space: AgentSpace, hidden_size: int, column_vectors: Sequence[ArrayLike | None] | None = None
+    ) -> None:
+        super().__init__()
+        n_symbols, *rest = space.cardinalities
+        if not rest:
+            raise InputError("sub-policies need something to see beside the symbol")
+        seen, vectors = AgentSpace(tuple(rest), space.n_actions), column_vectors and column_vectors[1:]
+        self.parts = nn.ModuleList(RecurrentActorCritic(seen, hidden_size, vectors) for _ in range(n_symbols))
+
+    def initial_state(self, n: int) -> Tensor:
+        """Zeros [n, 2 H]: hidden and cell state side by side."""
+        return cast(RecurrentActorCritic, self.parts[0]).initial_state(n)
+
+    def step(self, codes: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """One turn; see `PolicyNetwork.step`."""
+        logits, values, state = self._each(codes[:, 0], RecurrentActorCritic.step, codes[:, 1:], state)
+        return logits, values, state
+
+    def sequence(self, codes: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
+        """T turns in a row; see `PolicyNetwork.sequence`."""
+        shape, flat = resets.shape, codes.flatten(0, 1)
+        # What does not wait for the step before is done for all turns of a symbol at once.
+        (driven,) = self._each(flat[:, 0], _drive, flat[:, 1:])
+        driven = driven.reshape(*shape, -1)  # [T, M, 4 H]
+        keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]
+        hidden, cell = state.chunk(2, dim=-1)
+        outputs = []
+        for t in range(len(driven)):
+            (recurrent,) = self._each(codes[t, :, 0], _recur, hidden * keeps[t])
+            hidden, cell = lstm_cell(recurrent + driven[t], cell * keeps[t])
+            outputs.append(hidden)
+        logits, values = self._each(flat[:, 0], _heads, torch.cat(outputs))
+        return logits.reshape(*shape, -1), values.reshape(shape)
+
+    def _each(self, symbols: Tensor, function: Part, *inputs: Tensor) -> tuple[Tensor, ...]:
+        """``function(part, *rows)`` for each part and its symbol's rows of the inputs [N, ...]; outputs [N, ...]."""
+        order = symbols.argsort(stable=True)
+        counts = symbols.long().bincount(minlength=len(self.parts)).tolist()
+        pieces = zip(*(tensor[order].split(counts) for tensor in inputs), strict=True)
+        outputs = [function(part, *rows) for part, rows, n in zip(self.parts, pieces, counts, strict=True) if n]
+        places = order.argsort()
+        return tuple(torch.cat(column)[places] for column in zip(*outputs, strict=True))
+
+
+def _drive(part: RecurrentActorCritic, codes: Tensor) -> tuple[Tensor]:
+    return (part.encoder(codes) @ part.core.weight[: part.core.input_size],)
+
+
+def _recur(part: RecurrentActorCritic, hidden: Tensor) -> tuple[Tensor]:
+    return (torch.addmm(part.core.bias, hidden, part.core.weight[part.core.input_size :]),)
+
+
+def _heads(part: RecurrentActorCritic, hidden: Tensor) -> tuple[Tensor, Tensor]:
+    return part.policy_head(hidden), part.value_head(hidden).squeeze(-1)

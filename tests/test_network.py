@@ -1,0 +1,114 @@
+"""Networks of one's own: how they are found, what is said of wrong ones, and that they train."""
+
+import re
+import sys
+import textwrap
+
+import numpy as np
+import pytest
+
+from hierroom import InputError, train
+from hierroom.goals import N_GOALS
+from hierroom.learners import AgentSpace, ModularActorCritic, RecurrentActorCritic
+from hierroom.network import make_network
+from hierroom.presets import TrainConfig
+from hierroom.trainer import Trainer
+
+SPACE = AgentSpace((5, 3), 4)
+SMALL = {"graph": "a", "size": 11, "max_steps": 60, "rooms": 8, "steps": 512}
+FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--rooms", "8", "--steps", "512", "--minibatches", "2"]
+
+MINE = """
+    import torch
+    from torch import nn
+
+    class Mine(nn.Module):
+        def __init__(self, space, hidden_size):
+            super().__init__()
+            self.heads = nn.Linear(space.n_columns, space.n_actions + 1)
+
+        def initial_state(self, n):
+            return torch.zeros(n, 1)
+
+        def step(self, codes, state):
+            outputs = self.heads(codes.float())
+            return outputs[..., :-1], outputs[..., -1], state
+
+        def sequence(self, codes, state, resets):
+            return self.step(codes, state)[:2]
+
+    class Flat(Mine):
+        def sequence(self, codes, state, resets):
+            return super().sequence(codes.flatten(0, 1), state, resets)
+
+    class Fragile(Mine):
+        def step(self, codes, state):
+            raise RuntimeError("out of\\ncheese")
+
+    class Sizeless(Mine):
+        def __init__(self, space):
+            super().__init__(space, 1)
+
+    class Stepless(nn.Module):
+        def __init__(self, space, hidden_size):
+            super().__init__()
+
+    class NoModule:
+        initial_state, step, sequence = Mine.initial_state, Mine.step, Mine.sequence
+        def __init__(self, space, hidden_size):
+            pass
+"""
+
+
+@pytest.fixture
+def outside(tmp_path, monkeypatch):
+    """The name of a module in a folder outside the package; another one for each test, as Python remembers them."""
+    name = re.sub(r"\W", "_", f"networks_{tmp_path.name}")
+    (tmp_path / f"{name}.py").write_text(textwrap.dedent(MINE))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [*sys.path])  # finding a module may add to it
+    return name
+
+
+def test_those_that_ship():
+    assert type(make_network("recurrent", SPACE, 8, None)) is RecurrentActorCritic
+    assert type(make_network("modular", SPACE, 8, None)) is ModularActorCritic
+
+
+def test_a_class_in_the_current_folder_trains_from_the_command_line(outside, tmp_path):
+    arguments = [*FLAGS, "--network", f"{outside}:Mine", "--out", str(tmp_path / "run")]
+    assert train.main(arguments) == 0
+    assert (tmp_path / "run" / "summary.json").is_file()
+
+
+@pytest.mark.parametrize(
+    ("spec", "said"),
+    [
+        ("best", "a network is one of recurrent, modular, an entry point of hierroom.networks or package.module:Class"),
+        ("nowhere:Mine", "there is no module 'nowhere' for the network 'nowhere:Mine'"),
+        ("{outside}:Yours", "the network '{outside}:Yours' cannot be loaded: AttributeError: module"),
+        ("{outside}:Sizeless", "the network '{outside}:Sizeless' cannot be made: TypeError: "),
+        ("{outside}:Stepless", "the network '{outside}:Stepless' must be a torch.nn.Module with initial_state, step"),
+        ("{outside}:NoModule", "the network '{outside}:NoModule' must be a torch.nn.Module with initial_state, step"),
+        ("{outside}:Fragile", "the network '{outside}:Fragile' fails in its first turns: RuntimeError: out of cheese"),
+        ("{outside}:Flat", "the network '{outside}:Flat' gives logits of sequence of shape (6, 4), not (3, 2, 4)"),
+    ],
+)
+def test_wrong_ones_are_one_clear_line(outside, spec, said):
+    with pytest.raises(InputError, match=f"^{re.escape(said.format(outside=outside))}") as caught:
+        make_network(spec.format(outside=outside), SPACE, 8, None)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("settings", [{"method": "ppo-modular"}, {"method": "hippo", "network": "modular"}])
+def test_the_goal_picks_the_sub_policy(settings):
+    trainer = Trainer(TrainConfig(**SMALL, **settings))
+    assert isinstance(trainer.learner.network, ModularActorCritic)
+    assert len(trainer.learner.network.parts) == N_GOALS + 1
+    codes = trainer.inputs.codes(trainer.turns.sight())
+    np.testing.assert_array_equal(codes[:, 0], trainer.turns.goals)
+    trainer.turns.ledger.goals[:] = -1
+    assert (trainer.inputs.codes(trainer.turns.sight())[:, 0] == N_GOALS).all()
+    seen = trainer.inputs.names[1:]
+    assert "symbol" not in seen
+    assert ("goal" in seen) == (settings["method"] == "hippo")
