@@ -160,6 +160,8 @@ def test_simulated_visits_of_a_walk_that_is_caught():
         (np.zeros((0, 0)), "square matrix with at least one node"),
         (np.zeros((2, 2, 2)), "square matrix"),
         ([["a", "b"], ["c", "d"]], "square matrix of numbers"),
+        ([[0, 1j], [0, 0]], "square matrix of numbers: it holds complex ones"),
+        (sp.csr_array(np.array([[0, 1j], [0, 0]])), "square matrix of numbers: it holds complex ones"),
         ([[0.0, 3.0], [1.0, 0.0]], "row 0 of W sums to 3; divide counts by their total"),
     ],
 )

@@ -104,7 +104,28 @@ def test_times_keep_their_shape():
     assert report.expected_states([]).shape == (0,)
 
 
-@pytest.mark.parametrize("times", [-1, 0.5, [1, -2], np.nan, "soon"])
+def test_a_time_without_end_changes_nothing_before_it():
+    report = analyze(GoalGraph((0,) * 7, 1), drop_key=True)
+    weights, exit_node = report.chain.weights, report.augmented.exit
+    times = np.array([0, 50, 300, 2000, 10**5])
+    expected = reach_probability(weights, 0, exit_node, times)
+    for far in (10**12, 10**16, 2**62):
+        reached = reach_probability(weights, 0, exit_node, [*times, far])
+        np.testing.assert_allclose(reached, [*expected, 1], atol=1e-11)
+
+
+def test_no_nodes_are_no_states():
+    assert expected_states(np.eye(3), 0, [0, 5], nodes=[]).tolist() == [0, 0]
+
+
+def test_waits_longer_than_any_clock_are_given_up():
+    w = np.zeros((3, 3))
+    w[0, 1], w[1, 2] = 0.5, 1e-19
+    assert (simulate_passage_times(w, 0, 2, 20, np.random.default_rng(0)) == -1).all()
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("times", [-1, 0.5, [1, -2], np.nan, "soon", np.inf, 1e30, 2**63, True])
 def test_one_clear_message_about_times(times):
     with pytest.raises(InputError, match="numbers of steps are whole and not negative"):
         analyze("a").reach_probability(times)

@@ -167,7 +167,9 @@ def _reached(
     is_seen = can_reach(moves.T.tocsr(), as_targets(source, n_nodes(moves)))
     moves, targets = moves[is_seen][:, is_seen], targets[is_seen]  # seen nodes lead to seen nodes only
     source = int(is_seen[:source].sum())
-    hits = np.stack([hitting_probability(moves, np.flatnonzero(target)) for target in targets.T], axis=1)
+    hits = np.zeros(targets.shape)
+    for question, target in enumerate(targets.T):
+        hits[:, question] = hitting_probability(moves, np.flatnonzero(target))
     starts_there = targets[source]
     ever = hits[source]
     hits = np.where(targets, 0.0, hits)
@@ -192,8 +194,9 @@ def _geometric_hazard(
     high = np.clip(np.where(counts, ratio, -np.inf).max(axis=0), 0.0, 1.0)
     # k (1 - low)^(k - 1) (high - low), the most that the two bounds differ by, peaks near k = 1 / low
     longest = np.minimum(remaining, 1 / np.maximum(low, 1 / max(remaining, 1)))
-    error = ahead[source] * np.minimum(1.0, longest * np.maximum(high - low, 0.0))
-    allowed = np.maximum(TOLERANCE, 8 * np.finfo(float).eps * longest)
-    if (error > allowed).any():
+    gap = ahead[source] * np.maximum(high - low, 0.0)
+    error = np.minimum(ahead[source], longest * gap)
+    is_rounding = gap <= 8 * np.finfo(float).eps  # no further step would bring the bounds closer
+    if not (is_rounding | (error <= TOLERANCE)).all():
         return None
     return np.clip(ratio[source], 0.0, 1 - np.finfo(float).eps)

@@ -26,7 +26,7 @@ def simulate_passage_times(
         targets: a node or several.
         n_walks: number of walks, at least one.
         rng: source of randomness.
-        max_steps: a walk that needs more is given up.
+        max_steps: a walk that needs more is given up; at most 2**62.
 
     Returns:
         [n_walks] int64, in steps; `NEVER` for walks given up or caught where no edge leaves.
@@ -34,8 +34,8 @@ def simulate_passage_times(
     Raises:
         InputError: if W, a node or a number is not valid.
     """
-    if n_walks < 1 or max_steps < 0:
-        raise InputError(f"simulate at least 1 walk of at least 0 steps, not {n_walks} of {max_steps}")
+    if n_walks < 1 or not 0 <= max_steps <= 2**62:
+        raise InputError(f"simulate at least 1 walk of 0 to 2**62 steps, not {n_walks} of {max_steps}")
     moves = as_moves(weights)
     n = n_nodes(moves)
     is_target, leave = as_targets(targets, n), np.minimum(row_sums(moves), 1.0)
@@ -52,7 +52,7 @@ def simulate_passage_times(
         passage[walking[there]] = clock[walking[there]]
         walking = walking[~there & (leave[here] > 0)]
         here = at[walking]
-        clock[walking] += rng.geometric(leave[here])
+        clock[walking] += np.minimum(rng.geometric(leave[here]), max_steps + 1)  # a longer wait could overflow
         edge = np.searchsorted(thresholds, here + rng.random(walking.size), side="right")
         at[walking] = moves.indices[np.minimum(edge, moves.indptr[here + 1] - 1)]
         walking = walking[clock[walking] <= max_steps]

@@ -36,8 +36,10 @@ def as_weights(weights: Weights) -> sp.csr_array:
         InputError: if it is not a square matrix of numbers, or an entry is negative or not finite.
     """
     try:
-        dense_or_sparse = weights if sp.issparse(weights) else np.atleast_2d(np.asarray(weights, float))
-        matrix = sp.csr_array(dense_or_sparse, dtype=np.float64, copy=True)
+        given = sp.csr_array(weights) if sp.issparse(weights) else np.atleast_2d(np.asarray(weights))
+        if given.dtype.kind == "c":
+            raise TypeError("it holds complex ones")
+        matrix = sp.csr_array(given.astype(np.float64), copy=True)
     except (TypeError, ValueError) as error:
         raise InputError(f"W must be a square matrix of numbers: {error}") from error
     shape = matrix.shape or ()
@@ -125,13 +127,13 @@ def as_times(times: ArrayLike) -> NDArray[np.int64]:
     """Numbers of steps, checked.
 
     Raises:
-        InputError: if they are not whole numbers from 0 up.
+        InputError: if they are not whole numbers from 0 to 2**62.
     """
     array = np.asarray(times)
-    whole = array.astype(np.int64) if array.dtype.kind in "iuf" and np.isfinite(array).all() else None
-    if whole is None or (whole != array).any() or (whole < 0).any():
-        raise InputError(f"numbers of steps are whole and not negative, not {times!r}")
-    return whole
+    is_number = array.dtype.kind in "iuf"
+    if not is_number or not ((array >= 0) & (array <= 2**62) & (array == np.floor(array))).all():
+        raise InputError(f"numbers of steps are whole and not negative, at most 2**62, not {times!r}")
+    return array.astype(np.int64)
 
 
 def can_reach(
