@@ -154,6 +154,20 @@ def test_sensitivity_is_the_slope(letter, drop_key):
         assert slope == pytest.approx((more - less) / 2e-6, rel=1e-4, abs=1e-2)
 
 
+def test_sensitivity_of_a_time_that_is_infinite():
+    w = np.array([[0, 0.5, 0], [0.5, 0, 0], [0.3, 0, 0]])
+    assert laplacian_hitting_time(w, 0, 2) == np.inf
+    assert np.isnan(laplacian_sensitivity(w, 0, 2).data).all()
+
+
+def test_nodes_that_hang_together_with_nothing_do_not_matter():
+    loop = np.array([[0, 0.3, 0], [0.1, 0, 0.2], [0.01, 0, 0]])
+    apart = np.zeros((5, 5))
+    apart[np.ix_([0, 2, 4], [0, 2, 4])] = loop
+    slopes = laplacian_sensitivity(apart, 0, 4).toarray()
+    np.testing.assert_allclose(slopes[np.ix_([0, 2, 4], [0, 2, 4])], laplacian_sensitivity(loop, 0, 2).toarray())
+
+
 def test_sensitivity_needs_one_place_to_end_up():
     with pytest.raises(InputError, match="2 parts that are never left"):
         laplacian_sensitivity(np.array([[0, 0.1, 0.1], [0, 0, 0], [0, 0, 0]]), 0, 1)

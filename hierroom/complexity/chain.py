@@ -65,7 +65,10 @@ class Chain:
 
     @cached_property
     def hitting_time(self) -> float:
-        """The paper's hitting time of the exit, b' pinv(D - W) b; not in steps: see `laplacian_hitting_time`."""
+        """The paper's hitting time of the exit, b' pinv(D - W) b.
+
+        Not in steps, and it saturates near 1 / 0.01 = 100: see `hierroom.complexity.laplacian`.
+        """
         return laplacian_hitting_time(self.weights, self.source, self.goals[EXIT][0])
 
     @cached_property
@@ -156,16 +159,15 @@ class Chain:
             return []
         exit_node = self.goals[EXIT][0]
         steps = passage_time_sensitivity(self.weights, self.source, exit_node).tocoo()
-        paper = laplacian_sensitivity(self.weights, self.source, exit_node).tocsr()
-        weights = self.weights.tocsr()
+        paper = laplacian_sensitivity(self.weights, self.source, exit_node)
         edges = [
             EdgeSensitivity(
                 self.labels[i],
                 self.labels[j],
-                float(weights[i, j]),
+                float(self.weights[i, j]),
                 float(slope),
                 float(paper[i, j]),
-                float(weights[i, j] * slope / self.expected_steps),
+                float(self.weights[i, j] * slope / self.expected_steps),
             )
             for i, j, slope in zip(steps.row, steps.col, steps.data, strict=True)
         ]
