@@ -43,6 +43,12 @@ def test_stages_hold_every_graph_once_and_get_harder():
         assert easier.high < harder.low
 
 
+def test_an_interval_of_one_value_is_one_stage():
+    value = analyze("g").hitting_time
+    stages = Curriculum(Difficulty(value, value, max_rooms=4), n_stages=5).stages
+    assert [stage.graphs for stage in stages] == [(NAMED_GRAPHS["g"],)]
+
+
 def test_advancing():
     curriculum = Curriculum(Difficulty(8, 50, max_rooms=5), n_stages=3, promote_at=0.8, demote_at=0.2)
     assert [curriculum.advance(0, rate) for rate in (0.0, 0.5, 0.8, 1.0)] == [0, 0, 1, 1]
