@@ -100,10 +100,11 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
 
 def test_the_same_seed_gives_the_same_intervals(measured):
     report, _ = measured
-    again = MeasuredReport(report.assumed, report.counts)
-    other = MeasuredReport(report.assumed, report.counts, seed=1)
-    assert again.intervals == report.intervals
-    assert other.intervals != report.intervals
+    once, again, other = (
+        MeasuredReport(report.assumed, report.counts, n_resamples=20, seed=seed).intervals for seed in (0, 0, 1)
+    )
+    assert once == again
+    assert once != other
 
 
 def test_nobody_escapes():
@@ -114,6 +115,18 @@ def test_nobody_escapes():
     assert report.intervals["hitting_time"] == (np.inf, np.inf, np.inf)
     assert report.intervals["exit within 1000"] == (0, 0, 0)
     assert "nobody escaped" in str(report)
+
+
+def test_a_measured_chain_answers_what_an_assumed_one_does(measured):
+    report, _ = measured
+    table = report.to_dict()
+    assert table["measured"]["steps to key 2"]["value"] == report.chain.expected_steps_to("key 2")
+    assert table["assumed"]["steps to key 2"] == report.assumed.expected_steps_to("key 2")
+    assert table["expected_states"]["100"] == report.chain.expected_states(100)
+    assert min(table["goal_sensitivity"]) == min(report.assumed.goal_sensitivity())
+    # a node that nobody came to hangs together with nothing, and is no reason to refuse
+    partly = MeasuredReport(analyze("b"), count_transitions([[0, 1, 3, 12]], 13, 0, 12))
+    assert sum(edge.elasticity for edge in partly.chain.edge_sensitivity()) == pytest.approx(-1, rel=1e-9)
 
 
 def test_moves_name_what_differs():

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.chain import Chain
+from hierroom.complexity.chain import EXIT, Chain
 from hierroom.complexity.counts import EpisodeCounts
 from hierroom.complexity.report import REPORT_TIMES, ComplexityReport
 from hierroom.complexity.weights import as_times, row_sums
@@ -112,7 +112,7 @@ class MeasuredReport:
 
     @cached_property
     def intervals(self) -> dict[str, Interval]:
-        """Hitting time, expected steps, std and reach probabilities, with percentile intervals over episodes.
+        """Times to the exit and to each goal, and reach probabilities, with percentile intervals over episodes.
 
         Episodes are drawn with replacement and the whole report is made again (Efron and Tibshirani, 1993, chapter
         13). A resample in which nobody escapes has infinite times, so an interval may end at ``inf``.
@@ -165,6 +165,10 @@ class MeasuredReport:
             "empirical_reach": dict(
                 zip(map(str, REPORT_TIMES), self.empirical_reach(REPORT_TIMES).tolist(), strict=True)
             ),
+            "expected_states": dict(
+                zip(map(str, REPORT_TIMES), self.chain.expected_states(REPORT_TIMES).tolist(), strict=True)
+            ),
+            "goal_sensitivity": self.chain.goal_sensitivity(),
             "moves": [move._asdict() for move in self.moves()],
         }
 
@@ -205,4 +209,5 @@ def _within(t: int) -> str:
 def _summary(chain: Chain) -> dict[str, float]:
     reached = chain.reach_probability(REPORT_TIMES)
     times = {"hitting_time": chain.hitting_time, "expected_steps": chain.expected_steps, "std": chain.std}
-    return times | {_within(t): float(chance) for t, chance in zip(REPORT_TIMES, reached, strict=True)}
+    chances = {_within(t): float(chance) for t, chance in zip(REPORT_TIMES, reached, strict=True)}
+    return times | chances | {f"steps to {goal}": chain.expected_steps_to(goal) for goal in chain.goals if goal != EXIT}
