@@ -55,7 +55,7 @@ def whole_report(n_rooms: int) -> dict:
 def dense_hitting_time(weights: np.ndarray) -> float:
     b = np.zeros(len(weights))
     b[0], b[-1] = 1, -1
-    return b @ np.linalg.pinv(np.diag(weights.sum(axis=1)) - weights) @ b
+    return float(b @ np.linalg.pinv(np.diag(weights.sum(axis=1)) - weights) @ b)
 
 
 def measure(run: Callable[[], object], repeats: int) -> str:
@@ -82,8 +82,8 @@ def peak_megabytes(n_rooms: int) -> str:
 def row(n_rooms: int, options: Options) -> list[str]:
     report = analyze(star(n_rooms), drop_key=True)
     weights, exit_node, n = report.chain.weights, report.augmented.exit, report.nodes
-    chances = (weights + sp.diags_array(1 - weights.sum(axis=1))).tocsr()
-    theirs, ours = mfpt(chances, [exit_node])[0], report.expected_steps
+    chances = sp.csr_array(weights + sp.diags_array(1 - weights.sum(axis=1)))
+    theirs, ours = np.asarray(mfpt(chances, [exit_node]))[0], report.expected_steps
     assert np.isclose(theirs, ours, rtol=1e-9), (theirs, ours)
     cells = [
         str(n_rooms),

@@ -157,3 +157,10 @@ def test_a_trained_agent_is_measured_from_its_run_folder(tmp_path, capsys):
     assert (table["graph"], table["drop_key"], table["episodes"]) == ("a", False, 8)
     with pytest.raises(InputError, match="trained without drop, so it cannot play with --drop"):
         show(Options(from_play=str(folder.path), drop=True))
+
+
+def test_an_agent_of_many_graphs_is_measured_in_one_of_them(tmp_path):
+    config = TrainConfig(graph="hitting_time:8..13", size=11, rooms=4, max_steps=60)
+    folder = RunFolder.create(tmp_path / "run", config)
+    with pytest.raises(InputError, match=r"trained on hitting_time:8\.\.13; name one goal graph by --graph"):
+        show(Options(from_play=str(folder.path)))

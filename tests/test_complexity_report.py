@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-from hierroom.complexity import analyze, mean_first_passage_time
+from hierroom.complexity import Walk, analyze, mean_first_passage_time
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 
@@ -34,6 +34,9 @@ def test_to_dict_is_plain_and_agrees_with_the_properties():
 def test_str_says_which_number_is_which():
     text = str(analyze("c"))
     assert "hitting time    15.07" in text
+    assert "saturates near 100)" in text
+    assert "saturates near 200)" in str(analyze("c", walk=Walk(0.8, 0.195, 0.005)))
+    assert "saturates" not in str(analyze("c", walk=Walk(0.8, 0.2, 0.0)))
     assert "expected steps  73.8 +- 55.7" in text
     assert "9 nodes, 14 edges" in text
 
@@ -93,6 +96,18 @@ def test_seven_rooms_in_one_second_and_ten_in_ten():
 def test_importing_the_package_draws_in_nothing_heavy():
     code = (
         "import sys, hierroom.complexity.report; print([m for m in ('rich', 'tyro', 'deeptime') if m in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "[]"
+
+
+def test_no_module_of_the_package_knows_a_learner():
+    code = (
+        "import importlib, pkgutil, sys, hierroom.complexity as package\n"
+        "for module in pkgutil.iter_modules(package.__path__, package.__name__ + '.'):\n"
+        "    importlib.import_module(module.name)\n"
+        "learners = ('torch', 'hierroom.agent', 'hierroom.learners', 'hierroom.trainer')\n"
+        "print([name for name in learners if name in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"

@@ -8,11 +8,24 @@ import sys
 
 import pytest
 
+from hierroom.complexity.__main__ import Options, show
 from hierroom.complexity.table2 import PAPER_TABLE_2, table_2
+from hierroom.goals import GoalGraph
 
 
 def command(*arguments, module="hierroom.complexity"):
     return subprocess.run([sys.executable, "-m", module, *arguments], capture_output=True, text=True, check=False)
+
+
+@pytest.fixture
+def printed(capsys):
+    """What the command prints for its options, in this process."""
+
+    def show_and_read(**options):
+        show(Options(**options))
+        return capsys.readouterr().out
+
+    return show_and_read
 
 
 def test_a_b_c_and_g_agree_in_every_row_and_the_others_in_depth_and_width():
@@ -39,24 +52,36 @@ def test_table2_prints_both_and_says_what_is_open():
     assert "Graphs d, e and f differ" in text
 
 
-def test_one_graph_many_graphs_and_their_formats():
+def test_one_graph_many_graphs_and_their_formats(printed):
     assert "hitting time    15.07" in command("--graph", "c").stdout
-    assert json.loads(command("--graph", "c", "--json").stdout)["nodes"] == 9
-    assert [report["graph"] for report in json.loads(command("--all", "--json").stdout)] == list("abcdefg")
-    rows = list(
-        csv.DictReader(io.StringIO(command("--rooms", "4", "--drop", "--sort", "hitting_time", "--csv").stdout))
-    )
+    assert json.loads(printed(graph="c", json=True))["nodes"] == 9
+    assert [report["graph"] for report in json.loads(printed(all=True, json=True))] == list("abcdefg")
+    rows = list(csv.DictReader(io.StringIO(printed(rooms=4, drop=True, sort="hitting_time", csv=True))))
     values = [float(row["hitting_time"]) for row in rows]
     assert len(rows) == 9
     assert values == sorted(values)
     assert {row["drop_key"] for row in rows} == {"True"}
 
 
-def test_a_toml_file_and_an_interval(tmp_path):
+def test_a_toml_file_and_an_interval(tmp_path, printed):
     path = tmp_path / "graph.toml"
     path.write_text("key_rooms = [0, 1]\nexit_room = 2\n")
-    assert command("--graph", str(path)).stdout == command("--graph", "c").stdout
-    assert "g " in command("--graph", "hitting_time:27.4..27.6").stdout
+    assert printed(graph=str(path)) == printed(graph="c")
+    assert "\n g " in printed(graph="hitting_time:27.4..27.6")
+
+
+def test_an_interval_is_a_list_however_many_graphs_are_in_it(printed):
+    assert [report["graph"] for report in json.loads(printed(graph="hitting_time:8..9", json=True))] == ["a"]
+
+
+def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr("hierroom.complexity.__main__._graphs", lambda _: [GoalGraph(tuple(range(7)), 7)] * 2)
+    text = printed(drop=True)
+    row = next(line.split() for line in text.splitlines() if "exit-7" in line)
+    assert row[:2] + row[5:7] == ["keys-0-1-2-3-4-5-6-exit-7", "14", "100.11", "132507.6"]
+    assert "saturates near 100" in text
+    assert "…" not in text
 
 
 @pytest.mark.parametrize(
@@ -68,6 +93,7 @@ def test_a_toml_file_and_an_interval(tmp_path):
         (["--sort", "depth"], "--sort takes a column"),
         (["--json", "--csv"], "--json or --csv, not both"),
         (["--draw", "x.png"], "--draw draws one graph"),
+        (["--graph", "a", "--seed", "3"], "--episodes and --seed go with --from-play"),
         (["--graph", "hitting_time:9"], "a difficulty is written"),
     ],
 )

@@ -20,7 +20,7 @@ from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, as_goal_graph, enumerate_graphs
 
 MAX_LISTED_ROOMS = 8
-"""Graphs of so many rooms are 1,747; of nine rooms there would be 4,995, which takes minutes."""
+"""Graphs of so many rooms are 612; of nine rooms there would be 1,747, which take most of a minute."""
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,12 @@ class Column:
 
 COLUMNS = {
     "graph": Column("graph", lambda report: report.graph.name),
-    "exit_depth": Column("exit depth", lambda report: report.exit_depth),
+    "exit_depth": Column("exit\ndepth", lambda report: report.exit_depth),
     "width": Column("width", lambda report: report.width),
     "nodes": Column("nodes", lambda report: report.nodes),
     "edges": Column("edges", lambda report: report.edges),
-    "hitting_time": Column("hitting time", lambda report: report.hitting_time, ".2f"),
-    "expected_steps": Column("expected steps", lambda report: report.expected_steps, ".1f"),
+    "hitting_time": Column("hitting\ntime", lambda report: report.hitting_time, ".2f"),
+    "expected_steps": Column("expected\nsteps", lambda report: report.expected_steps, ".1f"),
     "std": Column("std", lambda report: report.std, ".1f"),
 }
 
@@ -87,13 +87,14 @@ def show(options: Options) -> None:
     if options.sort is not None and options.sort not in COLUMNS:
         raise InputError(f"--sort takes a column, one of {', '.join(COLUMNS)}; not {options.sort}")
     if options.from_play is not None:
-        _show_play(options)
+        _show_play(options, options.from_play)
         return
-    graphs = _graphs(options)
-    reports = [analyze(graph, options.drop) for graph in graphs]
+    if (options.episodes, options.seed) != (Options.episodes, Options.seed):
+        raise InputError("--episodes and --seed go with --from-play; without it nothing is played")
+    reports = [analyze(graph, options.drop) for graph in _graphs(options)]
     if options.sort is not None:
         reports.sort(key=COLUMNS[options.sort].value)
-    is_list = options.graph is None or len(reports) > 1
+    is_list = options.graph is None or is_difficulty(options.graph)
     if options.draw is not None:
         _draw(reports, options.draw)
     if options.json:
@@ -136,15 +137,15 @@ def _draw(reports: list[ComplexityReport], path: Path) -> None:
     draw(reports[0].augmented, path)
 
 
-def _show_play(options: Options) -> None:
+def _show_play(options: Options, player: str) -> None:
     several = options.all or options.rooms is not None or options.csv or options.sort or options.draw is not None
     if several or (options.graph is not None and is_difficulty(options.graph)):
         raise InputError(
             "--from-play measures one goal graph; beside it go --graph, --drop, --json, --episodes and --seed"
         )
-    from hierroom.complexity.from_play import measure_player  # it brings the worlds and the learners along
+    from hierroom.from_play import measure_player  # it brings the worlds and the learners along
 
-    report = measure_player(options.from_play or "", options.graph, options.drop, options.episodes, options.seed)
+    report = measure_player(player, options.graph, options.drop, options.episodes, options.seed)
     if options.json:
         _print_json(report.to_dict())
     else:
@@ -174,18 +175,22 @@ def _print_csv(reports: list[ComplexityReport]) -> None:
 
 
 def _print_table(reports: list[ComplexityReport]) -> None:
+    from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
 
-    drop = "with" if reports[0].drop_key else "without"
-    table = Table(title=f"{len(reports)} goal graphs, {drop} drop", caption="hitting time: the paper's (Table 2); "
-                  "expected steps, std: first passage of the same walk to the exit")  # fmt: skip
+    table = Table(
+        title=f"{len(reports)} goal graphs, {'with' if reports[0].drop_key else 'without'} drop",
+        box=SIMPLE_HEAD,
+        padding=0,  # graphs of 8 rooms have long names, and all of it is to fit into 80 columns
+    )
     for name, column in COLUMNS.items():
-        is_name = name == "graph"
-        table.add_column(column.heading, justify="left" if is_name else "right", no_wrap=is_name)
+        table.add_column(column.heading, justify="left" if name == "graph" else "right", no_wrap=name == "graph")
     for report in reports:
         table.add_row(*(format(column.value(report), column.style) for column in COLUMNS.values()))
     Console().print(table)
+    print("hitting time: the paper's (Table 2), saturates near 100")
+    print("expected steps, std: first passage of the same walk to the exit")
 
 
 if __name__ == "__main__":

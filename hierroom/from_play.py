@@ -1,4 +1,7 @@
-"""Measure a chain from the play of whoever the command line names."""
+"""Measure a chain from the play of whoever the command line names: ``python -m hierroom.complexity --from-play``.
+
+It stands outside `hierroom.complexity`, which knows of no learner.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from hierroom.agent import Agent
+from hierroom.complexity.difficulty import is_difficulty
 from hierroom.complexity.estimate import Player, measure, oracle_player, random_player
 from hierroom.complexity.measured import MeasuredReport
 from hierroom.errors import InputError
@@ -54,5 +58,7 @@ def _trained(name: str, graph: str | None, drop_key: bool, rooms: int, seed: int
     config = folder.config()
     if drop_key and not config.drop_key:
         raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
+    if graph is None and is_difficulty(config.graph):
+        raise InputError(f"the agent of {name} was trained on {config.graph}; name one goal graph by --graph")
     config = replace(config, graph=graph or config.graph)
     return make_turns(config, rooms, seed), Agent.load(folder, rooms, seed=seed).step
