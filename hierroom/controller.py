@@ -38,8 +38,9 @@ def goal_reached(events: NDArray[np.integer], goals: NDArray[np.integer]) -> NDA
     return (events >= 0) & (events == goals)
 
 
-NOVELTY_BONUS = 0.1
-"""Size of the bonus for a novel state unless another is given."""
+NOVELTY_BONUS = 0.03
+"""Size of the bonus for a novel state unless another is given: on graph c (one seed, entropy weight 0.03, 1.5M steps)
+0.03 escaped in 74% of the episodes and 0.1 in 10%, as the states that are left are then worth more than the exit."""
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,9 @@ class TrainConfig:
     network: str | None = None
     """The controller's network: recurrent, modular (a sub-policy for each goal), an entry point or
     package.module:Class; by default the method's own."""
+    warm_start: str | None = None
+    """The folder of a run whose controller this one begins as: its weights and nothing else. The controllers must be
+    alike; the meta-controllers need not be."""
     graph: str = "c"
     """Goal graph: a letter from a to g, a path to a .toml file, or hitting_time:LOW..HIGH for all graphs in between."""
     curriculum_stages: int = 1

@@ -68,13 +68,14 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parse(argv)
     config, console = arguments.config, Console()
     torch.set_num_threads(1)  # more gain nothing at these sizes
-    trainer = Trainer(config)
     if arguments.resume:
+        trainer = Trainer(replace(config, warm_start=None))  # the checkpoint holds all weights
         folder = RunFolder.open(arguments.resume)
         _check_unchanged(config, folder.config())
         trainer.load_state_dict(folder.load_checkpoint())
         folder.drop_metrics_after(trainer.steps)
     else:
+        trainer = Trainer(config)
         folder = RunFolder.create(arguments.out or unused_path(Path("runs") / config.name), config)
     console.print(_title(trainer, folder))
     with Interrupt() as interrupt:

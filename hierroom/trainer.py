@@ -17,6 +17,7 @@ from hierroom.meta import make_meta
 from hierroom.methods import find_method
 from hierroom.network import first_inputs, make_network
 from hierroom.presets import TrainConfig
+from hierroom.runs import RunFolder
 from hierroom.turns import Step, Turns
 from hierroom.world.batch import Batch
 from hierroom.world.layout import ROOM
@@ -68,6 +69,29 @@ def make_learner(config: TrainConfig, rooms: int) -> Learner:
     )
 
 
+def warm_start(learner: Learner, config: TrainConfig, run: RunFolder) -> None:
+    """Give the learner of a config the weights of a run's newest checkpoint.
+
+    Raises:
+        InputError: if the controllers differ in what they see or can do or in their network, or there is no checkpoint.
+    """
+    before = run.config()
+    for what, ours, theirs in (
+        ("network", config.network_name, before.network_name),
+        ("hidden_size", config.ppo.hidden_size, before.ppo.hidden_size),
+        ("drop_key", config.drop_key, before.drop_key),
+        ("inputs", " ".join(make_inputs(config).names), " ".join(make_inputs(before).names)),
+    ):
+        if ours != theirs:
+            raise InputError(f"{run.path} cannot warm-start this run: its {what} is {theirs}, here it is {ours}")
+    state = run.load_checkpoint()
+    check_format(state)
+    try:
+        learner.take_weights(state["learner"])
+    except (RuntimeError, KeyError) as error:
+        raise InputError(f"the newest checkpoint of {run.path} does not fit its config.json") from error
+
+
 def _has_device(device: str) -> bool:
     try:
         torch.empty(1, device=device)
@@ -104,6 +128,8 @@ class Trainer:
         self.meta = make_meta(config.meta_name)
         self.inputs = make_inputs(config)
         self.learner = make_learner(config, config.rooms)
+        if config.warm_start:
+            warm_start(self.learner, config, RunFolder.open(config.warm_start))
         self.log = EpisodeLog()
         self.statistics: dict[str, float] = {}
         self.steps = 0

@@ -15,6 +15,7 @@ SAYS = {
     "aec.py": "turns: {'meta_0': ",
     "parallel.py": "returns: {'meta_0': ",
     "gymnasium_vector.py": "steps a second",
+    "warm_start.py": "began with the weights of the first",
     "supersuit_sb3.py": "2048 turns of both agents in 4 rooms",
 }
 
@@ -26,7 +27,7 @@ def run(*arguments):
 
 
 def test_every_example_is_run():
-    assert {path.name for path in EXAMPLES.glob("*.py")} == {*SAYS, "own_meta_controller.py"}
+    assert {path.name for path in EXAMPLES.glob("*.py")} == {*SAYS, "own_meta_controller.py", "own_network.py"}
 
 
 @pytest.mark.parametrize("name", SAYS)
@@ -38,6 +39,12 @@ def test_the_meta_controller_of_ones_own_trains(tmp_path):
     """From a file outside the package, named on the command line."""
     room = ["--graph", "a", "--size", "11", "--rooms", "16", "--steps", "4000"]
     run("-m", "hierroom.train", "--meta", "own_meta_controller:NearestKeyFirst", *room, "--out", str(tmp_path / "run"))
+    assert (tmp_path / "run" / "summary.json").is_file()
+
+
+def test_the_network_of_ones_own_trains(tmp_path):
+    room = ["--graph", "a", "--size", "11", "--rooms", "16", "--steps", "4000"]
+    run("-m", "hierroom.train", "--network", "own_network:GatedMemory", *room, "--out", str(tmp_path / "run"))
     assert (tmp_path / "run" / "summary.json").is_file()
 
 

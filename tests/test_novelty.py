@@ -6,6 +6,7 @@ from turns_rooms import achieve, make, well_or_wildly
 
 import hierroom
 from hierroom import InputError
+from hierroom.controller import NOVELTY_BONUS
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.presets import TrainConfig
 from hierroom.trainer import make_turns
@@ -83,4 +84,4 @@ def test_every_face_can_pay_it():
     env = hierroom.parallel_env(graph="a", size=11, pay="novelty")
     env.reset(seed=0)
     paid = [env.step({"meta_0": 13, "controller_0": action})[1]["controller_0"] for action in [FORWARD, LEFT] * 10]
-    assert set(paid) == {0.0, 0.1}
+    assert set(paid) == {0.0, NOVELTY_BONUS}

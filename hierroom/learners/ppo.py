@@ -268,6 +268,10 @@ class Learner:
             "shuffle_random": self._shuffle_random.bit_generator.state,
         }
 
+    def take_weights(self, state: dict) -> None:
+        """Take the weights of another learner's `state_dict` and nothing else: moments, turns and generators stay."""
+        self.network.load_state_dict(state["backend"]["network"])
+
     def load_state_dict(self, state: dict) -> None:
         """Restore what `state_dict` gave, in a learner with the same space, rooms and config."""
         self._backend.load_state_dict(state["backend"])

@@ -1,0 +1,36 @@
+"""A controller network of one's own: python -m hierroom.train --network own_network:GatedMemory."""
+
+import torch
+from torch import nn
+
+from hierroom.learners.encoder import ColumnEncoder
+
+
+class GatedMemory(nn.Module):
+    """A gated recurrent unit between a table of learned rows and one linear layer for policy and value."""
+
+    def __init__(self, space, hidden_size):
+        """The space holds ``cardinalities`` (how many values each entry of an observation has) and ``n_actions``."""
+        super().__init__()
+        self.encoder = ColumnEncoder(space.cardinalities, hidden_size)
+        self.core = nn.GRUCell(hidden_size, hidden_size)
+        self.heads = nn.Linear(hidden_size, space.n_actions + 1)
+
+    def initial_state(self, n):
+        """[n, S] the state of n rooms whose episode begins."""
+        return self.heads.weight.new_zeros(n, self.core.hidden_size)
+
+    def step(self, codes, state):
+        """One turn: codes [N, K] and states [N, S] to logits [N, A], values [N] and the states after [N, S]."""
+        state = self.core(self.encoder(codes), state)
+        outputs = self.heads(state)
+        return outputs[:, :-1], outputs[:, -1], state
+
+    def sequence(self, codes, state, resets):
+        """T turns: codes [T, M, K], first states [M, S], fresh starts [T, M] to logits [T, M, A] and values [T, M]."""
+        outputs = []
+        for t in range(len(codes)):
+            *turn, state = self.step(codes[t], state * ~resets[t, :, None])
+            outputs.append(turn)
+        logits, values = (torch.stack(column) for column in zip(*outputs, strict=True))
+        return logits, values

@@ -1,0 +1,96 @@
+"""A controller begins as another run's ended: the same weights, everything else anew."""
+
+import re
+from dataclasses import replace
+
+import pytest
+import torch
+
+from hierroom import InputError, train
+from hierroom.learners import PPOConfig
+from hierroom.presets import TrainConfig
+from hierroom.runs import RunFolder
+from hierroom.trainer import Trainer
+
+SMALL = TrainConfig(graph="a", size=11, max_steps=60, rooms=8, steps=1024, ppo=PPOConfig(minibatches=2))
+
+
+@pytest.fixture(scope="module", params=["recurrent", "modular"])
+def run(request, tmp_path_factory) -> RunFolder:
+    """A short run with a compiled or with a torch network."""
+    config = replace(SMALL, network=request.param)
+    trainer = Trainer(config)
+    for _ in range(3):
+        trainer.advance()
+    folder = RunFolder.create(tmp_path_factory.mktemp("warm") / "run", config)
+    folder.save_checkpoint(trainer.state_dict())
+    return folder
+
+
+def test_weights_and_nothing_else(run):
+    trained = run.load_checkpoint()["learner"]
+    config = replace(run.config(), meta="random", graph="b", seed=5)
+    warm, cold = Trainer(replace(config, warm_start=str(run.path))), Trainer(config)
+    weights = warm.learner.network.state_dict()
+    assert weights.keys() == trained["backend"]["network"].keys()
+    assert all(torch.equal(weights[name], value) for name, value in trained["backend"]["network"].items())
+    fresh, found = cold.learner.state_dict(), warm.learner.state_dict()
+    for name in ("action_random", "shuffle_random"):
+        assert found[name] == fresh[name]
+    assert warm.steps == 0
+    codes = warm.inputs.codes(warm.turns.sight())
+    assert (codes == cold.inputs.codes(cold.turns.sight())).all()
+    for trainer in (warm, cold):
+        trainer.advance()
+    assert any(not torch.equal(weights[name], value) for name, value in cold.learner.network.state_dict().items())
+
+
+def test_the_weights_act(run):
+    """What the policy does is what the trained one does: the compiled kernels read what was loaded."""
+    warm = Trainer(replace(run.config(), seed=5, warm_start=str(run.path)))
+    trained = Trainer(replace(run.config(), seed=5))
+    trained.learner.load_state_dict(run.load_checkpoint()["learner"])
+    codes, masks = warm.inputs.codes(warm.turns.sight()), torch.ones(8, 5).bool().numpy()
+    policies = [trainer.learner.policy(8, seed=3) for trainer in (warm, trained)]
+    rooms = torch.arange(8).numpy()
+    for _ in range(5):
+        first, second = (policy.act(rooms, codes, masks) for policy in policies)
+        assert (first == second).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"ppo": replace(SMALL.ppo, hidden_size=32)}, "its hidden_size is 64, here it is 32"),
+        ({"drop_key": True}, "its drop_key is False, here it is True"),
+        ({"method": "ppo"}, "goal goal-in-view direction keys previous-action, here it is"),
+        ({"inputs": ("view",)}, "its inputs is "),
+        ({"network": "other"}, "here it is other"),
+    ],
+)
+def test_what_does_not_fit_is_one_clear_line(run, change, said):
+    if change.get("network"):
+        change = {"network": {"recurrent": "modular", "modular": "recurrent"}[run.config().network]}
+        said = f"its network is {run.config().network}, here it is {change['network']}"
+    with pytest.raises(InputError, match=re.escape(said)) as caught:
+        Trainer(replace(run.config(), **change, warm_start=str(run.path)))
+    assert str(caught.value).startswith(f"{run.path} cannot warm-start this run: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_no_run_no_folder_left_behind(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="nowhere is not a run folder"):
+        train.main(["--warm-start", "nowhere", "--out", "run"])
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
+    flags = ["--graph", "a", "--size", "11", "--max-steps", "60", "--rooms", "8", "--minibatches", "2"]
+    flags += ["--network", run.config().network or "", "--warm-start", str(tmp_path / "before")]
+    (tmp_path / "before").symlink_to(run.path)
+    out = str(tmp_path / "run")
+    assert train.main([*flags, "--steps", "512", "--out", out]) == 0
+    (tmp_path / "before").unlink()
+    assert train.main(["--resume", out, "--steps", "1024"]) == 0
+    assert RunFolder.open(out).config().warm_start == str(tmp_path / "before")
