@@ -3,7 +3,8 @@
     python benchmarks/success.py --graphs a b c d e f g --seeds 5 --steps 1_000_000 --out benchmarks/results/hippo.csv
 
 Each run trains from scratch and is then evaluated apart from training, with sampled and with greedy actions. Rows that
-the file already holds are not run again, so a table that was stopped goes on where it was.
+the file already holds are not run again, so a table that was stopped goes on where it was. At the end the medians over
+the seeds are printed, as Markdown.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
+from statistics import median
 
 import torch
 import tyro
@@ -99,15 +101,37 @@ def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     return {name: round(value, 4) if isinstance(value, float) else value for name, value in numbers.items()}
 
 
+def read(path: Path) -> list[dict[str, str]]:
+    """The rows of a table, none if it is not there."""
+    if not path.exists():
+        return []
+    with path.open(newline="") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def print_medians(rows: list[dict[str, str]]) -> None:
+    """Print a line for each method and graph: medians over its seeds, and the worst success."""
+    print("| method | graph | seeds | steps to 95% | success | worst | length | over shortest | greedy success |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for method, graph in dict.fromkeys((row["method"], row["graph"]) for row in sorted(rows, key=lambda r: r["graph"])):
+        chosen = [row for row in rows if (row["method"], row["graph"]) == (method, graph)]
+
+        def middle(name: str, chosen=chosen) -> float:
+            return median(float(row[name] or "inf") for row in chosen)
+
+        worst = min(float(row["sampled_success"]) for row in chosen)
+        print(
+            f"| {method} | {graph} | {len(chosen)} | {middle('steps_to_95') / 1e6:.2f}M | "
+            f"{middle('sampled_success'):.1%} | {worst:.1%} | {middle('sampled_length'):.0f} | "
+            f"{middle('sampled_length_over_shortest'):.2f} | {middle('greedy_success'):.1%} |"
+        )
+
+
 def main() -> None:
     """The command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    rows = []
-    if options.out.exists():
-        with options.out.open(newline="") as file:
-            rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    done = [{key: row[key] for key in KEYS} for row in rows]
+    done = [{key: row[key] for key in KEYS} for row in read(options.out)]
     missing = [config for config in configs(options) if key_of(options, config) not in done]
     with Progress() as bar, ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
         task = bar.add_task("runs", total=len(missing))
@@ -122,6 +146,8 @@ def main() -> None:
                     writer.writeheader()
                 writer.writerow(row)
             bar.advance(task)
+    keys = [key_of(options, config) for config in configs(options)]
+    print_medians([row for row in read(options.out) if {key: row[key] for key in KEYS} in keys])
 
 
 if __name__ == "__main__":
