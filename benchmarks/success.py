@@ -89,7 +89,7 @@ def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     trainer = Trainer(config)
     while not trainer.is_done:
         trainer.advance()
-    numbers = trainer.summary()
+    numbers = {name: value for name, value in trainer.summary().items() if name != "steps"}  # a whole number of updates
     rooms = min(100, episodes)
     for name in ("sampled", "greedy"):
         policy = trainer.learner.policy(rooms, seed=config.seed)

@@ -273,3 +273,10 @@ def test_nothing_in_a_checkpoint_is_executed(tmp_path):
     with pytest.raises(InputError, match="cannot read the checkpoint"):
         folder.load_checkpoint()
     assert not (tmp_path / "evil").exists()
+
+
+def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
+    command = f"{sys.executable} -m hierroom.complexity --rooms 6 --csv | head -1"
+    done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
+    assert done.stdout.startswith("key_rooms")
+    assert done.stderr == ""
