@@ -6,7 +6,7 @@ import numpy as np
 
 from hierroom.errors import InputError
 from hierroom.learners import Policy
-from hierroom.meta import MetaController, make_meta
+from hierroom.meta import MetaController, at_play, make_meta
 from hierroom.presets import TrainConfig
 from hierroom.runs import RunFolder
 from hierroom.trainer import check_format, make_inputs, make_learner
@@ -21,7 +21,7 @@ class Agent:
         policy: the controller's policy, for as many rooms as the turns have.
         meta: who picks the goals.
         is_greedy: whether the controller takes its most probable action instead of drawing one. A policy that
-            escapes whenever it draws can turn on the spot for ever when it is greedy.
+            escapes whenever it draws can turn on the spot for ever when it is greedy. A learned meta-controller draws.
     """
 
     def __init__(self, config: TrainConfig, policy: Policy, meta: MetaController, *, is_greedy: bool = False):
@@ -40,14 +40,14 @@ class Agent:
         config, state = run.config(), run.load_checkpoint()
         check_format(state)
         learner = make_learner(config, config.rooms)
-        meta = make_meta(config.meta_name)
+        meta = make_meta(config.meta_name, config)
         try:
             learner.load_state_dict(state["learner"])
             if "meta" in state:
                 meta.load_state_dict(state["meta"])  # pyright: ignore[reportAttributeAccessIssue]
         except (RuntimeError, KeyError, ValueError) as error:
             raise InputError(f"the newest checkpoint of {run.path} does not fit its config.json") from error
-        return cls(config, learner.policy(rooms, seed=seed), meta, is_greedy=is_greedy)
+        return cls(config, learner.policy(rooms, seed=seed), at_play(meta, rooms, seed=seed), is_greedy=is_greedy)
 
     def step(self, turns: Turns) -> Step:
         """Take the turns that are due, and one primitive step in every room."""

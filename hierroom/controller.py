@@ -25,12 +25,14 @@ class Sight:
         rooms: [M] records of `layout.ROOM`.
         goals: [M] int, the goal ids pursued, or -1.
         previous_actions: [M] int, the controller's last action, or the number of actions before the first.
+        outcomes: [M] int, how the last goal's life ended: ``NO_OUTCOME``, ``REACHED``, ``TIMED_OUT`` or ``OTHER``.
     """
 
     tiles: NDArray[np.uint8]
     rooms: np.ndarray
     goals: NDArray[np.integer]
     previous_actions: NDArray[np.integer]
+    outcomes: NDArray[np.integer]
 
 
 def goal_reached(events: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.bool_]:

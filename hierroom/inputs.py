@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from hierroom.controller import Sight
 from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
+from hierroom.step import N_OUTCOMES, NO_OUTCOME
 from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR, N_TILES, VIEW
 from hierroom.world.tiles import TRIPLES
 
@@ -45,6 +46,7 @@ def _goal_categories() -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
 
 
 _GOAL_CATEGORIES, _GOAL_TILES = _goal_categories()
+_GOAL_IDS = np.arange(N_GOALS)
 
 
 def _goal_cells(sight: Sight) -> NDArray:
@@ -53,8 +55,22 @@ def _goal_cells(sight: Sight) -> NDArray:
     return np.where(is_goal.any(axis=1), is_goal.argmax(axis=1), N_CELLS)[:, None]
 
 
-def _keys(sight: Sight) -> NDArray:
-    return sight.rooms["keys"][:, None] >> sight.rooms["branches"] & 1
+def _by_colour(sight: Sight, what: str) -> NDArray:
+    """[M, 6] the bits of ``keys`` or ``doors``."""
+    return sight.rooms[what][:, None] >> sight.rooms["branches"] & 1
+
+
+def _goal_status(sight: Sight) -> NDArray:
+    """[M, 13] for each goal id 0 for never seen, 1 for seen this episode, 2 for achieved."""
+    status = sight.rooms["seen"][:, None] >> _GOAL_IDS & 1
+    achieved = np.concatenate([_by_colour(sight, "keys"), _by_colour(sight, "doors")], axis=1)
+    status[:, :EXIT_GOAL][achieved > 0] = 2
+    return status
+
+
+def _goal_outcome(sight: Sight) -> NDArray:
+    """[M, 13] for the last goal how its life ended, for the others 0."""
+    return np.where(sight.goals[:, None] == _GOAL_IDS, sight.outcomes[:, None], NO_OUTCOME)
 
 
 INPUTS: Mapping[str, Input] = {
@@ -66,13 +82,16 @@ INPUTS: Mapping[str, Input] = {
     "goal-in-view": Input(lambda _: (N_CELLS + 1,), _goal_cells),
     "symbol": Input(lambda _: (N_GOALS + 1,), lambda sight: (sight.goals % (N_GOALS + 1))[:, None]),
     "direction": Input(lambda _: (4,), lambda sight: sight.rooms["direction"][:, None]),
-    "keys": Input(lambda _: (2,) * N_COLOURS, _keys),
+    "keys": Input(lambda _: (2,) * N_COLOURS, lambda sight: _by_colour(sight, "keys")),
     "previous-action": Input(lambda n_actions: (n_actions + 1,), lambda sight: sight.previous_actions[:, None]),
+    "goal-status": Input(lambda _: (3,) * N_GOALS, _goal_status),
+    "goal-outcome": Input(lambda _: (N_OUTCOMES,) * N_GOALS, _goal_outcome),
 }
 """view: a learned row for each tile at each cell; view-ids: its object id, colour id and open bit as numbers; goal:
 object and colour; goal-in-view: the cell of the view that holds the goal; symbol: the goal as one of
-14, no goal the last; direction; keys: those held, by colour;
-previous-action: the last action taken."""
+14, no goal the last; direction; keys: those held, by colour; previous-action: the last action taken; goal-status:
+whether each goal was seen or achieved this episode; goal-outcome: how the life of the last goal ended. A
+meta-controller's goal is the one it gave last."""
 
 GOAL_INPUTS = ("goal", "goal-in-view", "symbol")
 """Inputs that show the goal: left out by methods whose controller does not see it."""

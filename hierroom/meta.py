@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol, runtime_checkable
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,11 @@ from hierroom.situation import Situation
 from hierroom.world import kernels
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.oracle import shortest_actions
+
+if TYPE_CHECKING:
+    from hierroom.presets import TrainConfig
+    from hierroom.step import Step
+    from hierroom.turns import Turns
 
 ENTRY_POINT_GROUP = "hierroom.meta_controllers"
 
@@ -41,6 +47,36 @@ class MetaController(Protocol):
         Returns:
             [M] goal ids 0 to 12, or -1 for no goal; a goal that is not legal counts as no goal.
         """
+        ...
+
+
+class LearningMeta(MetaController, Protocol):
+    """A meta-controller that learns while its controller does; training uses those of these methods that it has."""
+
+    @classmethod
+    def for_training(cls, config: TrainConfig) -> LearningMeta:
+        """Make one for a training run (without this, the class is made without arguments)."""
+        ...
+
+    def learn(self, step: Step, turns: Turns) -> None:
+        """Learn from a primitive step; called after each one, before goals are asked for again.
+
+        Where ``step.option_over`` a goal's life is over: it was paid ``step.meta_rewards``, lasted
+        ``step.meta_elapsed`` primitive steps and ended as ``step.outcomes`` says; ``turns.final_sight`` is what was
+        seen then.
+        """
+        ...
+
+    def for_play(self, rooms: int, *, seed: int) -> MetaController:
+        """What it has learned as a meta-controller that learns no more, for a number of rooms of their own."""
+        ...
+
+    def state_dict(self) -> dict:
+        """Everything that decides what happens next, as tensors and plain types: it goes into checkpoints."""
+        ...
+
+    def load_state_dict(self, state: dict) -> None:
+        """Go back to what `state_dict` gave."""
         ...
 
 
@@ -85,33 +121,48 @@ class NoGoals:
         return np.full(len(situation), NO_GOAL)
 
 
-META_CONTROLLERS: Mapping[str, type] = {
+META_CONTROLLERS: Mapping[str, type | str] = {
     "fixed-dfs": FixedDFS,
     "random": RandomGoals,
     "oracle": OracleGoals,
     "none": NoGoals,
+    "learned": "hierroom.learned_meta:LearnedMeta",  # by name, as loading it loads torch
 }
 """The meta-controllers that ship, by the name users type."""
 
 
-def make_meta(spec: str | MetaController) -> MetaController:
+def make_meta(spec: str | MetaController, config: TrainConfig | None = None) -> MetaController:
     """The meta-controller a user means.
 
     Args:
         spec: a name in `META_CONTROLLERS`; the name of an entry point in the group ``hierroom.meta_controllers``;
             ``package.module:Class``, looked for in the current folder too; or a meta-controller itself.
+        config: of the training it is for, if any.
 
     Raises:
         InputError: if there is no such meta-controller, it cannot be made, or it has no method ``choose``.
     """
     if not isinstance(spec, str):
         return _checked(spec, repr(spec))
-    make = META_CONTROLLERS.get(spec) or load_plugin(spec, "meta-controller", META_CONTROLLERS, ENTRY_POINT_GROUP)
+    make = META_CONTROLLERS.get(spec, spec)
+    if isinstance(make, str):
+        make = load_plugin(make, "meta-controller", META_CONTROLLERS, ENTRY_POINT_GROUP)
+    if hasattr(make, "for_training"):
+        if config is None:
+            raise InputError(f"the meta-controller {spec!r} is made in training: give the one of a trained agent")
+        make = partial(make.for_training, config)
     try:
         meta = make()
+    except InputError:
+        raise
     except Exception as error:  # whatever a user's own code may raise
         raise InputError(f"the meta-controller {spec!r} cannot be made: {in_one_line(error)}") from error
     return _checked(meta, repr(spec))
+
+
+def at_play(meta: MetaController, rooms: int, *, seed: int) -> MetaController:
+    """What chooses for a meta-controller where nothing is learned: its ``for_play``, or where it has none itself."""
+    return meta.for_play(rooms, seed=seed) if hasattr(meta, "for_play") else meta  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _checked(meta: Any, name: str) -> MetaController:

@@ -15,6 +15,10 @@ from hierroom.errors import InputError
 from hierroom.learners import PPOConfig
 from hierroom.methods import find_method
 
+META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, min_advantage_std=0.05)
+"""For learning to choose goals: an update after 256 decisions, as there are few of them; a discount that lets the exit
+count 500 steps before it, as is needed while the controller is slow."""
+
 
 @dataclass(frozen=True)
 class TrainConfig:
@@ -23,8 +27,8 @@ class TrainConfig:
     method: str = "hippo"
     """ppo, ppo-bonus, ppo-novelty, ppo-sketch, ppo-modular or hippo."""
     meta: str | None = None
-    """Who picks the goals: fixed-dfs, random, oracle, none, an entry point or package.module:Class; by default the
-    method's own."""
+    """Who picks the goals: fixed-dfs, random, oracle, learned, none, an entry point or package.module:Class; by
+    default the method's own."""
     network: str | None = None
     """The controller's network: recurrent, modular (a sub-policy for each goal), an entry point or
     package.module:Class; by default the method's own."""
@@ -62,6 +66,12 @@ class TrainConfig:
     """Where the learner computes: cpu, cuda, cuda:1, ..."""
     ppo: Annotated[PPOConfig, tyro.conf.arg(name="")] = dataclasses.field(default_factory=PPOConfig)
     """Hyperparameters of the learner."""
+    meta_inputs: tuple[str, ...] = ("goal-status", "goal-outcome")
+    """What a learned meta-controller is fed: inputs with a column for each goal."""
+    meta_start_success: float = 0.03
+    """A learned meta-controller draws goals at random until this share of 100 episodes escapes; then it learns."""
+    meta_ppo: PPOConfig = META_PPO
+    """Hyperparameters of its learner, whose turns are decisions."""
 
     @property
     def meta_name(self) -> str:
@@ -92,20 +102,30 @@ class TrainConfig:
             InputError: if an entry is missing or unknown.
         """
         try:
-            return cls(**{**table, "inputs": tuple(table["inputs"]), "ppo": PPOConfig(**table["ppo"])})
+            inputs = {name: tuple(table[name]) for name in ("inputs", "meta_inputs")}
+            learners = {name: PPOConfig(**table[name]) for name in ("ppo", "meta_ppo")}
+            return cls(**{**table, **inputs, **learners})
         except (TypeError, KeyError) as error:
             raise InputError(f"this is not the config of a training run: {error}") from error
 
 
 PRESETS: Mapping[str, TrainConfig] = {
     "default": TrainConfig(),
+    "learned": TrainConfig(
+        meta="learned",
+        goal_mask="existing",
+        subgoal_horizon=50,
+        steps=3_000_000,
+        ppo=PPOConfig(entropy_weight=0.03),
+    ),
     "paper": TrainConfig(
         steps=10_000_000,
         inputs=("view-ids", "goal"),
         ppo=PPOConfig(sequence_length=128, learning_rate=2.5e-4, gamma=0.9, gae_lambda=0.95),
     ),
 }
-"""default: the best known. paper: section 3 of the paper; what it leaves open is as in the default."""
+"""default: the best known. learned: the same with a learned meta-controller (the paper's Algorithm 1). paper: section 3
+of the paper; what it leaves open is as in the default."""
 
 
 def find_preset(name: str) -> TrainConfig:

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from hierroom.controller import Sight
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, GoalGraph
 from hierroom.world.layout import State
 
@@ -27,6 +28,7 @@ class Situation:
         last_outcomes: [M] int, how it ended: ``NO_OUTCOME``, ``REACHED``, ``TIMED_OUT`` or ``OTHER`` of `step`.
         draws: [M, 13] float in [0, 1), random numbers for this turn, one for each goal id. They are fixed by seed,
             room, episode and turn, so a choice made with them is the same in whatever batch it is made.
+        sight: what is to be seen from the rooms, the last goals as its goals; what `inputs` are made of.
     """
 
     indices: NDArray[np.integer]
@@ -34,6 +36,7 @@ class Situation:
     last_goals: NDArray[np.integer]
     last_outcomes: NDArray[np.integer]
     draws: NDArray[np.float64]
+    sight: Sight
 
     def __len__(self) -> int:
         return len(self.indices)

@@ -20,8 +20,9 @@ from hierroom.commands import run
 from hierroom.errors import InputError
 from hierroom.goals import NO_GOAL
 from hierroom.interrupt import Interrupt
+from hierroom.meta import at_play
 from hierroom.plots import plot_learning_curve
-from hierroom.presets import TrainConfig, find_preset
+from hierroom.presets import PRESETS, TrainConfig, find_preset
 from hierroom.runs import RunFolder, unused_path
 from hierroom.trainer import Trainer, make_turns
 from hierroom.world.animation import animate
@@ -35,8 +36,9 @@ class Arguments:
     """Train an agent in EscapeRooms and write a run folder."""
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
-    preset: str = "default"
-    """What the other options start from: default (the best known) or paper (its section 3)."""
+    preset: str | None = None
+    """What the other options start from: default (the best known), learned (the same for --meta learned, which implies
+    it) or paper (its section 3)."""
     out: Path | None = None
     """The run folder, new; by default runs/ and the run's name."""
     resume: Path | None = None
@@ -50,16 +52,17 @@ def parse(argv: list[str] | None = None) -> Arguments:
         InputError: if the preset or the run does not exist.
     """
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    first.add_argument("--preset", default="default")
-    first.add_argument("--resume", default=None)
+    for name in ("--preset", "--meta", "--resume"):
+        first.add_argument(name)
     known, _ = first.parse_known_args(argv)
-    default = RunFolder.open(known.resume).config() if known.resume else find_preset(known.preset)
+    # A meta-controller that needs other settings than the default has a preset of its own name.
+    preset = known.preset or (known.meta if known.meta in PRESETS else "default")
+    default = RunFolder.open(known.resume).config() if known.resume else find_preset(preset)
     return tyro.cli(
         Arguments,
         prog="python -m hierroom.train",
         default=Arguments(config=default),
         args=argv,
-        config=(tyro.conf.OmitArgPrefixes,),
     )
 
 
@@ -152,10 +155,11 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
 def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
     """The pictures of each successful episode among the first few of a fresh room."""
     config = replace(trainer.config, threads=1)
-    agent = Agent(config, trainer.learner.policy(1, seed=config.seed), trainer.meta)
+    meta = at_play(trainer.meta, 1, seed=config.seed)
+    agent = Agent(config, trainer.learner.policy(1, seed=config.seed), meta)
     turns = make_turns(config, 1, config.seed + 1)
     for _ in range(episodes):
-        turns.ask(trainer.meta)
+        turns.ask(meta)
         frames = [draw(turns.world.state, int(turns.goals[0]), tile_size=16)]
         while True:
             step = agent.step(turns)

@@ -125,7 +125,7 @@ class Trainer:
         self.turns.world.set_graphs(self.pool.graphs)
         self.turns.reset(config.seed)
         self.turns.world.stagger_clocks()
-        self.meta = make_meta(config.meta_name)
+        self.meta = make_meta(config.meta_name, config)
         self.inputs = make_inputs(config)
         self.learner = make_learner(config, config.rooms)
         if config.warm_start:
@@ -153,6 +153,8 @@ class Trainer:
             terminated, truncated = self._ends_of_returns(step)
             bootstrapped = np.flatnonzero(truncated)
             final_codes = self.inputs.codes(self.turns.final_sight(step, bootstrapped))
+            if hasattr(self.meta, "learn"):
+                self.meta.learn(step, self.turns)  # pyright: ignore[reportAttributeAccessIssue]
             self.turns.ask(self.meta)
             codes = self.inputs.codes(self.turns.sight())
             next_codes = codes.copy()
@@ -181,6 +183,7 @@ class Trainer:
             "success_rate": self.log.success_rate,
             "episode_length": self.log.episode_length,
             **self.statistics,
+            **{f"meta_{name}": value for name, value in getattr(self.meta, "statistics", {}).items()},
         }
 
     def summary(self) -> dict[str, Any]:

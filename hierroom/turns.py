@@ -101,7 +101,8 @@ class Turns:
         draws = np.empty((len(indices), N_GOALS))
         turn_draws(rooms, ledger.meta_turns[indices], draws)
         state = State(self.world.state.grids[indices], rooms)
-        return Situation(indices, state, ledger.last_goals[indices], ledger.last_outcomes[indices], draws)
+        last = ledger.last_goals[indices], ledger.last_outcomes[indices]
+        return Situation(indices, state, *last, draws, self.meta_sight(indices))
 
     def meta_masks(self, situation: Situation) -> NDArray[np.bool_]:
         """[M, 14] the meta-controller's legal actions: goals on its turn, else (or where none is left) no goal."""
@@ -152,7 +153,7 @@ class Turns:
             meta.reset(fresh)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
         situation = self.situation(indices)
         masks = self.meta_masks(situation)
-        observations = self.meta_observations(self.meta_sight(indices), situation.last_outcomes, masks)
+        observations = self.meta_observations(situation.sight, situation.last_outcomes, masks)
         self.choose(indices, meta.choose(observations, masks[:, :N_GOALS].copy(), situation), masks)
 
     def step(self, actions: ArrayLike) -> Step:
@@ -183,15 +184,19 @@ class Turns:
             self.world.state.rooms[indices],
             ledger.goals[indices],
             ledger.previous_actions[indices],
+            ledger.last_outcomes[indices],
         )
 
     def final_sight(self, step: Step, indices: NDArray[np.integer]) -> Sight:
-        """What was to be seen from some rooms [M] right after a step, before a reset or the choice of a new goal."""
+        """What was to be seen from some rooms [M] right after a step, before a reset or the choice of a new goal.
+
+        Where the step ended an option it is what either agent sees last: the goal is the one whose life just ended.
+        """
         over = step.over[indices]
         tiles, rooms = self.world.outcomes["tiles"][indices], self.world.state.rooms[indices]
         tiles[over] = self.world.outcomes["final_tiles"][indices[over]]
         rooms[over] = self._finals[indices[over]]
-        return Sight(tiles, rooms, step.goals[indices], step.actions[indices])
+        return Sight(tiles, rooms, step.goals[indices], step.actions[indices], step.outcomes[indices])
 
     def meta_sight(self, indices: NDArray[np.integer]) -> Sight:
         """What the meta-controller sees: as the controller, but with the goal it gave last."""

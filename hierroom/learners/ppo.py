@@ -30,13 +30,18 @@ Reinforcement Learning (2021).
 14. One Adam for everything, epsilon 1e-5 (37 details, 3), step size constant or annealed linearly (37 details, 4).
 15. The gradient of all parameters together is clipped to norm 0.5 (37 details, 11).
 16. Policy and value share encoder and core (37 details, 13).
-17. Actions are drawn by inverting the distribution function at uniform numbers from the learner's own generator;
+17. Hindsight, for an agent whose turn can have the effect of another action than it took (a meta-controller's options):
+    where that went better than expected, the turn is learned from as if that action had been taken (after Andrychowicz
+    et al. 2017 and, for learning from positive advantages only, Oh et al. 2018). The value, which does not depend on
+    the action, learns from all turns alike. `relabel`.
+18. Actions are drawn by inverting the distribution function at uniform numbers from the learner's own generator;
     weights and shuffles have generators of their own. Nothing global is read or written.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -50,8 +55,8 @@ from hierroom.learners.fused_backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
 from hierroom.learners.networks import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.policy import Policy
-from hierroom.learners.rollout import Rollout
-from hierroom.learners.sampling import sample_actions
+from hierroom.learners.rollout import Batch, Rollout
+from hierroom.learners.sampling import log_probabilities, sample_actions
 from hierroom.learners.torch_backend import STATISTICS, TorchBackend
 
 
@@ -116,6 +121,7 @@ class Learner:
             self._backend = TorchBackend(self.network, config, device)
         self._initial_state = self._backend.initial_states(1)  # [1, S]
         self._states = np.repeat(self._initial_state, n_rooms, axis=0)  # [N, S]
+        self._logits = np.zeros((n_rooms, space.n_actions), np.float32)  # [N, A] of the last turns begun
         self._starts_episode = np.ones(n_rooms, bool)
         self._rollout = Rollout(
             n_rooms,
@@ -131,6 +137,11 @@ class Learner:
     def ready(self) -> bool:
         """Whether enough sequences are full for an `update`."""
         return self._rollout.n_full >= self.sequences_per_update
+
+    @property
+    def has_begun(self) -> NDArray[np.bool_]:
+        """[N] bool, whether a turn has begun and not finished."""
+        return self._rollout.is_open
 
     @property
     def n_rollout_bytes(self) -> int:
@@ -162,10 +173,26 @@ class Learner:
         states = self._states[rooms]
         states[resets] = self._initial_state
         logits, values, self._states[rooms] = self._backend.step(codes, states)
+        self._logits[rooms] = logits
         actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(rooms)))
         self._rollout.begin(rooms, states, resets, codes, masks, actions, log_probs, values)
         self._starts_episode[rooms] = False
         return actions
+
+    def relabel(self, rooms: NDArray[np.integer], actions: NDArray[np.integer]) -> None:
+        """Say that the open turn of some rooms had the effect of another action than it took.
+
+        Where its advantage comes out positive the turn is learned from as if that action had been taken. An action
+        that was not legal when the turn began could not have been taken: nothing is noted.
+
+        Args:
+            rooms: [M] int, each with a turn open.
+            actions: [M] int, 0 to A - 1.
+        """
+        masks = self._rollout.masks(rooms)
+        legal = np.flatnonzero(masks[np.arange(len(rooms)), actions])
+        rooms, actions = rooms[legal], actions[legal]
+        self._rollout.relabel(rooms, actions, log_probabilities(self._logits[rooms], masks[legal], actions))
 
     def finish(
         self,
@@ -242,7 +269,7 @@ class Learner:
             for part in np.array_split(self._shuffle_random.permutation(n_sequences), config.minibatches)
         ]
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
-        means = self._backend.train(batch, advantages, parts, learning_rate)
+        means = self._backend.train(in_hindsight(batch, advantages), advantages, parts, learning_rate)
         if not np.isfinite(means).all():
             raise FloatingPointError(f"training diverged: {dict(zip(STATISTICS, means.tolist(), strict=True))}")
         target_variance = np.var(advantages + batch.values)
@@ -263,6 +290,7 @@ class Learner:
             "backend": self._backend.state_dict(),
             "rollout": self._rollout.state_dict(),
             "states": torch.from_numpy(self._states.copy()),
+            "logits": torch.from_numpy(self._logits.copy()),
             "starts_episode": torch.from_numpy(self._starts_episode.copy()),
             "action_random": self._action_random.bit_generator.state,
             "shuffle_random": self._shuffle_random.bit_generator.state,
@@ -277,6 +305,17 @@ class Learner:
         self._backend.load_state_dict(state["backend"])
         self._rollout.load_state_dict(state["rollout"])
         self._states[...] = state["states"].numpy()
+        self._logits[...] = state["logits"].numpy()
         self._starts_episode[...] = state["starts_episode"].numpy()
         self._action_random.bit_generator.state = state["action_random"]
         self._shuffle_random.bit_generator.state = state["shuffle_random"]
+
+
+def in_hindsight(batch: Batch, advantages: NDArray[np.floating]) -> Batch:
+    """The batch with the actions of `Learner.relabel` instead of those taken, where advantages [T, M] are positive."""
+    better = (batch.hindsight_actions >= 0) & (advantages > 0)
+    return replace(
+        batch,
+        actions=np.where(better, batch.hindsight_actions, batch.actions),
+        log_probs=np.where(better, batch.hindsight_log_probs, batch.log_probs),
+    )

@@ -30,6 +30,8 @@ class Batch:
     terminated: NDArray[np.bool_]  # [T, M]
     truncated: NDArray[np.bool_]  # [T, M]
     next_values: NDArray[np.float32]  # [T, M] zero where terminated
+    hindsight_actions: NDArray[np.int64]  # [T, M] the other action whose effect the turn had, or -1
+    hindsight_log_probs: NDArray[np.float32]  # [T, M] of those, when the actions were taken
 
 
 class Rollout:
@@ -61,6 +63,8 @@ class Rollout:
             terminated=np.zeros((length, capacity), bool),
             truncated=np.zeros((length, capacity), bool),
             next_values=np.zeros((length, capacity), np.float32),
+            hindsight_actions=np.full((length, capacity), -1),
+            hindsight_log_probs=np.zeros((length, capacity), np.float32),
         )
         self.columns = np.full(n_rooms, -1)  # [N] the column a room writes, -1: none yet
         self.turns = np.zeros(n_rooms, np.int64)  # [N] finished turns in that column
@@ -103,12 +107,23 @@ class Rollout:
         slots.masks[turns, columns] = masks
         slots.actions[turns, columns] = actions
         slots.log_probs[turns, columns] = log_probs
+        slots.hindsight_actions[turns, columns] = -1
         slots.values[turns, columns] = values
         # The value of this observation is what the turn before was waiting for, unless its return ended there.
         before = turns - 1
         follows = (turns > 0) & ~(slots.terminated[before, columns] | slots.truncated[before, columns])
         slots.next_values[before[follows], columns[follows]] = values[follows]
         self.is_open[rooms] = True
+
+    def relabel(self, rooms: NDArray[np.integer], actions: NDArray[np.integer], log_probs: NDArray[np.float32]) -> None:
+        """Note the other actions [M] whose effect the open turns of ``rooms`` [M] had, and their log-probabilities."""
+        columns, turns = self.columns[rooms], self.turns[rooms]
+        self.slots.hindsight_actions[turns, columns] = actions
+        self.slots.hindsight_log_probs[turns, columns] = log_probs
+
+    def masks(self, rooms: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """The legal actions [M, A] of the open turns of ``rooms`` [M]."""
+        return self.slots.masks[self.turns[rooms], self.columns[rooms]]
 
     def needs_next_value(
         self, rooms: NDArray[np.integer], terminated: NDArray[np.bool_], truncated: NDArray[np.bool_]

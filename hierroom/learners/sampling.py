@@ -49,6 +49,16 @@ def sample_actions(
     return actions, log_probs
 
 
+def log_probabilities(
+    logits: NDArray[np.floating], masks: NDArray[np.bool_], actions: NDArray[np.integer]
+) -> NDArray[np.floating]:
+    """Log-probabilities [N] of actions [N] in the softmax over the legal ones; minus infinity for an illegal one."""
+    legal = np.where(masks, logits, -np.inf)
+    highest = legal.max(axis=-1)
+    totals = np.log(np.exp(legal - highest[:, None]).sum(axis=-1))
+    return legal[np.arange(len(actions)), actions] - highest - totals
+
+
 def greedy_actions(logits: NDArray[np.floating], masks: NDArray[np.bool_]) -> NDArray[np.int64]:
     """The most probable legal action of each room, the first of equals; arguments as in `sample_actions`."""
     return np.where(masks, logits, -np.inf).argmax(axis=-1)
