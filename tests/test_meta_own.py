@@ -68,8 +68,8 @@ def test_a_meta_controller_itself():
 @pytest.mark.parametrize(
     ("spec", "said"),
     [
-        ("best", "a meta-controller is one of fixed-dfs, random, oracle, none, an entry point of hierroom.meta_c"),
-        ("", "a meta-controller is one of fixed-dfs, random, oracle, none, an entry point of hierroom.meta_c"),
+        ("best", "a meta-controller is one of fixed-dfs, random, oracle, none, "),
+        ("", "a meta-controller is one of fixed-dfs, random, oracle, none, "),
         ("{outside}_x:Mine", "there is no module '{outside}_x' for the meta-controller '{outside}_x:Mine'"),
         ("{outside}_broken:Mine", "there is no module 'nowhere_to_be_found' for the meta-controller"),
         ("{outside}_typo:Mine", "the meta-controller '{outside}_typo:Mine' cannot be loaded: SyntaxError: "),
