@@ -92,8 +92,7 @@ def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     numbers = {name: value for name, value in trainer.summary().items() if name != "steps"}  # a whole number of updates
     rooms = min(100, episodes)
     for name in ("sampled", "greedy"):
-        policy = trainer.learner.policy(rooms, seed=config.seed)
-        agent = Agent(config, policy, trainer.meta, is_greedy=name == "greedy")
+        agent = Agent.of(trainer, rooms, seed=config.seed, is_greedy=name == "greedy")
         result = evaluate(agent, make_turns(config, rooms, 1_000_000 + config.seed, measure_shortest=True), episodes)
         numbers[f"{name}_success"] = result.success_rate
         numbers[f"{name}_length"] = result.length

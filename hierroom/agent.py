@@ -9,7 +9,7 @@ from hierroom.learners import Policy
 from hierroom.meta import MetaController, at_play, make_meta
 from hierroom.presets import TrainConfig
 from hierroom.runs import RunFolder
-from hierroom.trainer import check_format, make_inputs, make_learner
+from hierroom.trainer import Trainer, check_format, make_inputs, make_learner
 from hierroom.turns import Step, Turns
 
 
@@ -29,6 +29,12 @@ class Agent:
         self.meta = meta
         self._act = policy.act_greedily if is_greedy else policy.act
         self._policy = policy
+
+    @classmethod
+    def of(cls, trainer: Trainer, rooms: int, *, seed: int = 0, is_greedy: bool = False) -> Agent:
+        """The agent that a trainer has trained so far, for a number of rooms of their own."""
+        meta = at_play(trainer.meta, rooms, seed=seed)
+        return cls(trainer.config, trainer.learner.policy(rooms, seed=seed), meta, is_greedy=is_greedy)
 
     @classmethod
     def load(cls, run: RunFolder, rooms: int, *, seed: int = 0, is_greedy: bool = False) -> Agent:

@@ -20,7 +20,6 @@ from hierroom.commands import run
 from hierroom.errors import InputError
 from hierroom.goals import NO_GOAL
 from hierroom.interrupt import Interrupt
-from hierroom.meta import at_play
 from hierroom.plots import plot_learning_curve
 from hierroom.presets import PRESETS, TrainConfig, find_preset
 from hierroom.runs import RunFolder, unused_path
@@ -155,11 +154,10 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
 def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
     """The pictures of each successful episode among the first few of a fresh room."""
     config = replace(trainer.config, threads=1)
-    meta = at_play(trainer.meta, 1, seed=config.seed)
-    agent = Agent(config, trainer.learner.policy(1, seed=config.seed), meta)
+    agent = Agent.of(trainer, 1, seed=config.seed)
     turns = make_turns(config, 1, config.seed + 1)
     for _ in range(episodes):
-        turns.ask(meta)
+        turns.ask(agent.meta)
         frames = [draw(turns.world.state, int(turns.goals[0]), tile_size=16)]
         while True:
             step = agent.step(turns)

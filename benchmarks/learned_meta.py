@@ -1,0 +1,120 @@
+"""The learned meta-controller, from scratch, beside a random one on the same controller: one row a run.
+
+    python benchmarks/learned_meta.py --goal-masks existing --steps 3_000_000 --out benchmarks/results/learned.csv
+    python benchmarks/learned_meta.py --goal-masks seen none --steps 5_000_000 --out benchmarks/results/learned.csv
+
+Each run trains controller and meta-controller together and is then evaluated apart from training, its actions sampled:
+once as it is, once with goals drawn at random from the same mask in place of those it learned to choose. Rows that the
+file already holds are not run again, so a table that was stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import sys
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from itertools import product
+from multiprocessing import get_context
+from pathlib import Path
+from statistics import median
+
+import torch
+import tyro
+from rich.progress import Progress
+from success import read
+
+from hierroom.agent import Agent
+from hierroom.evaluate import evaluate
+from hierroom.meta import RandomGoals
+from hierroom.presets import TrainConfig, find_preset
+from hierroom.trainer import Trainer, make_turns
+
+KEYS = ("graph", "goal_mask", "seed", "steps")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Train and evaluate a table of runs."""
+
+    out: Path
+    """The CSV file, made or gone on with."""
+    graphs: tuple[str, ...] = ("a", "b", "c", "d", "e", "f", "g")
+    """Goal graphs to train on."""
+    goal_masks: tuple[str, ...] = ("existing", "seen", "none")
+    """Which goals may be chosen: reachable, existing, seen or none (all of them)."""
+    seeds: int = 3
+    """Seeds 0, 1, ... of each."""
+    steps: int = 3_000_000
+    """Primitive steps of each run."""
+    episodes: int = 1000
+    """Episodes of each evaluation."""
+    processes: int = os.cpu_count() or 1
+    """Runs at a time."""
+
+
+def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
+    """The numbers of one run."""
+    torch.set_num_threads(1)
+    trainer = Trainer(config)
+    while not trainer.is_done:
+        trainer.advance()
+    summary = trainer.summary()
+    row: dict[str, object] = {name: summary[name] for name in ("steps_to_50", "steps_to_90", "steps_to_95", "seconds")}
+    rooms = min(100, episodes)
+    learned = Agent.of(trainer, rooms, seed=config.seed)
+    other = Agent(config, trainer.learner.policy(rooms, seed=config.seed), RandomGoals())
+    for name, agent in (("learned", learned), ("random", other)):
+        turns = make_turns(config, rooms, 1_000_000 + config.seed, measure_shortest=True)
+        result = evaluate(agent, turns, episodes)
+        row[f"{name}_success"], row[f"{name}_length"] = result.success_rate, result.length
+        row[f"{name}_length_over_shortest"] = result.length_over_shortest
+    return {name: round(value, 4) if isinstance(value, float) else value for name, value in row.items()}
+
+
+def print_medians(rows: list[dict[str, str]]) -> None:
+    """Print a line for each mask and graph: medians over its seeds, and the worst success."""
+    print("| mask | graph | steps | seeds | steps to 95% | learned | worst | length | random | length |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    for cell in sorted({(row["goal_mask"], row["graph"], int(row["steps"])) for row in rows}):
+        chosen = [row for row in rows if (row["goal_mask"], row["graph"], int(row["steps"])) == cell]
+        to_95, success, length, random_success, random_length = (
+            median(float(row[name] or "inf") for row in chosen)
+            for name in ("steps_to_95", "learned_success", "learned_length", "random_success", "random_length")
+        )
+        worst = min(float(row["learned_success"]) for row in chosen)
+        print(
+            f"| {cell[0]} | {cell[1]} | {cell[2] / 1e6:.1f}M | {len(chosen)} | {to_95 / 1e6:.2f}M | {success:.1%} | "
+            f"{worst:.1%} | {length:.0f} | {random_success:.1%} | {random_length:.0f} |"
+        )
+
+
+def main() -> None:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__)
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    done = [tuple(row[key] for key in KEYS) for row in read(options.out)]
+    preset = replace(find_preset("learned"), steps=options.steps, threads=1)  # the processes are the parallel part
+    missing = []
+    for seed, mask, graph in product(range(options.seeds), options.goal_masks, options.graphs):
+        if (graph, mask, str(seed), str(options.steps)) not in done:
+            missing.append(replace(preset, graph=graph, goal_mask=mask, seed=seed))
+    with Progress() as bar, ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
+        task = bar.add_task("runs", total=len(missing))
+        futures = {pool.submit(train_and_evaluate, config, options.episodes): config for config in missing}
+        for future in as_completed(futures):
+            row = {**{key: getattr(futures[future], key) for key in KEYS}, **future.result()}
+            is_new = not options.out.exists()
+            with options.out.open("a", newline="") as file:
+                writer = csv.DictWriter(file, list(row))
+                if is_new:
+                    file.write(f"# python {' '.join(sys.argv)}\n")
+                    writer.writeheader()
+                writer.writerow(row)
+            bar.advance(task)
+    print_medians(read(options.out))
+
+
+if __name__ == "__main__":
+    main()
