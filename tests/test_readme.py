@@ -1,7 +1,9 @@
 """The README is true: its Python runs, its commands parse, its table of complexity is what the package computes."""
 
+import importlib.util
 import re
 import shlex
+import sys
 from pathlib import Path
 
 import pytest
@@ -49,3 +51,13 @@ def test_the_table_of_complexity_is_computed(letter):
         f"| {letter} | {report.exit_depth} | {report.width} | {report.hitting_time:.2f} | {report.expected_steps:.1f} |"
     )
     assert row in README
+
+
+def test_the_table_of_results_is_what_the_committed_rows_say(capsys):
+    root = Path(__file__).parents[1]
+    specification = importlib.util.spec_from_file_location("success", root / "benchmarks" / "success.py")
+    success = importlib.util.module_from_spec(specification)
+    sys.modules["success"] = success  # dataclasses look their module up
+    specification.loader.exec_module(success)
+    success.print_medians(success.read(root / "benchmarks" / "results" / "hippo.csv"))
+    assert capsys.readouterr().out in README
