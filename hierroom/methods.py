@@ -16,6 +16,7 @@ class Method:
         pay: how the controller is paid, as in `controller.PAYS`.
         about: one line for people.
         network: the controller's network unless another is named, as in `network.NETWORKS`.
+        is_curious: whether the controller is paid for what `RandomDistillation` finds new, besides.
     """
 
     meta: str
@@ -23,6 +24,7 @@ class Method:
     pay: str
     about: str
     network: str = "recurrent"
+    is_curious: bool = False
 
 
 METHODS: Mapping[str, Method] = {
@@ -31,6 +33,9 @@ METHODS: Mapping[str, Method] = {
     "ppo-sketch": Method("fixed-dfs", True, "extrinsic", "PPO that sees the goals, paid at the exit"),
     "hippo": Method("fixed-dfs", True, "intrinsic", "hierarchical PPO, the controller paid for reaching its goals"),
     "ppo-novelty": Method("none", False, "novelty", "flat PPO, paid at the exit and for states new in the episode"),
+    "ppo-rnd": Method(
+        "none", False, "extrinsic", "flat PPO, paid at the exit and for what is new to it", is_curious=True
+    ),
     "ppo-modular": Method("fixed-dfs", False, "extrinsic", "a sub-policy for each goal, paid at the exit", "modular"),
 }
 

@@ -25,7 +25,7 @@ class TrainConfig:
     """Train an agent in EscapeRooms."""
 
     method: str = "hippo"
-    """ppo, ppo-bonus, ppo-novelty, ppo-sketch, ppo-modular or hippo."""
+    """ppo, ppo-bonus, ppo-novelty, ppo-rnd, ppo-sketch, ppo-modular or hippo."""
     meta: str | None = None
     """Who picks the goals: fixed-dfs, random, oracle, learned, none, an entry point or package.module:Class; by
     default the method's own."""
@@ -56,6 +56,9 @@ class TrainConfig:
     """Goals the meta-controller may choose: reachable, existing, seen or none (all of them)."""
     novelty_bonus: float = NOVELTY_BONUS
     """What ppo-novelty pays for each state entered first in an episode; the exit pays 1."""
+    curiosity_weight: float = 0.5
+    """What ppo-rnd pays for curiosity, whose returns are scaled to deviation 1; the exit pays 1 (Burda et al. 2018:
+    half as much as the exit, too)."""
     rooms: int = 128
     """Rooms trained in side by side."""
     inputs: tuple[str, ...] = ("view", "goal", "goal-in-view", "direction", "keys", "previous-action")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
+from hierroom.curiosity import Curiosity
 from hierroom.episodes import EpisodeLog
 from hierroom.errors import InputError
 from hierroom.graph_pool import GraphPool
@@ -130,6 +131,7 @@ class Trainer:
         self.learner = make_learner(config, config.rooms)
         if config.warm_start:
             warm_start(self.learner, config, RunFolder.open(config.warm_start))
+        self.curiosity = Curiosity(config, self.inputs.n_actions) if find_method(config.method).is_curious else None
         self.log = EpisodeLog()
         self.statistics: dict[str, float] = {}
         self.steps = 0
@@ -155,16 +157,19 @@ class Trainer:
             final_codes = self.inputs.codes(self.turns.final_sight(step, bootstrapped))
             if hasattr(self.meta, "learn"):
                 self.meta.learn(step, self.turns)  # pyright: ignore[reportAttributeAccessIssue]
+            rewards = step.rewards + self.curiosity.rewards(step, self.turns) if self.curiosity else step.rewards
             self.turns.ask(self.meta)
             codes = self.inputs.codes(self.turns.sight())
             next_codes = codes.copy()
             next_codes[bootstrapped] = final_codes
             elapsed = np.ones(len(self._all), np.int64)
-            self.learner.finish(self._all, step.rewards, elapsed, terminated, truncated, step.over, next_codes)
+            self.learner.finish(self._all, rewards, elapsed, terminated, truncated, step.over, next_codes)
             self.log.add(step, self.steps, time.perf_counter() - started)
             if self.pool.add(step):
                 self.turns.world.set_graphs(self.pool.graphs)
         self.statistics = self.learner.update(min(self.steps / self.config.steps, 1.0))
+        if self.curiosity:
+            self.statistics |= self.curiosity.learn()
         self.seconds = time.perf_counter() - started
 
     def _ends_of_returns(self, step: Step):
@@ -214,6 +219,8 @@ class Trainer:
             "steps": self.steps,
             "seconds": self.seconds,
         }
+        if self.curiosity:
+            state["curiosity"] = self.curiosity.state_dict()
         if hasattr(self.meta, "state_dict"):
             state["meta"] = self.meta.state_dict()  # pyright: ignore[reportAttributeAccessIssue]
         return state
@@ -235,6 +242,8 @@ class Trainer:
         self.pool.load_state_dict(state["pool"])
         self.turns.world.set_graphs(self.pool.graphs)
         self.steps, self.seconds = state["steps"], state["seconds"]
+        if self.curiosity:
+            self.curiosity.load_state_dict(state["curiosity"])
         if "meta" in state:
             self.meta.load_state_dict(state["meta"])  # pyright: ignore[reportAttributeAccessIssue]
 

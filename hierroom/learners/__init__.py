@@ -1,6 +1,7 @@
 """One learner for any agent: recurrent PPO on the agent's own turns."""
 
 from hierroom.learners.config import PPOConfig
+from hierroom.learners.distillation import RandomDistillation
 from hierroom.learners.modular import ModularActorCritic
 from hierroom.learners.networks import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.policy import Policy
@@ -13,5 +14,6 @@ __all__ = [
     "PPOConfig",
     "Policy",
     "PolicyNetwork",
+    "RandomDistillation",
     "RecurrentActorCritic",
 ]

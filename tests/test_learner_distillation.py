@@ -1,0 +1,127 @@
+"""Random network distillation: by hand what can be, and that it gets used to what it sees."""
+
+import io
+
+import numpy as np
+import pytest
+import torch
+
+from hierroom import InputError
+from hierroom.learners import RandomDistillation
+from hierroom.learners.distillation import whitening
+from hierroom.presets import TrainConfig
+from hierroom.trainer import Trainer
+
+SIZES = (4, 3)
+SMALL = TrainConfig(method="ppo-rnd", graph="a", size=11, max_steps=60, rooms=8, steps=2048)
+
+
+def make(n_rooms=6, seed=0):
+    return RandomDistillation(SIZES, n_rooms, gamma=0.9, seed=seed, hidden_size=16)
+
+
+def draw(rng, n=6):
+    return rng.integers(0, SIZES, (n, 2)).astype(np.uint8)
+
+
+def test_whitening_by_hand():
+    # Shares 1/4 and 3/4; then 1 in 101, whose one is clipped; then a column that never changes.
+    scale, shift = whitening(np.array([1.0, 3, 1, 100, 7]), np.array([2, 2, 1]))
+    one, zero = scale + shift, shift
+    np.testing.assert_allclose(zero, [-(3**-0.5), -(3**0.5), -0.1, -5, 0])
+    np.testing.assert_allclose(one, [3**0.5, 3**-0.5, 5, 0.1, 0])
+
+
+def test_features_are_those_of_whitened_one_hot_columns():
+    curiosity, codes = make(), draw(np.random.default_rng(0))
+    curiosity._counts[:] = [5, 1, 2, 8, 3, 3, 9]
+    scale, shift = whitening(curiosity._counts, np.array(SIZES))
+    one_hot = np.concatenate([np.eye(n)[codes[:, k]] for k, n in enumerate(SIZES)], axis=1)
+    outputs = []
+    for network in (curiosity.predictor, curiosity.target):
+        hidden = torch.from_numpy(one_hot * scale + shift).float() @ network.weight + network.bias
+        for layer in network.layers:
+            hidden = layer(torch.relu(hidden))
+        outputs.append(hidden)
+    torch.testing.assert_close(curiosity._errors(codes), (outputs[0] - outputs[1]).square().mean(-1))
+
+
+def test_rewards_are_errors_over_the_deviation_of_all_returns():
+    curiosity, rng = make(), np.random.default_rng(1)
+    returns, every_return = np.zeros(6), []
+    for _ in range(20):
+        codes = draw(rng)
+        errors = curiosity._errors(codes).detach().numpy().astype(np.float64)
+        returns = 0.9 * returns + errors
+        every_return.extend(returns)
+        np.testing.assert_allclose(curiosity.rewards(codes), errors / np.std(every_return), rtol=1e-6)
+
+
+def test_what_was_seen_often_is_not_new_and_the_rest_is():
+    curiosity, rng = make(n_rooms=32), np.random.default_rng(2)
+    rare, codes = np.tile(np.array([[3, 2]], np.uint8), (32, 1)), np.empty((32, 2), np.uint8)
+    for _ in range(60):
+        for _ in range(8):
+            codes[:] = rng.integers(0, (3, 2), (32, 2))
+            curiosity.rewards(codes)
+        target = {name: tensor.clone() for name, tensor in curiosity.target.state_dict().items()}
+        curiosity.learn()
+        assert all(torch.equal(tensor, target[name]) for name, tensor in curiosity.target.state_dict().items())
+    assert curiosity.rewards(rare).mean() > 5 * curiosity.rewards(codes).mean()
+
+
+def test_resumed_equals_uninterrupted_even_between_updates():
+    through, rng = make(), np.random.default_rng(3)
+    for t in range(25):
+        through.rewards(draw(rng))
+        if t % 10 == 9:
+            through.learn()
+    file = io.BytesIO()
+    torch.save(through.state_dict(), file)
+    file.seek(0)
+    resumed = make(seed=9)
+    resumed.load_state_dict(torch.load(file, weights_only=True))
+    for _ in range(3):
+        for _ in range(4):
+            codes = draw(rng)
+            np.testing.assert_array_equal(through.rewards(codes), resumed.rewards(codes))
+        assert through.learn() == resumed.learn()
+
+
+def test_a_resumed_run_goes_on_curious_as_it_was():
+    through, before = Trainer(SMALL), Trainer(SMALL)
+    for trainer in (through, before):
+        for _ in range(2):
+            trainer.advance()
+    after = Trainer(SMALL)
+    after.load_state_dict(before.state_dict())
+    for trainer in (through, after):
+        for _ in range(2):
+            trainer.advance()
+    assert through.statistics == after.statistics
+    assert through.metrics()["curiosity_error"] > 0
+
+
+def test_what_is_new_of_the_room_pays():
+    trainer = Trainer(SMALL)
+    curiosity = trainer.curiosity
+    assert curiosity is not None
+    assert curiosity.inputs.names == ["view", "direction", "keys"]
+    step = trainer.turns.step([0] * 8)
+    assert (curiosity.rewards(step, trainer.turns) > 0).all()
+    while not step.over.any():
+        step = trainer.turns.step([1] * 8)
+    curiosity.rewards(step, trainer.turns)
+    ended, found = np.flatnonzero(step.over), curiosity.state_dict()["pending"][-1].numpy()
+    final = curiosity.inputs.codes(trainer.turns.final_sight(step, ended))
+    assert not np.array_equal(final, curiosity.inputs.codes(trainer.turns.sight())[ended])
+    np.testing.assert_array_equal(found[ended], final)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [({"curiosity_weight": -1.0}, "curiosity_weight must be a number"), ({"inputs": ("previous-action",)}, "none at")],
+)
+def test_wrong_settings_are_one_line(change, said):
+    with pytest.raises(InputError, match=said):
+        Trainer(TrainConfig(**{**vars(SMALL), **change}))
