@@ -86,11 +86,13 @@ def test_flags_rewards_and_infos_are_plain_python():
         assert {type(value) for value in entry[5].values()} <= {int, bool}
     env = hierroom.parallel_env(size=11, max_steps=5)
     env.reset(seed=0)
-    while env.agents:
+    for _ in range(5):
+        assert env.agents == AGENTS
         _, rewards, terminations, truncations, infos = env.step({"meta_0": 13, "controller_0": 0})
         assert {type(value) for value in rewards.values()} == {float}
         assert {type(value) for value in (*terminations.values(), *truncations.values())} == {bool}
         assert {type(value) for info in infos.values() for value in info.values()} <= {int, bool}
+    assert env.agents == []
     env = EscapeRoom(size=11)
     env.reset(seed=0)
     _, *results, info = env.step(0)
