@@ -1,0 +1,69 @@
+"""What cannot be used is refused in one clear line."""
+
+import re
+
+import gymnasium
+import pytest
+
+import hierroom
+from hierroom import InputError
+from hierroom.gym_env import EscapeRoom, EscapeRooms
+
+
+@pytest.mark.parametrize("face", [hierroom.env, hierroom.raw_env, hierroom.parallel_env, EscapeRoom, EscapeRooms])
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"graph": "h"}, "a graph is a letter from a to g, a GoalGraph or a path to a .toml file, not 'h'"),
+        ({"graph": "nowhere.toml"}, "cannot read the goal graph nowhere.toml: No such file or directory"),
+        ({"graph": "broken.toml"}, "broken.toml is not a TOML file"),
+        ({"graph": hierroom.GoalGraph((0,) * 7, 1)}, "a grid holds at most 7 rooms"),
+        ({"size": 10}, "size must be a whole number from 11 to 63, not 10"),
+        ({"max_steps": 0}, "max_steps must be a whole number"),
+        ({"pay": "handsomely"}, "pay is one of extrinsic, bonus, intrinsic, "),
+        ({"goal_mask": "all"}, "goal_mask is one of reachable, existing, seen, none, not 'all'"),
+        ({"subgoal_horizon": 0}, "subgoal_horizon must be a whole number of at least 1 or None, not 0"),
+        ({"subgoal_horizon": 2.5}, "subgoal_horizon must be a whole number of at least 1 or None, not 2.5"),
+    ],
+)
+def test_wrong_settings_are_one_clear_line(face, settings, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken.toml").write_text("key_rooms = [0,")
+    with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
+        face(**settings)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("attempt", "said"),
+    [
+        (
+            lambda: hierroom.env(render_mode="oil"),
+            "render_mode must be one of ansi, rgb_array, human or None, not 'oil'",
+        ),
+        (lambda: EscapeRooms(0), "the number of rooms must be"),
+        (lambda: gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 0), "the number of rooms must be"),
+        (
+            lambda: EscapeRoom(meta="best"),
+            "a meta-controller is one of fixed-dfs, random, oracle, none, ",
+        ),
+        (lambda: hierroom.raw_env().reset(seed=-1), "a seed is a whole number from 0 to 2**63 - 1, not -1"),
+        (lambda: EscapeRoom().reset(seed=-1), "a seed is a whole number from 0 to 2**63 - 1, not -1"),
+        (lambda: EscapeRooms(2).reset(seed=[1, 2]), "a seed is a whole number from 0 to 2**63 - 1, not [1, 2]"),
+        (lambda: stepped(1.5), "the meta-controller's choice must be 1 goal ids (whole numbers"),
+        (lambda: stepped(13, 1.5), "actions must be 1 whole numbers"),
+        (lambda: stepped(None), "meta_0 is to act; None is for agents whose episode is over"),
+        (lambda: EscapeRooms(2).step([0, 0, 0]), "actions must be 2 whole numbers"),
+    ],
+)
+def test_wrong_calls_are_one_clear_line(attempt, said):
+    with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
+        attempt()
+    assert "\n" not in str(caught.value)
+
+
+def stepped(*actions):
+    env = hierroom.raw_env()
+    env.reset(seed=0)
+    for action in actions:
+        env.step(action)
