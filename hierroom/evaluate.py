@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -19,7 +18,7 @@ from hierroom.agent import Agent
 from hierroom.commands import run
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS
-from hierroom.runs import RunFolder
+from hierroom.runs import RunFolder, to_json
 from hierroom.trainer import make_turns
 from hierroom.turns import Turns
 
@@ -128,7 +127,7 @@ class Arguments:
     size: int | None = None
     """Another grid size than the one trained on."""
     json: bool = False
-    """Print JSON for machines."""
+    """Print JSON for machines; what has no value, such as the mean step of a goal never reached, is null."""
 
 
 def main() -> int:
@@ -139,19 +138,21 @@ def main() -> int:
     for name in ("episodes", "rooms"):
         if getattr(arguments, name) < 1:
             raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
-    config = replace(config, graph=arguments.graph or config.graph, size=arguments.size or config.size)
-    rooms = min(arguments.rooms, arguments.episodes)
+    for name in ("graph", "size"):
+        if getattr(arguments, name) is not None:
+            config = replace(config, **{name: getattr(arguments, name)})
+    rooms, seed = min(arguments.rooms, arguments.episodes), arguments.seed
+    turns = {name: make_turns(config, rooms, seed, measure_shortest=True) for name in ("sampled", "greedy")}
+    agents = {name: Agent.load(folder, rooms, seed=seed, is_greedy=name == "greedy") for name in turns}
     results: dict[str, Evaluation] = {}
     with Progress(console=Console(stderr=True), transient=True) as bar:
-        for name in ("sampled", "greedy"):
+        for name, agent in agents.items():
             task = bar.add_task(f"{name} actions", total=arguments.episodes)
-            agent = Agent.load(folder, rooms, seed=arguments.seed, is_greedy=name == "greedy")
-            turns = make_turns(config, rooms, arguments.seed, measure_shortest=True)
             results[name] = evaluate(
-                agent, turns, arguments.episodes, lambda done, t=task: bar.update(t, completed=done)
+                agent, turns[name], arguments.episodes, lambda done, t=task: bar.update(t, completed=done)
             )
     if arguments.json:
-        print(json.dumps({name: asdict(result) for name, result in results.items()}, indent=2))
+        print(to_json({name: asdict(result) for name, result in results.items()}))
     else:
         Console().print(_table(results, f"{config.name}, {results['sampled'].episodes} episodes"))
     return 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import os
 from collections.abc import Mapping
 from contextlib import suppress
@@ -35,6 +36,19 @@ def write_whole(path: Path, content: bytes) -> None:
         raise InputError(f"cannot write {path}: {error.strerror}") from error
 
 
+def to_json(value: Any) -> str:
+    """Plain types as JSON; not a number, for which JSON has no word, as null."""
+
+    def without_nan(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {name: without_nan(entry) for name, entry in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [without_nan(entry) for entry in value]
+        return None if isinstance(value, float) and math.isnan(value) else value
+
+    return json.dumps(without_nan(value), indent=2)
+
+
 class RunFolder:
     """A training run on disk.
 
@@ -62,7 +76,7 @@ class RunFolder:
             raise InputError(f"{run.path} is already there; choose another --out, or --resume it") from None
         except OSError as error:
             raise InputError(f"cannot make the run folder {run.path}: {error.strerror}") from error
-        write_whole(run.path / "config.json", json.dumps(config.to_dict(), indent=2).encode())
+        run.save_config(config)
         return run
 
     @classmethod
@@ -81,6 +95,10 @@ class RunFolder:
     def checkpoints(self) -> Path:
         """The folder of the checkpoints."""
         return self.path / "checkpoints"
+
+    def save_config(self, config: TrainConfig) -> None:
+        """Write config.json."""
+        write_whole(self.path / "config.json", json.dumps(config.to_dict(), indent=2).encode())
 
     def config(self) -> TrainConfig:
         """What the run trains.
@@ -159,7 +177,7 @@ class RunFolder:
 
     def save_summary(self, summary: Mapping[str, Any]) -> None:
         """Write summary.json."""
-        write_whole(self.path / "summary.json", json.dumps(dict(summary), indent=2).encode())
+        write_whole(self.path / "summary.json", to_json(summary).encode())
 
 
 def unused_path(path: Path) -> Path:

@@ -28,6 +28,7 @@ from hierroom.world.animation import animate
 from hierroom.world.render import draw
 
 ROWS_PER_RUN, CHECKPOINTS_PER_RUN = 500, 10
+_ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
 
 
 @dataclass(frozen=True)
@@ -48,13 +49,18 @@ def parse(argv: list[str] | None = None) -> Arguments:
     """The arguments of the command line; unnamed options come from the preset or the run that is resumed.
 
     Raises:
-        InputError: if the preset or the run does not exist.
+        InputError: if the preset or the run does not exist, or a resumed run is given other options.
     """
-    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
-    for name in ("--preset", "--meta", "--resume"):
+    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    for name in ("--preset", "--meta", "--resume", "--out"):
         first.add_argument(name)
-    known, _ = first.parse_known_args(argv)
+    try:
+        known, _ = first.parse_known_args(argv)
+    except argparse.ArgumentError as error:
+        raise InputError(str(error)) from error
     # A meta-controller that needs other settings than the default has a preset of its own name.
+    if known.resume and (known.preset is not None or known.out is not None):
+        raise InputError(_ONLY_BESIDE_RESUME)
     preset = known.preset or (known.meta if known.meta in PRESETS else "default")
     default = RunFolder.open(known.resume).config() if known.resume else find_preset(preset)
     return tyro.cli(
@@ -76,6 +82,7 @@ def main(argv: list[str] | None = None) -> int:
         _check_unchanged(config, folder.config())
         trainer.load_state_dict(folder.load_checkpoint())
         folder.drop_metrics_after(trainer.steps)
+        folder.save_config(config)  # with the steps to go on to, should it be interrupted again
     else:
         trainer = Trainer(config)
         folder = RunFolder.create(arguments.out or unused_path(Path("runs") / config.name), config)
@@ -179,7 +186,7 @@ def _title(trainer: Trainer, folder: RunFolder) -> str:
 
 def _check_unchanged(config: TrainConfig, before: TrainConfig) -> None:
     if replace(config, steps=before.steps, threads=before.threads, device=before.device) != before:
-        raise InputError("a resumed run keeps its config; only --steps, --threads and --device may be given")
+        raise InputError(_ONLY_BESIDE_RESUME)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from hierroom.errors import InputError
 from hierroom.learners import PPOConfig
 from hierroom.methods import METHODS
 from hierroom.presets import PRESETS, TrainConfig
-from hierroom.runs import RunFolder
+from hierroom.runs import RunFolder, to_json
 from hierroom.trainer import Trainer
 
 SMALL = TrainConfig(
@@ -118,8 +118,26 @@ def test_resume_goes_on_and_keeps_the_metrics_in_order(trained, tmp_path):
     steps = [row["steps"] for row in RunFolder.open(out).metrics()]
     assert steps == sorted(set(steps))
     assert steps[-1] == 4096
+    assert RunFolder.open(out).config().steps == 4096  # so that it can be interrupted and resumed once more
+
+
+@pytest.mark.parametrize("option", [["--graph", "b"], ["--preset", "paper"], ["--out", "elsewhere"]])
+def test_resume_takes_no_other_options(trained, option):
     with pytest.raises(InputError, match="keeps its config"):
-        train.main(["--resume", str(out), "--graph", "b"])
+        train.main(["--resume", str(trained), *option])
+
+
+def test_not_a_number_is_null_in_json():
+    assert json.loads(to_json({"a": (float("nan"), 1.5), "b": {"c": None}})) == {"a": [None, 1.5], "b": {"c": None}}
+
+
+@pytest.mark.parametrize(
+    ("option", "said"), [(["--seed", "-1"], "a seed is a whole number"), (["--size", "0"], "size must be")]
+)
+def test_evaluate_refuses_in_one_line(trained, option, said, monkeypatch):
+    monkeypatch.setattr("sys.argv", ["evaluate", str(trained), *option])
+    with pytest.raises(InputError, match=said):
+        evaluate.main()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
