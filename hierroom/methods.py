@@ -14,7 +14,6 @@ class Method:
         meta: the meta-controller it uses unless another is named, as in `meta.META_CONTROLLERS`.
         sees_goal: whether the controller's inputs hold the goal.
         pay: how the controller is paid, as in `controller.PAYS`.
-        about: one line for people.
         network: the controller's network unless another is named, as in `network.NETWORKS`.
         is_curious: whether the controller is paid for what `RandomDistillation` finds new, besides.
     """
@@ -22,21 +21,18 @@ class Method:
     meta: str
     sees_goal: bool
     pay: str
-    about: str
     network: str = "recurrent"
     is_curious: bool = False
 
 
 METHODS: Mapping[str, Method] = {
-    "ppo": Method("none", False, "extrinsic", "flat PPO, paid at the exit"),
-    "ppo-bonus": Method("none", False, "bonus", "flat PPO, paid for each key and door too"),
-    "ppo-sketch": Method("fixed-dfs", True, "extrinsic", "PPO that sees the goals, paid at the exit"),
-    "hippo": Method("fixed-dfs", True, "intrinsic", "hierarchical PPO, the controller paid for reaching its goals"),
-    "ppo-novelty": Method("none", False, "novelty", "flat PPO, paid at the exit and for states new in the episode"),
-    "ppo-rnd": Method(
-        "none", False, "extrinsic", "flat PPO, paid at the exit and for what is new to it", is_curious=True
-    ),
-    "ppo-modular": Method("fixed-dfs", False, "extrinsic", "a sub-policy for each goal, paid at the exit", "modular"),
+    "ppo": Method("none", False, "extrinsic"),
+    "ppo-bonus": Method("none", False, "bonus"),
+    "ppo-sketch": Method("fixed-dfs", True, "extrinsic"),
+    "hippo": Method("fixed-dfs", True, "intrinsic"),
+    "ppo-novelty": Method("none", False, "novelty"),
+    "ppo-rnd": Method("none", False, "extrinsic", is_curious=True),
+    "ppo-modular": Method("fixed-dfs", False, "extrinsic", "modular"),
 }
 
 
