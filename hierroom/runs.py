@@ -161,19 +161,27 @@ class RunFolder:
             raise InputError(f"cannot write {path}: {error.strerror}") from error
 
     def metrics(self) -> list[dict[str, float]]:
-        """The rows of metrics.csv."""
+        """The rows of metrics.csv.
+
+        Raises:
+            InputError: if it is broken.
+        """
         path = self.path / "metrics.csv"
         if not path.exists():
             return []
-        with path.open(newline="") as file:
-            return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+        try:
+            with path.open(newline="") as file:
+                return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+        except (TypeError, ValueError) as error:  # a row is too short or too long, or holds no number
+            raise InputError(f"{path} is broken: {error}") from error
 
     def drop_metrics_after(self, steps: int) -> None:
         """Take out the rows logged after a checkpoint that training goes on from."""
-        rows = [row for row in self.metrics() if row["steps"] <= steps]
-        (self.path / "metrics.csv").unlink(missing_ok=True)
-        for row in rows:
-            self.append_metrics({**row, "steps": int(row["steps"]), "episodes": int(row["episodes"])})
+        rows, path = self.metrics(), self.path / "metrics.csv"
+        if rows:
+            header, *lines = path.read_bytes().splitlines(keepends=True)
+            kept = [line for row, line in zip(rows, lines, strict=True) if row["steps"] <= steps]
+            write_whole(path, b"".join([header, *kept]))
 
     def save_summary(self, summary: Mapping[str, Any]) -> None:
         """Write summary.json."""

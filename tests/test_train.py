@@ -127,6 +127,20 @@ def test_resume_takes_no_other_options(trained, option):
         train.main(["--resume", str(trained), *option])
 
 
+def test_dropping_metrics_keeps_the_rows_before_as_they_were(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    folder.drop_metrics_after(0)
+    for steps in (10, 20):
+        folder.append_metrics({"steps": steps, "success_rate": 0.1 + 0.2, "episode_length": float("nan")})
+    metrics = folder.path / "metrics.csv"
+    first = metrics.read_bytes().splitlines(keepends=True)[:2]
+    folder.drop_metrics_after(10)
+    assert metrics.read_bytes() == b"".join(first)
+    metrics.write_bytes(b"".join(first) + b"20,0")
+    with pytest.raises(InputError, match="is broken"):
+        folder.drop_metrics_after(10)
+
+
 def test_not_a_number_is_null_in_json():
     assert json.loads(to_json({"a": (float("nan"), 1.5), "b": {"c": None}})) == {"a": [None, 1.5], "b": {"c": None}}
 
