@@ -136,7 +136,8 @@ class RunFolder:
         try:
             return torch.load(paths[-1], map_location="cpu", weights_only=True)
         except Exception as error:  # torch raises many kinds for a broken file, among them plain RuntimeError
-            reason = str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
+            lines = str(error).strip().splitlines() or [type(error).__name__]
+            reason = lines[0].split(". ")[0]  # torch goes on with advice for its own users
             raise InputError(f"cannot read the checkpoint {paths[-1]}: {reason}") from error
 
     def append_metrics(self, row: Mapping[str, float]) -> None:

@@ -18,7 +18,6 @@ from rich.table import Table
 from hierroom.agent import Agent
 from hierroom.commands import run
 from hierroom.errors import InputError
-from hierroom.goals import NO_GOAL
 from hierroom.interrupt import Interrupt
 from hierroom.plots import plot_learning_curve
 from hierroom.presets import PRESETS, TrainConfig, find_preset
@@ -86,6 +85,7 @@ def main(argv: list[str] | None = None) -> int:
     else:
         trainer = Trainer(config)
         folder = RunFolder.create(arguments.out or unused_path(Path("runs") / config.name), config)
+        folder.save_checkpoint(trainer.state_dict())  # so that, whatever happens now, there is something to resume
     console.print(_title(trainer, folder))
     with Interrupt() as interrupt:
         train(trainer, folder, console, interrupt)
@@ -102,7 +102,7 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
     from torch.utils.tensorboard import SummaryWriter  # slow to load, and only wanted here
 
     total = trainer.config.steps
-    next_row = next_checkpoint = trainer.steps
+    next_row, next_checkpoint = trainer.steps, trainer.steps + total // CHECKPOINTS_PER_RUN
     columns = (
         TextColumn("{task.percentage:3.0f}%"),
         BarColumn(),
@@ -137,7 +137,7 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     folder.save_summary(summary)
     curve, escape = folder.path / "learning_curve.png", folder.path / "escape.gif"
     plot_learning_curve(folder, curve)
-    table = Table(title=trainer.config.name)
+    table = Table(title=trainer.config.name, show_header=False)
     table.add_column("")
     table.add_column("", justify="right")
     table.add_row("success, last 500 episodes", f"{summary['success_rate']:.1%}")
@@ -162,16 +162,16 @@ def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
     """The pictures of each successful episode among the first few of a fresh room."""
     config = replace(trainer.config, threads=1)
     agent = Agent.of(trainer, 1, seed=config.seed)
-    turns = make_turns(config, 1, config.seed + 1)
+    turns = make_turns(config, 1, config.seed + 1, autoreset=False)
     for _ in range(episodes):
-        turns.ask(agent.meta)
-        frames = [draw(turns.world.state, int(turns.goals[0]), tile_size=16)]
-        while True:
+        turns.reset()
+        frames = []
+        step = None
+        while step is None or not step.over[0]:
+            turns.ask(agent.meta)
+            frames.append(draw(turns.world.state, int(turns.goals[0]), tile_size=16))
             step = agent.step(turns)
-            if step.over[0]:
-                break
-            goal = int(turns.goals[0]) if not step.option_over[0] else NO_GOAL
-            frames.append(draw(turns.world.state, goal, tile_size=16))
+        frames.append(draw(turns.world.state, int(step.goals[0]), tile_size=16))
         if step.terminated[0]:
             yield frames
 

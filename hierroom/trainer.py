@@ -26,8 +26,10 @@ from hierroom.world.layout import ROOM
 CHECKPOINT_FORMAT = 1
 
 
-def make_turns(config: TrainConfig, rooms: int, seed: int, *, measure_shortest: bool = False) -> Turns:
-    """The rooms that a config describes, and the turns taken in them."""
+def make_turns(
+    config: TrainConfig, rooms: int, seed: int, *, autoreset: bool = True, measure_shortest: bool = False
+) -> Turns:
+    """The rooms that a config describes, and the turns taken in them; the last two arguments are those of `Turns`."""
     world = Batch(
         GraphPool(config.graph, config.drop_key).everything,
         rooms,
@@ -43,6 +45,7 @@ def make_turns(config: TrainConfig, rooms: int, seed: int, *, measure_shortest: 
         novelty_bonus=config.novelty_bonus,
         subgoal_horizon=config.subgoal_horizon,
         goal_mask=config.goal_mask,
+        autoreset=autoreset,
         measure_shortest=measure_shortest,
     )
 

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,7 @@ from hierroom.methods import METHODS
 from hierroom.presets import PRESETS, TrainConfig
 from hierroom.runs import RunFolder, to_json
 from hierroom.trainer import Trainer
+from hierroom.world.kernels import EXIT
 
 SMALL = TrainConfig(
     graph="a", size=11, max_steps=60, rooms=8, steps=2048, ppo=PPOConfig(sequence_length=16, minibatches=2, epochs=2)
@@ -316,3 +318,23 @@ def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
     done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
     assert done.stdout.startswith("key_rooms")
     assert done.stderr == ""
+
+
+def test_the_escape_ends_with_the_agent_on_the_exit(monkeypatch):
+    monkeypatch.setattr(train, "draw", lambda state, goal, tile_size: state.copy())
+    states = next(train.escapes(Trainer(replace(SMALL, seed=3, max_steps=1000)), episodes=20))
+    under = [int(state.grids[0, state.rooms[0].row, state.rooms[0].col]) for state in states]
+    assert under[-1] == EXIT
+    assert EXIT not in under[:-1]
+
+
+def test_a_run_that_never_learned_once_can_be_resumed(tmp_path, monkeypatch):
+    def broken(self):
+        raise InputError("as good as a full disk")
+
+    out = tmp_path / "run"
+    with monkeypatch.context() as patch:
+        patch.setattr(Trainer, "advance", broken)
+        with pytest.raises(InputError, match="full disk"):
+            train.main([*FLAGS, "--steps", "1024", "--out", str(out)])
+    assert train.main(["--resume", str(out)]) == 0
