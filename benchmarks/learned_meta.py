@@ -10,20 +10,15 @@ file already holds are not run again, so a table that was stopped goes on where 
 
 from __future__ import annotations
 
-import csv
 import os
-import sys
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from itertools import product
-from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
 
 import torch
 import tyro
-from rich.progress import Progress
-from success import read
+from run_table import fill, read
 
 from hierroom.agent import Agent
 from hierroom.evaluate import evaluate
@@ -93,26 +88,12 @@ def print_medians(rows: list[dict[str, str]]) -> None:
 def main() -> None:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    done = [tuple(row[key] for key in KEYS) for row in read(options.out)]
     preset = replace(find_preset("learned"), steps=options.steps, threads=1)  # the processes are the parallel part
-    missing = []
+    runs = []
     for seed, mask, graph in product(range(options.seeds), options.goal_masks, options.graphs):
-        if (graph, mask, str(seed), str(options.steps)) not in done:
-            missing.append(replace(preset, graph=graph, goal_mask=mask, seed=seed))
-    with Progress() as bar, ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
-        task = bar.add_task("runs", total=len(missing))
-        futures = {pool.submit(train_and_evaluate, config, options.episodes): config for config in missing}
-        for future in as_completed(futures):
-            row = {**{key: getattr(futures[future], key) for key in KEYS}, **future.result()}
-            is_new = not options.out.exists()
-            with options.out.open("a", newline="") as file:
-                writer = csv.DictWriter(file, list(row))
-                if is_new:
-                    file.write(f"# python {' '.join(sys.argv)}\n")
-                    writer.writeheader()
-                writer.writerow(row)
-            bar.advance(task)
+        config = replace(preset, graph=graph, goal_mask=mask, seed=seed)
+        runs.append(({key: str(getattr(config, key)) for key in KEYS}, config))
+    fill(options.out, runs, train_and_evaluate, options.episodes, options.processes)
     print_medians(read(options.out))
 
 

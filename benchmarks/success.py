@@ -9,20 +9,16 @@ the seeds are printed, as Markdown.
 
 from __future__ import annotations
 
-import csv
 import os
-import sys
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from itertools import product
-from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
 
 import torch
 import tyro
-from rich.progress import Progress
+from run_table import fill
 
 from hierroom.agent import Agent
 from hierroom.evaluate import evaluate
@@ -100,14 +96,6 @@ def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     return {name: round(value, 4) if isinstance(value, float) else value for name, value in numbers.items()}
 
 
-def read(path: Path) -> list[dict[str, str]]:
-    """The rows of a table, none if it is not there."""
-    if not path.exists():
-        return []
-    with path.open(newline="") as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
-
-
 def print_medians(rows: list[dict[str, str]]) -> None:
     """Print a line for each method and graph: medians over its seeds, and the worst success."""
     print("| method | graph | seeds | steps to 95% | success | worst | length | over shortest | greedy success |")
@@ -129,24 +117,8 @@ def print_medians(rows: list[dict[str, str]]) -> None:
 def main() -> None:
     """The command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    done = [{key: row[key] for key in KEYS} for row in read(options.out)]
-    missing = [config for config in configs(options) if key_of(options, config) not in done]
-    with Progress() as bar, ProcessPoolExecutor(options.processes, get_context("spawn")) as pool:
-        task = bar.add_task("runs", total=len(missing))
-        futures = {pool.submit(train_and_evaluate, config, options.episodes): config for config in missing}
-        for future in as_completed(futures):
-            row = {**key_of(options, futures[future]), **future.result()}
-            is_new = not options.out.exists()
-            with options.out.open("a", newline="") as file:
-                writer = csv.DictWriter(file, list(row))
-                if is_new:
-                    file.write(f"# python {' '.join(sys.argv)}\n")
-                    writer.writeheader()
-                writer.writerow(row)
-            bar.advance(task)
-    keys = [key_of(options, config) for config in configs(options)]
-    print_medians([row for row in read(options.out) if {key: row[key] for key in KEYS} in keys])
+    runs = [(key_of(options, config), config) for config in configs(options)]
+    print_medians(fill(options.out, runs, train_and_evaluate, options.episodes, options.processes))
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from typing import cast
 import numpy as np
 import pytest
 import torch
+from same_state import equal
 from turns_rooms import goal_ids, make
 
 from hierroom import train
@@ -40,16 +41,6 @@ SMALL = replace(
 )
 FLAGS = ["--meta", "learned", "--graph", "a", "--size", "11", "--max-steps", "60", "--rooms", "8"]
 FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2", "--threads", "1"]
-
-
-def equal(first, second):
-    if isinstance(first, torch.Tensor):
-        return torch.equal(first, second)
-    if isinstance(first, dict):
-        return first.keys() == second.keys() and all(equal(first[k], second[k]) for k in first)
-    if isinstance(first, (list, tuple)):
-        return len(first) == len(second) and all(map(equal, first, second))
-    return first == second
 
 
 def learned_state(trainer):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import torch
+from same_state import equal
 
 from hierroom import evaluate, train
 from hierroom.errors import InputError
@@ -31,16 +32,6 @@ FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2"]
 def run(module: str, *arguments: str, cwd: Path) -> subprocess.CompletedProcess:
     command = [sys.executable, "-m", f"hierroom.{module}", *arguments]
     return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300, check=False)
-
-
-def equal(first, second) -> bool:
-    if isinstance(first, torch.Tensor):
-        return torch.equal(first, second)
-    if isinstance(first, dict):
-        return first.keys() == second.keys() and all(equal(first[k], second[k]) for k in first)
-    if isinstance(first, (list, tuple)):
-        return len(first) == len(second) and all(map(equal, first, second))
-    return first == second
 
 
 def without_clock(state: dict) -> dict:
@@ -225,6 +216,7 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--seed", "-1"], "a seed is a whole number"),
         (["--inputs", "smell"], "inputs are"),
         (["--gamma", "1.5"], "gamma must be from 0 to 1"),
+        (["--meta-ppo.gamma", "1.5"], "gamma must be from 0 to 1"),
         (["--device", "tpu9"], "no device"),
         (["--preset", "best"], "the presets are"),
         (["--resume", "nowhere"], "is not a run folder"),

@@ -46,7 +46,7 @@ class PPOConfig:
     """Give the advantages of each minibatch mean 0 and standard deviation 1."""
     min_advantage_std: float = 0.1
     """Smallest standard deviation advantages are divided by, so that noise is not blown up: without it flat PPO, paid
-    only at the exit, does not learn even graph a."""
+    only at the exit, had not learned even graph a after 3M steps (one seed; with it 100%)."""
     hidden_size: int = 64
     """Units of encoder and recurrent core."""
 

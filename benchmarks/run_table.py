@@ -1,0 +1,62 @@
+"""A table of training runs in a CSV file, filled by several processes and gone on with where it was stopped."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+
+from rich.progress import Progress
+
+from hierroom.presets import TrainConfig
+
+Key = dict[str, str]
+"""What tells a row from the others: column and text."""
+
+
+def read(path: Path) -> list[dict[str, str]]:
+    """The rows of a table, none if it is not there."""
+    if not path.exists():
+        return []
+    with path.open(newline="") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+def fill(
+    path: Path,
+    runs: Sequence[tuple[Key, TrainConfig]],
+    work: Callable[[TrainConfig, int], dict[str, object]],
+    episodes: int,
+    processes: int,
+) -> list[dict[str, str]]:
+    """Run what the table lacks, with a progress bar, and return the rows of the runs.
+
+    Args:
+        path: the CSV file; a new one begins with the command that made it.
+        runs: key and config of each run, at least one.
+        work: trains a config, evaluates it over so many episodes and returns the row's other columns.
+        episodes: of each evaluation.
+        processes: runs at a time.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    names = list(runs[0][0])
+    held = [{name: row[name] for name in names} for row in read(path)]
+    missing = [(key, config) for key, config in runs if key not in held]
+    with Progress() as bar, ProcessPoolExecutor(processes, get_context("spawn")) as pool:
+        task = bar.add_task("runs", total=len(missing))
+        futures = {pool.submit(work, config, episodes): key for key, config in missing}
+        for future in as_completed(futures):
+            row = {**futures[future], **future.result()}
+            is_new = not path.exists()
+            with path.open("a", newline="") as file:
+                writer = csv.DictWriter(file, list(row))
+                if is_new:
+                    file.write(f"# python {' '.join(sys.argv)}\n")
+                    writer.writeheader()
+                writer.writerow(row)
+            bar.advance(task)
+    keys = [key for key, _ in runs]
+    return [row for row in read(path) if {name: row[name] for name in names} in keys]
