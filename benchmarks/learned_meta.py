@@ -18,7 +18,7 @@ from statistics import median
 
 import torch
 import tyro
-from run_table import fill, read
+from run_table import fill, in_millions, read
 
 from hierroom.agent import Agent
 from hierroom.evaluate import evaluate
@@ -80,7 +80,7 @@ def print_medians(rows: list[dict[str, str]]) -> None:
         )
         worst = min(float(row["learned_success"]) for row in chosen)
         print(
-            f"| {cell[0]} | {cell[1]} | {cell[2] / 1e6:.1f}M | {len(chosen)} | {to_95 / 1e6:.2f}M | {success:.1%} | "
+            f"| {cell[0]} | {cell[1]} | {cell[2] / 1e6:.1f}M | {len(chosen)} | {in_millions(to_95)} | {success:.1%} | "
             f"{worst:.1%} | {length:.0f} | {random_success:.1%} | {random_length:.0f} |"
         )
 

@@ -60,3 +60,8 @@ def fill(
             bar.advance(task)
     keys = [key for key, _ in runs]
     return [row for row in read(path) if {name: row[name] for name in names} in keys]
+
+
+def in_millions(steps: float) -> str:
+    """Steps as people read them, or a dash where a milestone was not reached."""
+    return f"{steps / 1e6:.2f}M" if steps < float("inf") else "-"

@@ -18,7 +18,7 @@ from statistics import median
 
 import torch
 import tyro
-from run_table import fill
+from run_table import fill, in_millions
 
 from hierroom.agent import Agent
 from hierroom.evaluate import evaluate
@@ -108,7 +108,7 @@ def print_medians(rows: list[dict[str, str]]) -> None:
 
         worst = min(float(row["sampled_success"]) for row in chosen)
         print(
-            f"| {method} | {graph} | {len(chosen)} | {middle('steps_to_95') / 1e6:.2f}M | "
+            f"| {method} | {graph} | {len(chosen)} | {in_millions(middle('steps_to_95'))} | "
             f"{middle('sampled_success'):.1%} | {worst:.1%} | {middle('sampled_length'):.0f} | "
             f"{middle('sampled_length_over_shortest'):.2f} | {middle('greedy_success'):.1%} |"
         )
