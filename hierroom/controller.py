@@ -11,7 +11,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.errors import InputError
-from hierroom.goals import GOAL_VECTORS, N_COLOURS
+from hierroom.goals import GOAL_VECTORS, N_COLOURS, NO_GOAL
 from hierroom.world.kernels import VIEW
 from hierroom.world.tiles import encode
 
@@ -35,9 +35,21 @@ class Sight:
     outcomes: NDArray[np.integer]
 
 
-def goal_reached(events: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.bool_]:
-    """[N] whether each room's goal event is the goal that was pursued."""
-    return (events >= 0) & (events == goals)
+def goal_reached(outcomes: np.ndarray, goals: NDArray[np.integer]) -> NDArray[np.bool_]:
+    """Whether a step reached the goals that were pursued.
+
+    'No goal' asks for something new: a goal event, or a key, door or exit in view, that is the first of its kind this
+    episode.
+
+    Args:
+        outcomes: [N] records of `layout.OUTCOME`, what came of the step.
+        goals: [N] int, goal ids or -1.
+
+    Returns:
+        [N] bool.
+    """
+    is_new = outcomes["is_first"] | outcomes["is_discovery"]
+    return np.where(goals == NO_GOAL, is_new, outcomes["event"] == goals)
 
 
 NOVELTY_BONUS = 0.03
@@ -78,7 +90,7 @@ PAYS: Mapping[str, Pay] = {
     "intrinsic": Pay(lambda outcomes, reached, bonus: reached.astype(np.float64), ends_with_goal=True),
     "novelty": Pay(lambda outcomes, reached, bonus: outcomes["reward"] + bonus * outcomes["is_novel"]),
 }
-"""extrinsic: 1 at the exit; bonus: 1 for each key, door and the exit, once an episode; intrinsic: 1 at the goal;
+"""extrinsic: 1 at the exit; bonus: 1 for each key, door and the exit, once an episode; intrinsic: 1 if `goal_reached`;
 novelty: 1 at the exit, and a bonus for each state (cell, keys found, doors open) entered first in this episode."""
 
 

@@ -15,7 +15,7 @@ from hierroom.goal_network import GoalNetwork
 from hierroom.goals import N_GOALS, NO_GOAL
 from hierroom.inputs import InputColumns
 from hierroom.learners import AgentSpace, Learner, Policy
-from hierroom.meta import MetaController, RandomGoals
+from hierroom.meta import MetaController, draw
 from hierroom.presets import TrainConfig
 from hierroom.situation import Situation, seen_goals
 from hierroom.step import Step
@@ -88,12 +88,13 @@ class LearnedMeta:
     def choose(
         self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
     ) -> NDArray[np.integer]:
-        """Goals [M], always legal: drawn at random at first, then from the policy."""
+        """Goals [M] or 13 for no goal, always legal: drawn at random at first, then from the policy."""
+        choices = observations["action_mask"].astype(bool)
         if self.is_learning:
-            return _goals(self._learner.act(situation.indices, self._inputs.codes(situation.sight), _masks(legal)))
-        seen = legal & seen_goals(situation)
-        likely = np.where(seen.any(axis=1, keepdims=True), seen, legal)
-        return RandomGoals().choose(observations, likely, situation)
+            return self._learner.act(situation.indices, self._inputs.codes(situation.sight), choices)
+        likely = choices.copy()
+        likely[:, :N_GOALS] &= seen_goals(situation)
+        return draw(np.where(likely.any(axis=1, keepdims=True), likely, choices), situation.draws)
 
     def learn(self, step: Step, turns: Turns) -> None:
         """Take note of a primitive step: end the turns of goals whose life it ended, and learn when enough have."""
@@ -171,14 +172,6 @@ class TrainedMeta:
     def choose(
         self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
     ) -> NDArray[np.integer]:
-        """Goals [M] drawn from the policy, always legal."""
-        return _goals(self._policy.act(situation.indices, self._inputs.codes(situation.sight), _masks(legal)))
-
-
-def _masks(legal: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """From legal goals [M, 13] to legal actions [M, 14]: 'no goal' where there is no other."""
-    return np.concatenate([legal, ~legal.any(axis=1, keepdims=True)], axis=1)
-
-
-def _goals(actions: NDArray[np.integer]) -> NDArray[np.integer]:
-    return np.where(actions == N_GOALS, NO_GOAL, actions)
+        """Goals [M] or 13 for no goal, drawn from the policy, always legal."""
+        choices = observations["action_mask"].astype(bool)
+        return self._policy.act(situation.indices, self._inputs.codes(situation.sight), choices)

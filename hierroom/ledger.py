@@ -1,7 +1,7 @@
 """The rules of the two agents' turns, apart from any room: who acts, how long for, and who is owed what.
 
 ``meta_0`` acts at reset and whenever its goal's life, an *option*, is over: the goal is reached, its horizon has run
-out, the episode has ended or, under 'no goal', any goal event has happened. ``controller_0`` acts at every other
+out or the episode has ended. ``controller_0`` acts at every other
 moment, one primitive step a turn.
 """
 
@@ -89,10 +89,9 @@ class Ledger:
         goals, events = self.goals.copy(), outcomes["event"].astype(np.int64)
         terminated, truncated = outcomes["terminated"].copy(), outcomes["truncated"].copy()
         over = terminated | truncated
-        reached = goal_reached(events, goals)
+        reached = goal_reached(outcomes, goals)
         timed_out = (self.option_steps >= subgoal_horizon) & ~(reached | over)
-        distracted = (goals == NO_GOAL) & (events >= 0)
-        option_over = reached | timed_out | distracted | over
+        option_over = reached | timed_out | over
         step = Step(
             actions=actions.copy(),
             goals=goals,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.errors import InputError
-from hierroom.goals import N_COLOURS, NO_GOAL
+from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.plugins import in_one_line, load_plugin
 from hierroom.situation import Situation
 from hierroom.world import kernels
@@ -41,11 +41,13 @@ class MetaController(Protocol):
         Args:
             observations: the observations of ``meta_0`` in the AEC environment, batched: ``observation``
                 [M, 7, 7, 3] uint8, ``goal`` [M, 9] (the last one), ``action_mask`` [M, 14] and the rest.
-            legal: [M, 13] bool, the goals that may be chosen; a row may be empty.
+            legal: [M, 13] bool, the goals that may be chosen; a row may be empty. Whether no goal is legal is the last
+                column of the action mask.
             situation: everything else there is to know.
 
         Returns:
-            [M] goal ids 0 to 12, or -1 for no goal; a goal that is not legal counts as no goal.
+            [M] goal ids 0 to 12, or -1 or 13 for no goal, which asks the controller for something new (see
+            `controller.goal_reached`); a goal that is not legal counts as no goal.
         """
         ...
 
@@ -94,15 +96,15 @@ class FixedDFS:
         recency = opened_at[np.arange(n)[:, None], situation.key_rooms]  # [M, 6] of the room the key lies in
         later = rooms["max_steps"].astype(np.int64) + 1
         rank = situation.by_goal(recency, recency + later[:, None], 2 * later)
-        return _random_best(rank, legal & situation.reachable, situation.draws)
+        return _random_best(rank, legal & situation.reachable, situation.draws[:, :N_GOALS])
 
 
 class RandomGoals:
-    """A legal goal at random."""
+    """A legal choice at random."""
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
-        """Each legal goal with the same probability."""
-        return _random_best(np.zeros(legal.shape), legal, situation.draws)
+        """Each legal goal, and no goal where that is legal, with the same probability."""
+        return draw(observations["action_mask"].astype(bool), situation.draws)
 
 
 class OracleGoals:
@@ -171,6 +173,11 @@ def _checked(meta: Any, name: str) -> MetaController:
     if not callable(getattr(meta, "choose", None)):
         raise InputError(f"a meta-controller has a method choose(observations, legal, situation); {name} has none")
     return meta
+
+
+def draw(choices: NDArray[np.bool_], draws: NDArray[np.float64]) -> NDArray[np.integer]:
+    """One of the choices [M, 14] in each room, with the same probability: [M] goal ids, or 13 for no goal."""
+    return _random_best(np.zeros(choices.shape), choices, draws)
 
 
 def _random_best(rank: NDArray, legal: NDArray[np.bool_], draws: NDArray[np.float64]) -> NDArray[np.integer]:

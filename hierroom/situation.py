@@ -26,8 +26,8 @@ class Situation:
         state: the rooms' exact state, copied (M rooms).
         last_goals: [M] int, the last goal id, or -1.
         last_outcomes: [M] int, how it ended: ``NO_OUTCOME``, ``REACHED``, ``TIMED_OUT`` or ``OTHER`` of `step`.
-        draws: [M, 13] float in [0, 1), random numbers for this turn, one for each goal id. They are fixed by seed,
-            room, episode and turn, so a choice made with them is the same in whatever batch it is made.
+        draws: [M, 14] float in [0, 1), random numbers for this turn, one for each goal id and one for no goal. They are
+            fixed by seed, room, episode and turn: a choice made with them is the same in whatever batch it is made.
         sight: what is to be seen from the rooms, the last goals as its goals; what `inputs` are made of.
     """
 
@@ -123,10 +123,23 @@ def all_goals(situation: Situation) -> NDArray[np.bool_]:
     return np.ones((len(situation), N_GOALS), bool)
 
 
-GOAL_MASKS: Mapping[str, Callable[[Situation], NDArray[np.bool_]]] = {
-    "reachable": reachable_goals,
-    "existing": existing_goals,
-    "seen": seen_goals,
-    "none": all_goals,
+@dataclass(frozen=True)
+class GoalMask:
+    """Which goals a meta-controller may choose.
+
+    Args:
+        goals: from the situation of M rooms to the legal goals, [M, 13] bool.
+        may_explore: whether 'no goal' is legal beside them; where there are none it always is.
+    """
+
+    goals: Callable[[Situation], NDArray[np.bool_]]
+    may_explore: bool = False
+
+
+GOAL_MASKS: Mapping[str, GoalMask] = {
+    "reachable": GoalMask(reachable_goals),
+    "existing": GoalMask(existing_goals),
+    "seen": GoalMask(seen_goals, may_explore=True),
+    "none": GoalMask(all_goals),
 }
-"""Which goals a meta-controller may choose; where a mask leaves none, 'no goal' is the one legal choice."""
+"""The goal masks by name. Under ``seen`` what matters may not have been seen yet, so one may ask for something new."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 N_OUTCOMES = 4
 NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(N_OUTCOMES)
-"""How a goal's life ended: there was none; reached; its horizon ran out; the episode, or 'no goal', ended."""
+"""How a goal's life ended: there was none; reached; its horizon ran out; the episode ended."""
 
 
 @dataclass(frozen=True)

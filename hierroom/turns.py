@@ -98,19 +98,19 @@ class Turns:
     def situation(self, indices: NDArray[np.integer]) -> Situation:
         """What meta-controllers may know of some rooms [M]."""
         rooms, ledger = self.world.state.rooms[indices], self.ledger
-        draws = np.empty((len(indices), N_GOALS))
+        draws = np.empty((len(indices), N_META_ACTIONS))
         turn_draws(rooms, ledger.meta_turns[indices], draws)
         state = State(self.world.state.grids[indices], rooms)
         last = ledger.last_goals[indices], ledger.last_outcomes[indices]
         return Situation(indices, state, *last, draws, self.meta_sight(indices))
 
     def meta_masks(self, situation: Situation) -> NDArray[np.bool_]:
-        """[M, 14] the meta-controller's legal actions: goals on its turn, else (or where none is left) no goal."""
+        """[M, 14] the meta-controller's legal actions: on its turn as `GOAL_MASKS` says, else no goal."""
         masks = np.zeros((len(situation), N_META_ACTIONS), bool)
         is_turn = self.ledger.is_meta_turn[situation.indices]
         if is_turn.any():  # a room stepped by itself mostly waits, and goals take long to find
-            masks[:, :N_GOALS] = self._goal_mask(situation) & is_turn[:, None]
-        masks[:, NO_GOAL_ACTION] = ~masks[:, :N_GOALS].any(axis=1)
+            masks[:, :N_GOALS] = self._goal_mask.goals(situation) & is_turn[:, None]
+        masks[:, NO_GOAL_ACTION] = ~masks[:, :N_GOALS].any(axis=1) | self._goal_mask.may_explore
         return masks
 
     def choose(self, indices: NDArray[np.integer], actions: ArrayLike, masks: NDArray[np.bool_]) -> None:

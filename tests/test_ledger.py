@@ -27,7 +27,7 @@ STORY = [
     (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 3),
     (None, -1, 0.00, "", 0.00, 0, 0, False, True, True, 0.00, 4),  # the horizon of 4 steps runs out
     (-1, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
-    (None, 3, 0.00, "", 0.00, 1, 0, False, False, True, 0.00, 2),  # any event ends 'no goal'
+    (None, 3, 0.00, "", 0.00, 1, 1, True, False, True, 0.00, 2),  # something new is what 'no goal' asks for
     (4, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
     (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 2),
     (None, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 3),
@@ -45,7 +45,7 @@ ENDINGS = [
     (12, 12, 1.00, "terminated", 1.00, 1, 1, True, False, True, 1.00, 1),
     (6, -1, 0.00, "truncated", 0.00, 0, 0, False, False, True, 0.00, 1),
     (6, 6, 0.00, "truncated", 0.00, 1, 1, True, False, True, 0.00, 1),
-    (-1, 12, 1.00, "terminated", 1.00, 1, 0, False, False, True, 1.00, 1),
+    (-1, 12, 1.00, "terminated", 1.00, 1, 1, True, False, True, 1.00, 1),
 ]
 
 

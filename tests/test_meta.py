@@ -122,7 +122,8 @@ def test_fixed_dfs_has_no_goal_where_it_may_choose_none():
 @pytest.mark.parametrize("spec", ["fixed-dfs", "random"])
 def test_where_no_goal_is_legal_none_is_chosen(spec):
     situation = make(SEVEN_ROOMS, 5).situation(np.arange(5))
-    assert make_meta(spec).choose({}, np.zeros((5, 13), bool), situation).tolist() == [-1] * 5
+    nothing = {"action_mask": np.zeros((5, 14), np.int8)}
+    assert make_meta(spec).choose(nothing, np.zeros((5, 13), bool), situation).tolist() == [-1] * 5
 
 
 def test_random_goals_are_legal_and_uniform():

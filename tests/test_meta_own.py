@@ -127,7 +127,7 @@ def test_any_whole_numbers_will_do(said):
 
 
 class Diary:
-    """Writes down what it is asked, and never has a goal."""
+    """Writes down what it is asked, and gives the first legal goal."""
 
     def __init__(self):
         self.begun, self.asked = [], []
@@ -140,7 +140,7 @@ class Diary:
         assert {len(values) for values in observations.values()} == {len(situation)} == {len(legal)}
         assert legal.shape == (len(situation), 13)
         assert observations["action_mask"][:, :13].astype(bool).tolist() == legal.tolist()
-        return np.full(len(situation), -1)
+        return legal.argmax(axis=1)
 
 
 def test_it_is_asked_when_a_goal_is_over_and_told_when_an_episode_begins():

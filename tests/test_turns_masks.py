@@ -7,7 +7,7 @@ from turns_rooms import achieve, goal_ids, make, well_or_wildly
 import hierroom
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS, GoalGraph, enumerate_graphs
 from hierroom.situation import GOAL_MASKS
-from hierroom.turns import Turns
+from hierroom.turns import NO_GOAL_ACTION, Turns
 from hierroom.world.batch import Batch
 from hierroom.world.kernels import EXIT, KEY, OPEN_DOOR, WALL
 
@@ -17,7 +17,7 @@ BOTH = ("meta_0", "controller_0")
 
 def legal(turns, mask):
     situation = turns.situation(np.array([0]))
-    return {int(goal) for goal in np.flatnonzero(GOAL_MASKS[mask](situation)[0])}
+    return {int(goal) for goal in np.flatnonzero(GOAL_MASKS[mask].goals(situation)[0])}
 
 
 def test_masks_on_the_way_through_graph_d():
@@ -82,10 +82,10 @@ def test_no_mask_is_ever_all_zero(mask, horizon):
         for one in masks.values():
             assert one.dtype == np.int8
             assert one.any()
-        # 'No goal' is legal where no goal is, and only there.
-        assert masks["meta_0"][13] == (not masks["meta_0"][:13].any())
+        # Where no goal is legal, 'no goal' is; beside goals it is legal under one mask.
+        assert masks["meta_0"][13] == (mask == "seen" or not masks["meta_0"][:13].any())
         assert masks["controller_0"].all()
-        waits += bool(masks["meta_0"][13])
+        waits += not masks["meta_0"][:13].any()
         if env.agents:
             goal = int(rng.choice(np.flatnonzero(masks["meta_0"])))
             observations = env.step({"meta_0": goal, "controller_0": int(rng.integers(6))})[0]
@@ -111,3 +111,26 @@ def test_reachable_goals_are_the_open_goals_of_the_graph(graph):
         expected[m, FIRST_DOOR_GOAL + colours] = goals[branches:-1]
         expected[m, EXIT_GOAL] = goals[-1]
     np.testing.assert_array_equal(turns.situation(np.arange(n)).reachable, expected)
+
+
+def test_no_goal_asks_for_something_new():
+    """The controller is paid, once, for a goal event or for a key, door or exit that comes into view."""
+    turns = make("d", n=8, seed=2, goal_mask="seen", pay="intrinsic")
+    rng = np.random.default_rng(0)
+    found_by_looking = 0
+    for _ in range(600):
+        indices = np.arange(8)
+        masks = turns.meta_masks(turns.situation(indices))
+        assert masks[turns.ledger.is_meta_turn, NO_GOAL_ACTION].all()  # beside the goals that were seen
+        turns.choose(indices, np.full(8, NO_GOAL_ACTION), masks)
+        seen, found = turns.world.state.rooms["seen"].copy(), turns.world.state.rooms["found"].copy()
+        step = turns.step([well_or_wildly(rng, turns.world, n) for n in indices])
+        went_on = ~step.over
+        now = turns.world.state.rooms[went_on]
+        is_new = (now["seen"] != seen[went_on]) | (now["found"] != found[went_on])
+        is_new |= step.events[went_on] >= FIRST_DOOR_GOAL
+        assert step.reached[went_on].tolist() == step.option_over[went_on].tolist() == is_new.tolist()
+        assert step.rewards[went_on].tolist() == is_new.astype(float).tolist()
+        found_by_looking += int((is_new & (step.events[went_on] < 0)).sum())
+    assert found_by_looking > 20
+    assert turns.ledger.illegal_goals.sum() == 0

@@ -25,5 +25,5 @@ def achieve(turns, name):
     assert step.events[0] == goal
 
 
-def well_or_wildly(rng, world):
-    return int(shortest_actions(world.get_state([0]))[0]) if rng.random() < 0.6 else int(rng.integers(6))
+def well_or_wildly(rng, world, room=0):
+    return int(shortest_actions(world.get_state([room]))[0]) if rng.random() < 0.6 else int(rng.integers(6))

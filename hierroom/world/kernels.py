@@ -331,6 +331,15 @@ def advance(room, grid, action, outcome):
     room.is_over = outcome.terminated or outcome.truncated
 
 
+@njit(cache=True)
+def advance_and_look(room, grid, action, outcome):
+    """Let the agent act once and see what comes of it."""
+    advance(room, grid, action, outcome)
+    seen = room.seen
+    look(room, grid, outcome.tiles)
+    outcome.is_discovery = room.seen != seen
+
+
 @njit(cache=True, nogil=True)
 def reset_rooms(rooms, grids, graphs, outcomes):
     """Begin the next episode in every room."""
@@ -352,10 +361,9 @@ def step_rooms(rooms, grids, actions, outcomes):
     for n in range(rooms.shape[0]):
         if rooms[n].is_over:
             outcomes[n].event, outcomes[n].is_first, outcomes[n].reward = -1, False, 0.0
-            outcomes[n].is_novel = False
+            outcomes[n].is_novel, outcomes[n].is_discovery = False, False
         else:
-            advance(rooms[n], grids[n], actions[n], outcomes[n])
-            look(rooms[n], grids[n], outcomes[n].tiles)
+            advance_and_look(rooms[n], grids[n], actions[n], outcomes[n])
             outcomes[n].final_tiles[:] = outcomes[n].tiles
 
 
@@ -363,8 +371,7 @@ def step_rooms(rooms, grids, actions, outcomes):
 def step_and_reset_rooms(rooms, grids, graphs, actions, outcomes, finals):
     """Step every room once; where that ends the episode, keep the final view and room and begin the next episode."""
     for n in range(rooms.shape[0]):
-        advance(rooms[n], grids[n], actions[n], outcomes[n])
-        look(rooms[n], grids[n], outcomes[n].tiles)
+        advance_and_look(rooms[n], grids[n], actions[n], outcomes[n])
         if rooms[n].is_over:
             outcomes[n].final_tiles[:] = outcomes[n].tiles
             finals[n] = rooms[n]

@@ -65,6 +65,7 @@ OUTCOME = _record(
     ("event", "i4"),  # goal id achieved by this step, or -1
     ("is_first", "?"),  # ... for the first time this episode
     ("is_novel", "?"),  # no step before this one left the agent on that cell with those keys found and doors open
+    ("is_discovery", "?"),  # a key, door or exit of this level came into view for the first time this episode
     ("reward", "f8"),  # extrinsic
     ("terminated", "?"),
     ("truncated", "?"),
