@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from hierroom.errors import InputError
@@ -38,17 +40,17 @@ class Agent:
 
     @classmethod
     def load(cls, run: RunFolder, rooms: int, *, seed: int = 0, is_greedy: bool = False) -> Agent:
-        """The agent of a run's newest checkpoint, for a number of rooms.
+        """The agent of a run's newest checkpoint, for a number of rooms; it acts on the CPU, wherever it was trained.
 
         Raises:
             InputError: if the run has no checkpoint that fits its config.
         """
-        config, state = run.config(), run.load_checkpoint()
+        config, state = replace(run.config(), device="cpu"), run.load_checkpoint()
         check_format(state)
         learner = make_learner(config, config.rooms)
         meta = make_meta(config.meta_name, config)
         try:
-            learner.load_state_dict(state["learner"])
+            learner.take_weights(state["learner"])
             if "meta" in state:
                 meta.load_state_dict(state["meta"])  # pyright: ignore[reportAttributeAccessIssue]
         except (RuntimeError, KeyError, ValueError) as error:

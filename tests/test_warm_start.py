@@ -7,10 +7,12 @@ import pytest
 import torch
 
 from hierroom import InputError, train
-from hierroom.learners import PPOConfig
+from hierroom.agent import Agent
+from hierroom.learners import PPOConfig, ppo
+from hierroom.learners.torch_backend import TorchBackend
 from hierroom.presets import TrainConfig
 from hierroom.runs import RunFolder
-from hierroom.trainer import Trainer
+from hierroom.trainer import Trainer, make_turns
 
 SMALL = TrainConfig(graph="a", size=11, max_steps=60, rooms=8, steps=1024, ppo=PPOConfig(minibatches=2))
 
@@ -94,3 +96,20 @@ def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
     (tmp_path / "before").unlink()
     assert train.main(["--resume", out, "--steps", "1024"]) == 0
     assert RunFolder.open(out).config().warm_start == str(tmp_path / "before")
+
+
+def test_what_a_gpu_trained_plays_on_the_cpu(tmp_path, monkeypatch):
+    """A GPU trains through torch and the CPU plays with compiled kernels, whose optimiser keeps other records."""
+    config = replace(SMALL, device="cuda")
+    with monkeypatch.context() as without_kernels:
+        without_kernels.setattr(ppo, "FusedBackend", lambda *arguments: TorchBackend(*arguments[:2], "cpu"))
+        trainer = Trainer(SMALL)
+        for _ in range(2):
+            trainer.advance()
+    folder = RunFolder.create(tmp_path / "run", config)
+    folder.save_checkpoint(trainer.state_dict())
+    played = []
+    for agent in (Agent.load(folder, 4, seed=1), Agent.of(trainer, 4, seed=1)):
+        turns = make_turns(SMALL, 4, seed=9)
+        played.append([agent.step(turns).actions.tolist() for _ in range(40)])
+    assert played[0] == played[1]

@@ -1,0 +1,114 @@
+"""What each entry of the default preset is worth: HiPPO on one graph with one entry changed at a time.
+
+    python benchmarks/ablation.py --out benchmarks/results/ablation.csv
+
+Rows that the file already holds are not run again. At the end the medians over the seeds are printed, as Markdown.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from itertools import product
+from pathlib import Path
+from statistics import median
+
+import tyro
+from run_table import fill, in_millions
+from success import train_and_evaluate
+
+from hierroom.learners import PPOConfig
+from hierroom.presets import PRESETS, TrainConfig
+
+DEFAULT = PRESETS["default"]
+UNCHANGED = "as it is"
+CHANGES: dict[str, tuple[object, ...]] = {
+    "rooms": (64, 256),
+    "sequence_length": (16, 64, 128),
+    "minibatches": (2, 8),
+    "epochs": (2, 6),
+    "learning_rate": (5e-4, 2e-3),
+    "final_learning_rate_fraction": (0.0,),
+    "adam_epsilon": (1e-8,),
+    "max_gradient_norm": (0.25, 1.0),
+    "clip": (0.1, 0.3),
+    "value_weight": (0.25, 1.0),
+    "entropy_weight": (0.003, 0.03),
+    "gamma": (0.9, 0.95, 0.99),
+    "gae_lambda": (0.9, 0.98),
+    "normalize_advantages": (False,),
+    "min_advantage_std": (1e-8,),
+    "hidden_size": (32, 128),
+    "inputs": tuple(tuple(i for i in DEFAULT.inputs if i != left_out) for left_out in DEFAULT.inputs[2:]),
+}
+"""Entry of the config or of its learner to the values tried in place of the preset's."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Train and evaluate a table of runs."""
+
+    out: Path
+    """The CSV file, made or gone on with."""
+    graph: str = "g"
+    """Goal graph to train on."""
+    seeds: int = 3
+    """Seeds 0, 1, ... of each."""
+    steps: int = 1_000_000
+    """Primitive steps of each run."""
+    episodes: int = 1000
+    """Episodes of each evaluation."""
+    processes: int = os.cpu_count() or 1
+    """Runs at a time."""
+
+
+def changed(config: TrainConfig, entry: str, value: object) -> TrainConfig:
+    """A config with one entry, or one of its learner's, changed."""
+    if entry in {field.name for field in fields(PPOConfig)}:
+        return replace(config, ppo=replace(config.ppo, **{entry: value}))
+    return replace(config, **{entry: value})
+
+
+def variants(config: TrainConfig) -> Iterator[tuple[str, TrainConfig]]:
+    """The config as it is and with each change, by name."""
+    yield UNCHANGED, config
+    for entry, values in CHANGES.items():
+        for value in values:
+            left_out = set(DEFAULT.inputs).difference(value) if isinstance(value, tuple) else ()
+            name = f"without {', '.join(left_out)}" if left_out else f"{entry} {value}"
+            yield name, changed(config, entry, value)
+
+
+def print_medians(rows: list[dict[str, str]]) -> None:
+    """Print a line for each change: medians over its seeds, and the worst success."""
+    print("| change | seeds | steps to 95% | to 99% | success | worst | length |")
+    print("|---|---|---|---|---|---|---|")
+    for change in dict.fromkeys(name for name, _ in variants(DEFAULT)):
+        chosen = [row for row in rows if row["change"] == change]
+        if not chosen:
+            continue
+        to_95, to_99, success, length = (
+            median(float(row[name] or "inf") for row in chosen)
+            for name in ("steps_to_95", "steps_to_99", "sampled_success", "sampled_length")
+        )
+        worst = min(float(row["sampled_success"]) for row in chosen)
+        print(
+            f"| {change} | {len(chosen)} | {in_millions(to_95)} | {in_millions(to_99)} | {success:.1%} | {worst:.1%} | "
+            f"{length:.0f} |"
+        )
+
+
+def main() -> None:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
+    base = replace(DEFAULT, graph=options.graph, steps=options.steps, threads=1)  # the processes are the parallel part
+    runs = []
+    for seed, (name, config) in product(range(options.seeds), variants(base)):
+        key = {"change": name, "graph": options.graph, "seed": str(seed), "steps": str(options.steps)}
+        runs.append((key, replace(config, seed=seed)))
+    print_medians(fill(options.out, runs, train_and_evaluate, options.episodes, options.processes))
+
+
+if __name__ == "__main__":
+    main()
