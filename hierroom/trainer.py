@@ -156,15 +156,14 @@ class Trainer:
             step = self.turns.step(self.learner.act(self._all, codes, self._masks))
             self.steps += len(self._all)
             terminated, truncated = self._ends_of_returns(step)
-            bootstrapped = np.flatnonzero(truncated)
-            final_codes = self.inputs.codes(self.turns.final_sight(step, bootstrapped))
             if hasattr(self.meta, "learn"):
                 self.meta.learn(step, self.turns)  # pyright: ignore[reportAttributeAccessIssue]
             rewards = step.rewards + self.curiosity.rewards(step, self.turns) if self.curiosity else step.rewards
             self.turns.ask(self.meta)
             codes = self.inputs.codes(self.turns.sight())
-            next_codes = codes.copy()
-            next_codes[bootstrapped] = final_codes
+            next_codes, bootstrapped = codes.copy(), np.flatnonzero(truncated)
+            if len(bootstrapped):
+                next_codes[bootstrapped] = self.inputs.codes(self.turns.final_sight(step, bootstrapped))
             elapsed = np.ones(len(self._all), np.int64)
             self.learner.finish(self._all, rewards, elapsed, terminated, truncated, step.over, next_codes)
             self.log.add(step, self.steps, time.perf_counter() - started)

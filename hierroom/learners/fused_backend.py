@@ -28,7 +28,7 @@ from hierroom.learners.rollout import Batch
 _SHARD = 16
 _MAX_LANES = 8
 # Fewer are acted in sooner than another thread wakes up.
-_MIN_ROOMS_PER_THREAD = 32
+_MIN_ROOMS_PER_THREAD = 256
 
 
 class FusedBackend:
