@@ -3,18 +3,22 @@
     pip install -c constraints.txt -e '.[bench]'
     python benchmarks/train_speed.py
 
-Both train a flat PPO with an LSTM of 64 on graph c: 128 rooms x 128 steps, 4 epochs x 4 minibatches. Theirs runs on the
-same Gymnasium room, one process, with the view flattened. Repeats take turns, so that a busy machine slows both.
+All train a flat PPO with an LSTM of 64 on graph c: 128 rooms x 128 steps, 4 epochs x 4 minibatches. Theirs runs on
+the same Gymnasium room, one process, with the view flattened: with its own network (policy and value have an LSTM and
+two layers of 64 each), and once with one shared LSTM and nothing after it, as ours has. HiPPO with 3 goals and with
+13 shows that the time does not grow with their number. Repeats take turns, so that a busy machine slows all alike.
 """
 
 from __future__ import annotations
 
 import os
 import platform
+import resource
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from pathlib import Path
 from statistics import median, quantiles
 
 import gymnasium
@@ -30,6 +34,7 @@ from hierroom.presets import TrainConfig
 from hierroom.trainer import Trainer
 
 ROOMS, LENGTH, EPOCHS, MINIBATCHES = 128, 128, 4, 4
+THEIRS = "sb3-contrib RecurrentPPO"
 
 
 @dataclass(frozen=True)
@@ -42,19 +47,20 @@ class Options:
     """Learner threads of ours to try."""
 
 
-def ours(threads: int) -> tuple[Callable[[], None], Counter[str]]:
-    """A function that trains for one update, and the seconds spent so far by part."""
+def ours(threads: int, method: str = "ppo", graph: str = "c") -> tuple[Trainer, Counter[str]]:
+    """A trainer, and the seconds spent so far by part."""
     ppo = PPOConfig(sequence_length=LENGTH, epochs=EPOCHS, minibatches=MINIBATCHES)
-    trainer = Trainer(replace(TrainConfig(), method="ppo", steps=10**9, rooms=ROOMS, threads=threads, ppo=ppo))
+    trainer = Trainer(TrainConfig(method=method, graph=graph, steps=10**9, rooms=ROOMS, threads=threads, ppo=ppo))
     seconds: Counter[str] = Counter()
     for part, owner, name in (
-        ("world and turns", trainer.turns, "step"),
+        ("world", trainer.turns, "_advance"),
+        ("features", trainer.inputs, "codes"),
         ("policy", trainer.learner, "act"),
         ("policy", trainer.learner, "finish"),
         ("update", trainer.learner, "update"),
     ):
-        setattr(owner, name, _timed(getattr(owner, name), part, seconds))
-    return trainer.advance, seconds
+        object.__setattr__(owner, name, _timed(getattr(owner, name), part, seconds))  # some are frozen
+    return trainer, seconds
 
 
 def _timed(function: Callable, part: str, seconds: Counter[str]) -> Callable:
@@ -67,8 +73,8 @@ def _timed(function: Callable, part: str, seconds: Counter[str]) -> Callable:
     return run
 
 
-def theirs() -> Callable[[], None]:
-    """A function that trains sb3-contrib's RecurrentPPO for one update."""
+def theirs(**network) -> Callable[[], None]:
+    """A function that trains sb3-contrib's RecurrentPPO for one update, with arguments for its network."""
 
     def room() -> gymnasium.Env:
         env = gymnasium.make("hierroom/EscapeRoom-c-v0")
@@ -84,7 +90,7 @@ def theirs() -> Callable[[], None]:
         n_steps=LENGTH,
         batch_size=ROOMS * LENGTH // MINIBATCHES,
         n_epochs=EPOCHS,
-        policy_kwargs={"lstm_hidden_size": 64, "net_arch": [], "shared_lstm": True, "enable_critic_lstm": False},
+        policy_kwargs={"lstm_hidden_size": 64, **network},
         seed=0,
         device="cpu",
     )
@@ -95,29 +101,34 @@ def main() -> None:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
     torch.set_num_threads(1)
-    own = {threads: ours(threads) for threads in options.threads}
-    cases = {f"hierroom, {threads} threads": advance for threads, (advance, _) in own.items()}
-    cases["sb3-contrib RecurrentPPO"] = theirs()
+    flat = {f"hierroom, {threads} threads": ours(threads) for threads in options.threads}
+    star = str(Path(__file__).parent / "graphs" / "star.toml")
+    goals = {f"hippo, {n} goals": ours(1, "hippo", graph) for n, graph in ((3, "a"), (13, star))}
+    cases = {name: trainer.advance for name, (trainer, _) in (flat | goals).items()}
+    cases[THEIRS] = theirs()
+    cases[f"{THEIRS}, one LSTM"] = theirs(net_arch=[], shared_lstm=True, enable_critic_lstm=False)
     speeds: dict[str, list[float]] = {name: [] for name in cases}
     for repeat in range(options.repeats + 1):
         for name, advance in cases.items():
-            if repeat == 1 and name.startswith("hierroom"):
-                own[int(name.split()[1])][1].clear()
+            if repeat == 1 and name in flat:
+                flat[name][1].clear()
             started = time.perf_counter()
             advance()
             if repeat:
                 speeds[name].append(ROOMS * LENGTH / (time.perf_counter() - started))
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
     print(f"{ROOMS} rooms x {LENGTH} steps, warm-up 1 update, {options.repeats} timed; median (quartiles) steps/s")
-    reference = median(speeds["sb3-contrib RecurrentPPO"])
+    reference = median(speeds[THEIRS])
     for name, values in speeds.items():
         low, middle, high = quantiles(values, n=4)
-        print(f"{name:26} {middle:10,.0f}  ({low:,.0f} to {high:,.0f})  {middle / reference:6.1f} x")
-    for threads, (_, seconds) in own.items():
-        total = options.repeats * ROOMS * LENGTH / median(speeds[f"hierroom, {threads} threads"])
-        parts = dict(seconds) | {"inputs and the rest": max(total - seconds.total(), 0.0)}
+        print(f"{name:34} {middle:10,.0f}  ({low:,.0f} to {high:,.0f})  {middle / reference:6.1f} x")
+    for name, (trainer, seconds) in flat.items():
+        total = options.repeats * ROOMS * LENGTH / median(speeds[name])
+        parts = dict(seconds) | {"turns and the rest": max(total - seconds.total(), 0.0)}
         split = ", ".join(f"{part} {spent / sum(parts.values()):.0%}" for part, spent in parts.items())
-        print(f"{threads} threads: {split}")
+        print(f"{name}: {split}; rollout {trainer.learner.n_rollout_bytes / 2**20:.0f} MiB, which never grows")
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
+    print(f"peak memory of the process, all of these together: {peak:.0f} MiB")
 
 
 if __name__ == "__main__":

@@ -5,8 +5,8 @@
 | ``observation`` / 10 | 147 | |
 | ``goal`` | 9 | |
 | ``direction``, one-hot | 4 | |
-| ``keys`` | 6 | |
-| ``doors`` | 6 | |
+| ``keys_held`` | 6 | |
+| ``doors_open`` | 6 | |
 | ``outcome``, one-hot | 4 | all zero for ``controller_0`` |
 | ``action_mask`` | 14 | zero for the actions that ``controller_0`` does not have |
 | whose it is | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
@@ -34,8 +34,8 @@ SIZES = {
     "observation": VIEW * VIEW * 3,
     "goal": GOAL_VECTORS.shape[1],
     "direction": 4,
-    "keys": N_COLOURS,
-    "doors": N_COLOURS,
+    "keys_held": N_COLOURS,
+    "doors_open": N_COLOURS,
     "outcome": N_OUTCOMES,
     "action_mask": N_META_ACTIONS,
     "is_meta": 1,

@@ -100,8 +100,8 @@ def observation_spaces(n_actions: int) -> dict[str, spaces.Space]:
         "observation": spaces.Box(0, 10, (VIEW, VIEW, 3), np.uint8),
         "goal": spaces.Box(0, 1, GOAL_VECTORS.shape[1:], np.float32),
         "direction": spaces.Discrete(4),
-        "keys": spaces.Box(0, 1, (N_COLOURS,), np.int8),
-        "doors": spaces.Box(0, 1, (N_COLOURS,), np.int8),
+        "keys_held": spaces.Box(0, 1, (N_COLOURS,), np.int8),
+        "doors_open": spaces.Box(0, 1, (N_COLOURS,), np.int8),
         "action_mask": spaces.Box(0, 1, (n_actions,), np.int8),
     }
 
@@ -117,7 +117,7 @@ def observe(sight: Sight, masks: NDArray[np.bool_]) -> dict[str, NDArray]:
         ``observation`` [M, 7, 7, 3] uint8 as MiniGrid's ``image``: cell [i, j] is i - 3 cells to the agent's right and
         6 - j ahead; its channels are MiniGrid's object id, its colour id, and 1 for an open door. ``goal`` [M, 9]
         float32, one-hot object and colour, zero for no goal. ``direction`` [M] int64, 0 east, 1 south, 2 west, 3
-        north. ``keys`` and ``doors`` [M, 6] int8 by colour, the keys held and the doors open. ``action_mask``
+        north. ``keys_held`` and ``doors_open`` [M, 6] int8 by colour, the keys held and the doors open. ``action_mask``
         [M, A] int8.
     """
     rooms = sight.rooms
@@ -126,7 +126,7 @@ def observe(sight: Sight, masks: NDArray[np.bool_]) -> dict[str, NDArray]:
         "observation": encode(sight.tiles),
         "goal": GOAL_VECTORS[sight.goals],
         "direction": rooms["direction"].astype(np.int64),
-        "keys": (rooms["keys"][:, None] >> branches & 1).astype(np.int8),
-        "doors": (rooms["doors"][:, None] >> branches & 1).astype(np.int8),
+        "keys_held": (rooms["keys"][:, None] >> branches & 1).astype(np.int8),
+        "doors_open": (rooms["doors"][:, None] >> branches & 1).astype(np.int8),
         "action_mask": masks.astype(np.int8),
     }

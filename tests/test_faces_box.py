@@ -42,7 +42,7 @@ def numbers(agent, observation):
         outcome[observation["outcome"]] = 1
     mask = observation["action_mask"].tolist()
     head = [value / 10 for value in observation["observation"].ravel().tolist()] + observation["goal"].tolist()
-    held = observation["keys"].tolist() + observation["doors"].tolist()
+    held = observation["keys_held"].tolist() + observation["doors_open"].tolist()
     return [*head, *one_hot, *held, *outcome, *mask, *[0] * (14 - len(mask)), agent == "meta_0"]
 
 

@@ -4,8 +4,10 @@ import copy
 import itertools
 
 import cloudpickle
+import gymnasium
 import numpy as np
 import pytest
+import torch
 
 import hierroom
 from hierroom.gym_env import EscapeRoom, EscapeRooms
@@ -241,3 +243,10 @@ def test_unseeded_environments_differ_and_go_on_to_the_next_episode():
             seconds.append(repr(env.reset()[0]))
         assert len(set(firsts)) > 3
         assert all(first != second for first, second in zip(firsts, seconds, strict=True))
+
+
+def test_an_entry_of_an_observation_can_name_a_torch_module():
+    """Libraries make a module for each entry; one named as a method of `ModuleDict`, such as keys, breaks them."""
+    for space in (hierroom.env().observation_space("meta_0"), EscapeRoom().observation_space):
+        assert isinstance(space, gymnasium.spaces.Dict)
+        torch.nn.ModuleDict({name: torch.nn.Identity() for name in space})

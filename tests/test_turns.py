@@ -40,8 +40,8 @@ def test_keys_held_and_doors_open_are_shown_by_colour():
         achieve(turns, name)
         (held if name[0] == "k" else is_open).update(goal % FIRST_DOOR_GOAL for goal in goal_ids(turns, name))
         seen = turns.controller_observations(turns.sight())
-        assert seen["keys"].tolist() == [[int(colour in held) for colour in range(6)]]
-        assert seen["doors"].tolist() == [[int(colour in is_open) for colour in range(6)]]
+        assert seen["keys_held"].tolist() == [[int(colour in held) for colour in range(6)]]
+        assert seen["doors_open"].tolist() == [[int(colour in is_open) for colour in range(6)]]
         assert seen["direction"].tolist() == turns.world.state.rooms["direction"].tolist()
 
 
