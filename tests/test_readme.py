@@ -3,14 +3,18 @@
 import importlib
 import re
 import shlex
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
 from hierroom.complexity import analyze
 from hierroom.goals import NAMED_GRAPHS
+from hierroom.learners import PPOConfig
+from hierroom.presets import PRESETS
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
+PRESETS_PAGE = (Path(__file__).parents[1] / "docs" / "presets.md").read_text()
 PYTHON = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 COMMANDS = re.findall(r"^python -m (\S+)(.*?)(?:  +#.*)?$", README, re.MULTILINE)
 
@@ -59,3 +63,22 @@ def test_the_tables_of_results_are_what_the_committed_rows_say(name, capsys, mon
     success, table = importlib.import_module("success"), importlib.import_module("run_table")
     success.print_medians(table.read(benchmarks / "results" / f"{name}.csv"))
     assert capsys.readouterr().out in README
+
+
+def test_the_presets_are_documented_value_by_value():
+    """Each row of the table names an entry and its value in the presets default and paper."""
+    rows = re.findall(r"^\| (`.*?) \| (.*?) \| (.*?) \|", PRESETS_PAGE, re.MULTILINE)
+    documented = {}
+    for entries, *values in rows:
+        names = re.findall(r"`(\w+)`", entries)
+        for preset, value in zip(("default", "paper"), values, strict=True):
+            for name, one in zip(names, value.split(", "), strict=False):
+                documented[preset, name] = one.strip("`")
+    entries = {field.name for field in fields(PPOConfig)} - {"sequences_per_update"}
+    for preset in ("default", "paper"):
+        config = PRESETS[preset]
+        flat = {**vars(config), **vars(config.ppo)}
+        for name in entries | {"steps", "rooms", "size", "max_steps", "subgoal_horizon", "goal_mask"}:
+            assert documented[preset, name] == str(flat[name]), (preset, name)
+    for name in PRESETS["default"].inputs:
+        assert f"`{name}`" in PRESETS_PAGE
