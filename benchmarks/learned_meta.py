@@ -21,10 +21,11 @@ import tyro
 from run_table import fill, in_millions, read
 
 from hierroom.agent import Agent
+from hierroom.assembly import make_turns
 from hierroom.evaluate import evaluate
 from hierroom.meta import RandomGoals
 from hierroom.presets import TrainConfig, find_preset
-from hierroom.trainer import Trainer, make_turns
+from hierroom.trainer import Trainer
 
 KEYS = ("graph", "goal_mask", "seed", "steps")
 

@@ -23,12 +23,13 @@ import tyro
 from run_table import fill, in_millions
 
 from hierroom.agent import Agent
+from hierroom.assembly import make_turns
 from hierroom.evaluate import evaluate
 from hierroom.goals import EXIT_GOAL, NO_GOAL
 from hierroom.meta import MetaController, make_meta
 from hierroom.presets import TrainConfig, find_preset
 from hierroom.step import Step
-from hierroom.trainer import Trainer, make_turns
+from hierroom.trainer import Trainer
 from hierroom.turns import Turns
 from hierroom.world.oracle import shortest_actions
 

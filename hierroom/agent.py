@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from hierroom.assembly import make_inputs, make_learner
 from hierroom.errors import InputError
 from hierroom.learners import Policy
 from hierroom.meta import MetaController, at_play, make_meta
 from hierroom.presets import TrainConfig
 from hierroom.runs import RunFolder
-from hierroom.trainer import Trainer, check_format, make_inputs, make_learner
+from hierroom.trainer import Trainer
 from hierroom.turns import Step, Turns
 
 
@@ -46,7 +47,6 @@ class Agent:
             InputError: if the run has no checkpoint that fits its config.
         """
         config, state = replace(run.config(), device="cpu"), run.load_checkpoint()
-        check_format(state)
         learner = make_learner(config, config.rooms)
         meta = make_meta(config.meta_name, config)
         try:

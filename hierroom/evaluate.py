@@ -15,11 +15,11 @@ from rich.table import Table
 from scipy.stats import binomtest
 
 from hierroom.agent import Agent
+from hierroom.assembly import make_turns
 from hierroom.commands import run
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS
 from hierroom.runs import RunFolder, to_json
-from hierroom.trainer import make_turns
 from hierroom.turns import Turns
 
 

@@ -12,13 +12,13 @@ from rich.console import Console
 from rich.progress import Progress
 
 from hierroom.agent import Agent
+from hierroom.assembly import make_turns
 from hierroom.complexity.difficulty import is_difficulty
 from hierroom.complexity.estimate import Player, measure, oracle_player, random_player
 from hierroom.complexity.measured import MeasuredReport
 from hierroom.errors import InputError
 from hierroom.goals import as_goal_graph
 from hierroom.runs import RunFolder
-from hierroom.trainer import make_turns
 from hierroom.turns import Turns
 from hierroom.world.batch import Batch
 

@@ -17,6 +17,8 @@ import torch
 from hierroom.errors import InputError
 from hierroom.presets import TrainConfig
 
+CHECKPOINT_FORMAT = 1
+
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that, whatever happens, it holds the old content or the new and never a part.
@@ -119,7 +121,7 @@ class RunFolder:
     def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
         """Write what `Trainer.state_dict` gave; it is named by its steps."""
         buffer = io.BytesIO()
-        torch.save(dict(state), buffer)
+        torch.save({"format": CHECKPOINT_FORMAT, **state}, buffer)
         path = self.checkpoints / f"{state['steps']:012d}.pt"
         write_whole(path, buffer.getvalue())
         return path
@@ -128,17 +130,22 @@ class RunFolder:
         """The newest checkpoint. Only tensors and plain types are read: nothing in it can run.
 
         Raises:
-            InputError: if there is none or it is broken.
+            InputError: if there is none, it is broken, or another version of hierroom wrote it in another format.
         """
         paths = sorted(self.checkpoints.glob("*.pt"))
         if not paths:
             raise InputError(f"{self.path} has no checkpoint in {self.checkpoints.name}/")
         try:
-            return torch.load(paths[-1], map_location="cpu", weights_only=True)
+            state = torch.load(paths[-1], map_location="cpu", weights_only=True)
         except Exception as error:  # torch raises many kinds for a broken file, among them plain RuntimeError
             lines = str(error).strip().splitlines() or [type(error).__name__]
             reason = lines[0].split(". ")[0]  # torch goes on with advice for its own users
             raise InputError(f"cannot read the checkpoint {paths[-1]}: {reason}") from error
+        if state.get("format") != CHECKPOINT_FORMAT:
+            raise InputError(
+                f"the checkpoint {paths[-1]} has format {state.get('format')}, this hierroom reads {CHECKPOINT_FORMAT}"
+            )
+        return state
 
     def append_metrics(self, row: Mapping[str, float]) -> None:
         """Add a row to metrics.csv.

@@ -16,13 +16,14 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from hierroom.agent import Agent
+from hierroom.assembly import make_turns
 from hierroom.commands import run
 from hierroom.errors import InputError
 from hierroom.interrupt import Interrupt
 from hierroom.plots import plot_learning_curve
 from hierroom.presets import PRESETS, TrainConfig, find_preset
 from hierroom.runs import RunFolder, unused_path
-from hierroom.trainer import Trainer, make_turns
+from hierroom.trainer import Trainer
 from hierroom.world.animation import animate
 from hierroom.world.render import draw
 

@@ -11,6 +11,7 @@ from turns_rooms import goal_ids, make
 
 from hierroom import train
 from hierroom.agent import Agent
+from hierroom.assembly import make_turns
 from hierroom.errors import InputError
 from hierroom.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
@@ -22,7 +23,7 @@ from hierroom.learners.ppo import in_hindsight
 from hierroom.presets import TrainConfig, find_preset
 from hierroom.runs import RunFolder
 from hierroom.step import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
-from hierroom.trainer import Trainer, make_turns
+from hierroom.trainer import Trainer
 from hierroom.world.oracle import shortest_actions
 
 META_PPO = PPOConfig(sequence_length=4, sequences_per_update=4, minibatches=2, epochs=2, hidden_size=8)

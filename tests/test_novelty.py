@@ -6,10 +6,10 @@ from turns_rooms import achieve, make, well_or_wildly
 
 import hierroom
 from hierroom import InputError
+from hierroom.assembly import make_turns
 from hierroom.controller import NOVELTY_BONUS
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.presets import TrainConfig
-from hierroom.trainer import make_turns
 from hierroom.world.batch import Batch
 from hierroom.world.kernels import DROP, FORWARD, LEFT, PICKUP
 from hierroom.world.oracle import shortest_actions

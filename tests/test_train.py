@@ -305,6 +305,13 @@ def test_nothing_in_a_checkpoint_is_executed(tmp_path):
     assert not (tmp_path / "evil").exists()
 
 
+def test_a_checkpoint_in_another_format_is_refused(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    folder.save_checkpoint({"format": 99, "steps": 1})
+    with pytest.raises(InputError, match=r"has format 99, this hierroom reads 1$"):
+        folder.load_checkpoint()
+
+
 def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
     command = f"{sys.executable} -m hierroom.complexity --rooms 6 --csv | head -1"
     done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)

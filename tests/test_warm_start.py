@@ -8,11 +8,12 @@ import torch
 
 from hierroom import InputError, train
 from hierroom.agent import Agent
+from hierroom.assembly import make_turns
 from hierroom.learners import PPOConfig, ppo
 from hierroom.learners.torch_backend import TorchBackend
 from hierroom.presets import TrainConfig
 from hierroom.runs import RunFolder
-from hierroom.trainer import Trainer, make_turns
+from hierroom.trainer import Trainer
 
 SMALL = TrainConfig(graph="a", size=11, max_steps=60, rooms=8, steps=1024, ppo=PPOConfig(minibatches=2))
 
