@@ -24,9 +24,9 @@ class PPOConfig:
     """Parts into which an epoch splits the sequences; a sequence is never cut."""
     epochs: int = 4
     """Passes over the data of an update."""
-    learning_rate: float = 1.5e-3
+    learning_rate: float = 1e-3
     """Adam's step size at the start of training."""
-    final_learning_rate_fraction: float = 0.1
+    final_learning_rate_fraction: float = 1.0
     """What is left of it at the end, linear in between: 1 is constant, 0 is annealed to nothing."""
     adam_epsilon: float = 1e-5
     """Added to Adam's root mean square."""
