@@ -3,7 +3,7 @@
 | facts | |
 |---|---|
 | agents | ``meta_0``, ``controller_0`` |
-| actions of meta_0 | 0-5 key of that colour, 6-11 door of that colour, 12 exit, 13 no goal |
+| actions of meta_0 | 0-5 key of that colour, 6-11 door of that colour, 12 exit, 13 none: find something new |
 | actions of controller_0 | 0 forward, 1 left, 2 right, 3 pickup, 4 open, 5 drop (where enabled) |
 | observations | ``observation`` 7 x 7 x 3, ``goal``, ``direction``, ``keys_held``, ``doors_open``, ``action_mask`` |
 | and for meta_0 | ``outcome``: 0 no goal before, 1 it was reached, 2 its horizon ran out, 3 anything else ended it |

@@ -1,8 +1,7 @@
 """The rules of the two agents' turns, apart from any room: who acts, how long for, and who is owed what.
 
 ``meta_0`` acts at reset and whenever its goal's life, an *option*, is over: the goal is reached, its horizon has run
-out or the episode has ended. ``controller_0`` acts at every other
-moment, one primitive step a turn.
+out or the episode has ended. ``controller_0`` acts at every other moment, one primitive step a turn.
 """
 
 from __future__ import annotations

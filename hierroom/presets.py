@@ -53,7 +53,8 @@ class TrainConfig:
     subgoal_horizon: int | None = None
     """Steps after which a goal's life ends unreached; None: never."""
     goal_mask: str = "reachable"
-    """Goals the meta-controller may choose: reachable, existing, seen or none (all of them)."""
+    """Goals the meta-controller may choose: reachable, existing, seen (or no goal: find something new) or none (all
+    there could be)."""
     novelty_bonus: float = NOVELTY_BONUS
     """What ppo-novelty pays for each state entered first in an episode; the exit pays 1."""
     curiosity_weight: float = 0.05
