@@ -2,7 +2,8 @@
 
     python benchmarks/ablation.py --out benchmarks/results/ablation.csv
 
-Rows that the file already holds are not run again. At the end the medians over the seeds are printed, as Markdown.
+Success and length are those of the last 500 episodes of training. Rows that the file already holds are not run again.
+At the end the medians over the seeds are printed, as Markdown.
 """
 
 from __future__ import annotations
@@ -14,12 +15,13 @@ from itertools import product
 from pathlib import Path
 from statistics import median
 
+import torch
 import tyro
 from run_table import fill, in_millions
-from success import train_and_evaluate
 
 from hierroom.learners import PPOConfig
 from hierroom.presets import PRESETS, TrainConfig
+from hierroom.trainer import Trainer
 
 DEFAULT = PRESETS["default"]
 UNCHANGED = "as it is"
@@ -47,7 +49,7 @@ CHANGES: dict[str, tuple[object, ...]] = {
 
 @dataclass(frozen=True)
 class Options:
-    """Train and evaluate a table of runs."""
+    """Train a table of runs."""
 
     out: Path
     """The CSV file, made or gone on with."""
@@ -57,8 +59,6 @@ class Options:
     """Seeds 0, 1, ... of each."""
     steps: int = 1_000_000
     """Primitive steps of each run."""
-    episodes: int = 1000
-    """Episodes of each evaluation."""
     processes: int = os.cpu_count() or 1
     """Runs at a time."""
 
@@ -80,6 +80,15 @@ def variants(config: TrainConfig) -> Iterator[tuple[str, TrainConfig]]:
             yield name, changed(config, entry, value)
 
 
+def train(config: TrainConfig) -> dict[str, object]:
+    """The numbers of one run."""
+    torch.set_num_threads(1)
+    trainer = Trainer(config)
+    while not trainer.is_done:
+        trainer.advance()
+    return {name: value for name, value in trainer.summary().items() if name != "steps"}  # a whole number of updates
+
+
 def print_medians(rows: list[dict[str, str]]) -> None:
     """Print a line for each change: medians over its seeds, and the worst success."""
     print("| change | seeds | steps to 95% | to 99% | success | worst | length |")
@@ -90,9 +99,9 @@ def print_medians(rows: list[dict[str, str]]) -> None:
             continue
         to_95, to_99, success, length = (
             median(float(row[name] or "inf") for row in chosen)
-            for name in ("steps_to_95", "steps_to_99", "sampled_success", "sampled_length")
+            for name in ("steps_to_95", "steps_to_99", "success_rate", "episode_length")
         )
-        worst = min(float(row["sampled_success"]) for row in chosen)
+        worst = min(float(row["success_rate"]) for row in chosen)
         print(
             f"| {change} | {len(chosen)} | {in_millions(to_95)} | {in_millions(to_99)} | {success:.1%} | {worst:.1%} | "
             f"{length:.0f} |"
@@ -107,7 +116,7 @@ def main() -> None:
     for seed, (name, config) in product(range(options.seeds), variants(base)):
         key = {"change": name, "graph": options.graph, "seed": str(seed), "steps": str(options.steps)}
         runs.append((key, replace(config, seed=seed)))
-    print_medians(fill(options.out, runs, train_and_evaluate, options.episodes, options.processes))
+    print_medians(fill(options.out, runs, train, options.processes))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from statistics import median
@@ -94,7 +95,7 @@ def main() -> None:
     for seed, mask, graph in product(range(options.seeds), options.goal_masks, options.graphs):
         config = replace(preset, graph=graph, goal_mask=mask, seed=seed)
         runs.append(({key: str(getattr(config, key)) for key in KEYS}, config))
-    fill(options.out, runs, train_and_evaluate, options.episodes, options.processes)
+    fill(options.out, runs, partial(train_and_evaluate, episodes=options.episodes), options.processes)
     print_medians(read(options.out))
 
 

@@ -28,8 +28,7 @@ def read(path: Path) -> list[dict[str, str]]:
 def fill(
     path: Path,
     runs: Sequence[tuple[Key, TrainConfig]],
-    work: Callable[[TrainConfig, int], dict[str, object]],
-    episodes: int,
+    work: Callable[[TrainConfig], dict[str, object]],
     processes: int,
 ) -> list[dict[str, str]]:
     """Run what the table lacks, with a progress bar, and return the rows of the runs.
@@ -37,8 +36,7 @@ def fill(
     Args:
         path: the CSV file; a new one begins with the command that made it.
         runs: key and config of each run, at least one.
-        work: trains a config, evaluates it over so many episodes and returns the row's other columns.
-        episodes: of each evaluation.
+        work: trains a config and returns the row's other columns.
         processes: runs at a time.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -47,7 +45,7 @@ def fill(
     missing = [(key, config) for key, config in runs if key not in held]
     with Progress() as bar, ProcessPoolExecutor(processes, get_context("spawn")) as pool:
         task = bar.add_task("runs", total=len(missing))
-        futures = {pool.submit(work, config, episodes): key for key, config in missing}
+        futures = {pool.submit(work, config): key for key, config in missing}
         for future in as_completed(futures):
             row = {**futures[future], **future.result()}
             is_new = not path.exists()

@@ -13,6 +13,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from statistics import median
@@ -150,7 +151,7 @@ def main() -> None:
     """The command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
     runs = [(key_of(options, config), config) for config in configs(options)]
-    print_medians(fill(options.out, runs, train_and_evaluate, options.episodes, options.processes))
+    print_medians(fill(options.out, runs, partial(train_and_evaluate, episodes=options.episodes), options.processes))
 
 
 if __name__ == "__main__":
