@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from turns_rooms import achieve, goal_ids, make
 
+from hierroom.runs import RunFolder
 from hierroom.world.kernels import KEY
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -27,7 +28,8 @@ def run(*arguments):
 
 
 def test_every_example_is_run():
-    assert {path.name for path in EXAMPLES.glob("*.py")} == {*SAYS, "own_meta_controller.py", "own_network.py"}
+    own = {"own_meta_controller.py", "own_learning_meta.py", "own_network.py"}
+    assert {path.name for path in EXAMPLES.glob("*.py")} == {*SAYS, *own}
 
 
 @pytest.mark.parametrize("name", SAYS)
@@ -40,6 +42,18 @@ def test_the_meta_controller_of_ones_own_trains(tmp_path):
     room = ["--graph", "a", "--size", "11", "--rooms", "16", "--steps", "4000"]
     run("-m", "hierroom.train", "--meta", "own_meta_controller:NearestKeyFirst", *room, "--out", str(tmp_path / "run"))
     assert (tmp_path / "run" / "summary.json").is_file()
+
+
+def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp_path):
+    room = ["--graph", "c", "--size", "11", "--rooms", "16", "--steps", "30000", "--max-steps", "200"]
+    goals = ["--meta", "own_learning_meta:ReachedMostOften", "--goal-mask", "existing", "--subgoal-horizon", "30"]
+    run("-m", "hierroom.train", *goals, *room, "--out", str(tmp_path / "run"))
+    counts = RunFolder.open(tmp_path / "run").load_checkpoint()["meta"]
+    rates = dict(enumerate((counts["reached"] / counts["tried"]).tolist()))
+    door_without_key, door_with_key = (2 * kind + 1 for kind in (1, 2))  # both seen
+    assert counts["tried"].sum() > 1000
+    assert rates[door_without_key] < 0.2 < rates[door_with_key]
+    assert "success" in run("-m", "hierroom.evaluate", str(tmp_path / "run"), "--episodes", "20")
 
 
 def test_the_network_of_ones_own_trains(tmp_path):

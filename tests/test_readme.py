@@ -13,8 +13,9 @@ from hierroom.goals import NAMED_GRAPHS
 from hierroom.learners import PPOConfig
 from hierroom.presets import PRESETS
 
-README = (Path(__file__).parents[1] / "README.md").read_text()
-PRESETS_PAGE = (Path(__file__).parents[1] / "docs" / "presets.md").read_text()
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
+PRESETS_PAGE = (ROOT / "docs" / "presets.md").read_text()
 PYTHON = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
 COMMANDS = re.findall(r"^python -m (\S+)(.*?)(?:  +#.*)?$", README, re.MULTILINE)
 
@@ -41,7 +42,7 @@ def test_every_command_is_understood(module, arguments, monkeypatch, tmp_path):
 
 
 def test_own_meta_controller_is_the_example():
-    example = Path(__file__).parents[1] / "examples" / "own_meta_controller.py"
+    example = ROOT / "examples" / "own_meta_controller.py"
     shown = next(code for code in PYTHON if "class NearestKeyFirst" in code)
     assert len(shown.strip().splitlines()) <= 15
     assert shown.strip() in example.read_text()
@@ -56,13 +57,16 @@ def test_the_table_of_complexity_is_computed(letter):
     assert row in README
 
 
-@pytest.mark.parametrize("name", ["hippo", "flat"])
-def test_the_tables_of_results_are_what_the_committed_rows_say(name, capsys, monkeypatch):
-    benchmarks = Path(__file__).parents[1] / "benchmarks"
-    monkeypatch.syspath_prepend(benchmarks)
-    success, table = importlib.import_module("success"), importlib.import_module("run_table")
-    success.print_medians(table.read(benchmarks / "results" / f"{name}.csv"))
-    assert capsys.readouterr().out in README
+PAGES = {"hippo": "README.md", "ablation": "docs/presets.md"}
+SCRIPTS = {"learned": "learned_meta", "ablation": "ablation"}
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "benchmarks" / "results").glob("*.csv")), ids=lambda path: path.stem)
+def test_the_tables_of_results_are_what_the_committed_rows_say(path, capsys, monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    script = importlib.import_module(SCRIPTS.get(path.stem, "success"))
+    script.print_medians(importlib.import_module("run_table").read(path))
+    assert capsys.readouterr().out in (ROOT / PAGES.get(path.stem, "docs/results.md")).read_text()
 
 
 def test_the_presets_are_documented_value_by_value():

@@ -1,0 +1,60 @@
+"""A meta-controller of one's own that learns which goals can be reached, while its controller learns to reach them.
+
+python -m hierroom.train --meta own_learning_meta:ReachedMostOften --goal-mask existing --subgoal-horizon 50
+"""
+
+import numpy as np
+import torch
+
+KEY, DOOR, DOOR_WITH_KEY, EXIT = range(4)
+N_KINDS = 2 * (EXIT + 7)
+
+
+def kinds_of(observations, seen):
+    """[M, 13] the kind of each goal: key, door, door whose key is held or exit behind so many doors; seen or not."""
+    keys, doors = observations["keys_held"].astype(int), observations["doors_open"].astype(int)
+    exits = EXIT + doors.sum(axis=1, keepdims=True)
+    return 2 * np.concatenate([np.full_like(keys, KEY), DOOR + keys, exits], axis=1) + seen
+
+
+class ReachedMostOften:
+    """Gives a goal of the kind that was reached most often when it was given; one goal in ten at random."""
+
+    def __init__(self, rooms):
+        """For a number of rooms; every kind begins as if reached the one time it was tried."""
+        self.tried, self.reached = np.ones(N_KINDS), np.ones(N_KINDS)
+        self.given = np.zeros(rooms, int)  # the kind of each room's goal
+
+    @classmethod
+    def for_training(cls, config):
+        """How a training run makes one."""
+        return cls(config.rooms)
+
+    def choose(self, observations, legal, situation):
+        """[M] goal ids; the draws make the choice the same in whatever batch it is made."""
+        kinds = kinds_of(observations, situation.state.rooms["seen"][:, None] >> np.arange(13) & 1)
+        draws, is_random = situation.draws[:, :13], situation.draws[:, 13:] < 0.1
+        scores = np.where(is_random, draws, (self.reached / self.tried)[kinds] + 1e-6 * draws)
+        goals = np.where(legal, scores, -1).argmax(axis=1)
+        self.given[situation.indices] = kinds[np.arange(len(goals)), goals]
+        return goals
+
+    def learn(self, step, turns):
+        """Count the goals whose life is over, after every primitive step."""
+        over = np.flatnonzero(step.option_over & (step.goals >= 0))
+        np.add.at(self.tried, self.given[over], 1)
+        np.add.at(self.reached, self.given[over], step.reached[over])
+
+    def for_play(self, rooms, *, seed):
+        """The same for other rooms, to play and learn no more."""
+        player = type(self)(rooms)
+        player.load_state_dict(self.state_dict())
+        return player
+
+    def state_dict(self):
+        """What goes into checkpoints: tensors and plain types."""
+        return {"tried": torch.from_numpy(self.tried.copy()), "reached": torch.from_numpy(self.reached.copy())}
+
+    def load_state_dict(self, state):
+        """Go back to what `state_dict` gave."""
+        self.tried[:], self.reached[:] = state["tried"].numpy(), state["reached"].numpy()
