@@ -19,6 +19,7 @@ import torch
 import tyro
 from run_table import fill, in_millions
 
+from hierroom.commands import run
 from hierroom.learners import PPOConfig
 from hierroom.presets import PRESETS, TrainConfig
 from hierroom.trainer import Trainer
@@ -108,7 +109,7 @@ def print_medians(rows: list[dict[str, str]]) -> None:
         )
 
 
-def main() -> None:
+def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
     base = replace(DEFAULT, graph=options.graph, steps=options.steps, threads=1)  # the processes are the parallel part
@@ -117,7 +118,8 @@ def main() -> None:
         key = {"change": name, "graph": options.graph, "seed": str(seed), "steps": str(options.steps)}
         runs.append((key, replace(config, seed=seed)))
     print_medians(fill(options.out, runs, train, options.processes))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    run(main)

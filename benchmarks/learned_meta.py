@@ -23,6 +23,7 @@ from run_table import fill, in_millions, read
 
 from hierroom.agent import Agent
 from hierroom.assembly import make_turns
+from hierroom.commands import run
 from hierroom.evaluate import evaluate
 from hierroom.meta import RandomGoals
 from hierroom.presets import TrainConfig, find_preset
@@ -87,7 +88,7 @@ def print_medians(rows: list[dict[str, str]]) -> None:
         )
 
 
-def main() -> None:
+def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
     preset = replace(find_preset("learned"), steps=options.steps, threads=1)  # the processes are the parallel part
@@ -97,7 +98,8 @@ def main() -> None:
         runs.append(({key: str(getattr(config, key)) for key in KEYS}, config))
     fill(options.out, runs, partial(train_and_evaluate, episodes=options.episodes), options.processes)
     print_medians(read(options.out))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    run(main)

@@ -25,6 +25,8 @@ from run_table import fill, in_millions
 
 from hierroom.agent import Agent
 from hierroom.assembly import make_turns
+from hierroom.commands import run
+from hierroom.errors import InputError
 from hierroom.evaluate import evaluate
 from hierroom.goals import EXIT_GOAL, NO_GOAL
 from hierroom.meta import MetaController, make_meta
@@ -48,15 +50,15 @@ class Options:
     methods: tuple[str, ...] = ("hippo",)
     """Methods to train."""
     meta: str | None = None
-    """Another meta-controller than the method's own."""
+    """Another meta-controller than the method's own, not a learned one."""
     graphs: tuple[str, ...] = ("a", "b", "c", "d", "e", "f", "g")
     """Goal graphs to train on."""
     seeds: int = 5
     """Seeds 0, 1, ... of each."""
     steps: int = 1_000_000
     """Primitive steps of each run."""
-    size: int = 19
-    """Cells of the grid's side."""
+    size: int | None = None
+    """Another grid size than the preset's."""
     drop_key: bool = False
     """With the drop action."""
     episodes: int = 1000
@@ -68,15 +70,18 @@ class Options:
 def configs(options: Options) -> Iterator[TrainConfig]:
     """The runs of the table."""
     preset = find_preset(options.preset)
+    meta = options.meta or preset.meta
+    if meta == "learned":
+        raise InputError("a learned meta-controller gives goals out of reach too; learned_meta.py makes its table")
     for seed, graph, method in product(range(options.seeds), options.graphs, options.methods):
         yield replace(
             preset,
             method=method,
-            meta=options.meta,
+            meta=meta,
             graph=graph,
             seed=seed,
             steps=options.steps,
-            size=options.size,
+            size=options.size or preset.size,
             drop_key=options.drop_key,
             threads=1,  # the processes are the parallel part
         )
@@ -147,12 +152,13 @@ def print_medians(rows: list[dict[str, str]]) -> None:
         )
 
 
-def main() -> None:
+def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
     runs = [(key_of(options, config), config) for config in configs(options)]
     print_medians(fill(options.out, runs, partial(train_and_evaluate, episodes=options.episodes), options.processes))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    run(main)

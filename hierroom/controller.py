@@ -38,7 +38,7 @@ class Sight:
 def goal_reached(outcomes: np.ndarray, goals: NDArray[np.integer]) -> NDArray[np.bool_]:
     """Whether a step reached the goals that were pursued.
 
-    'No goal' asks for something new: a goal event, or a key, door or exit in view, that is the first of its kind this
+    'No goal' asks for something new: a key, door or exit that is achieved, or comes into view, for the first time this
     episode.
 
     Args:

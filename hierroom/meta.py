@@ -176,7 +176,7 @@ def _checked(meta: Any, name: str) -> MetaController:
 
 
 def draw(choices: NDArray[np.bool_], draws: NDArray[np.float64]) -> NDArray[np.integer]:
-    """One of the choices [M, 14] in each room, with the same probability: [M] goal ids, or 13 for no goal."""
+    """One of the choices [M, 14] in each room, each with the same probability: [M] goal ids, 13 or -1 for no goal."""
     return _random_best(np.zeros(choices.shape), choices, draws)
 
 

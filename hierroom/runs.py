@@ -141,10 +141,9 @@ class RunFolder:
             lines = str(error).strip().splitlines() or [type(error).__name__]
             reason = lines[0].split(". ")[0]  # torch goes on with advice for its own users
             raise InputError(f"cannot read the checkpoint {paths[-1]}: {reason}") from error
-        if state.get("format") != CHECKPOINT_FORMAT:
-            raise InputError(
-                f"the checkpoint {paths[-1]} has format {state.get('format')}, this hierroom reads {CHECKPOINT_FORMAT}"
-            )
+        found = state.get("format") if isinstance(state, dict) else None
+        if found != CHECKPOINT_FORMAT:
+            raise InputError(f"the checkpoint {paths[-1]} has format {found}, this hierroom reads {CHECKPOINT_FORMAT}")
         return state
 
     def append_metrics(self, row: Mapping[str, float]) -> None:

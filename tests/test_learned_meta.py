@@ -13,16 +13,14 @@ from hierroom import train
 from hierroom.agent import Agent
 from hierroom.assembly import make_turns
 from hierroom.errors import InputError
-from hierroom.goal_network import GoalNetwork
-from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
+from hierroom.goals import EXIT_GOAL, N_GOALS
 from hierroom.gym_env import EscapeRoom
-from hierroom.inputs import INPUTS
 from hierroom.learned_meta import LearnedMeta
-from hierroom.learners import AgentSpace, PPOConfig
+from hierroom.learners import PPOConfig
 from hierroom.learners.ppo import in_hindsight
 from hierroom.presets import TrainConfig, find_preset
 from hierroom.runs import RunFolder
-from hierroom.step import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+from hierroom.step import OTHER, REACHED, TIMED_OUT
 from hierroom.trainer import Trainer
 from hierroom.world.oracle import shortest_actions
 
@@ -161,45 +159,6 @@ def test_only_better_than_expected_turns_are_learned_from_in_hindsight():
     np.testing.assert_array_equal(seen.actions[0, 2:8], batch.actions[0, 2:8])
     learner.act(rooms, codes, masks)
     assert (slots.hindsight_actions[1, :8] == -1).all()  # a new turn knows nothing of the last
-
-
-def test_permuting_colours_permutes_what_the_network_says():
-    inputs = [INPUTS[name].cardinalities(5) for name in SMALL.meta_inputs]
-    network = GoalNetwork(AgentSpace(sum(inputs, ()), 14), 8)
-    with torch.no_grad():
-        for head in (network.colour_head, network.exit_head):
-            head.weight.normal_()
-    rng = np.random.default_rng(0)
-    codes = torch.from_numpy(rng.integers(0, sum(inputs, ()), (6, 5, 26)).astype(np.uint8))
-    colours = rng.permutation(N_COLOURS)
-    goals = np.concatenate([colours, FIRST_DOOR_GOAL + colours, [EXIT_GOAL]])
-    permuted = codes[..., np.concatenate([goals, N_GOALS + goals])]
-    resets = torch.from_numpy(rng.random((6, 5)) < 0.3)
-    state = network.initial_state(5)
-    logits, values = network.sequence(codes, state, resets)
-    logits_too, values_too = network.sequence(permuted, state, resets)
-    torch.testing.assert_close(logits[..., [*goals, N_GOALS]], logits_too)
-    torch.testing.assert_close(values, values_too)
-    assert logits.std() > 0.1
-    for t in range(6):  # and a sequence is its steps
-        state = torch.where(resets[t, :, None], network.initial_state(5), state)
-        step_logits, step_values, state = network.step(codes[t], state)
-        torch.testing.assert_close(step_logits, logits[t])
-        torch.testing.assert_close(step_values, values[t])
-
-
-def test_inputs_tell_what_was_seen_and_achieved_and_how_the_last_goal_ended():
-    turns = make("a")
-    (key,), (door,) = goal_ids(turns, "k1"), goal_ids(turns, "d1")
-    room = np.array([0])
-    for name in ("k1", "d1"):
-        for action in way(turns, name):
-            turns.step([action])
-    sight = turns.situation(room).sight
-    status = INPUTS["goal-status"].codes(sight)[0]
-    assert status[[key, door]].tolist() == [2, 2]
-    assert status[[g for g in range(N_COLOURS) if g != key]].tolist() == [0] * 5
-    assert INPUTS["goal-outcome"].codes(sight).tolist() == [[NO_OUTCOME] * N_GOALS]  # there was no goal
 
 
 @pytest.mark.parametrize("mask", ["existing", "seen", "none", "reachable"])

@@ -1,6 +1,5 @@
 """Training, resuming and evaluating, as a user would: through the commands."""
 
-import errno
 import json
 import os
 import signal
@@ -10,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-import torch
 from same_state import equal
 
 from hierroom import evaluate, train
@@ -18,7 +16,7 @@ from hierroom.errors import InputError
 from hierroom.learners import PPOConfig
 from hierroom.methods import METHODS
 from hierroom.presets import PRESETS, TrainConfig
-from hierroom.runs import RunFolder, to_json
+from hierroom.runs import RunFolder
 from hierroom.trainer import Trainer
 from hierroom.world.kernels import EXIT
 
@@ -118,24 +116,6 @@ def test_resume_goes_on_and_keeps_the_metrics_in_order(trained, tmp_path):
 def test_resume_takes_no_other_options(trained, option):
     with pytest.raises(InputError, match="keeps its config"):
         train.main(["--resume", str(trained), *option])
-
-
-def test_dropping_metrics_keeps_the_rows_before_as_they_were(tmp_path):
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    folder.drop_metrics_after(0)
-    for steps in (10, 20):
-        folder.append_metrics({"steps": steps, "success_rate": 0.1 + 0.2, "episode_length": float("nan")})
-    metrics = folder.path / "metrics.csv"
-    first = metrics.read_bytes().splitlines(keepends=True)[:2]
-    folder.drop_metrics_after(10)
-    assert metrics.read_bytes() == b"".join(first)
-    metrics.write_bytes(b"".join(first) + b"20,0")
-    with pytest.raises(InputError, match="is broken"):
-        folder.drop_metrics_after(10)
-
-
-def test_not_a_number_is_null_in_json():
-    assert json.loads(to_json({"a": (float("nan"), 1.5), "b": {"c": None}})) == {"a": [None, 1.5], "b": {"c": None}}
 
 
 @pytest.mark.parametrize(
@@ -263,53 +243,6 @@ def test_a_broken_run_folder_is_refused_in_one_line(trained, tmp_path, monkeypat
     assert "cannot read" in evaluated(folder.path)
     (folder.path / "config.json").write_text("{}")
     assert "not the config of a training run" in evaluated(folder.path)
-
-
-def test_a_full_disk_is_one_line_and_the_old_file_stays(tmp_path, monkeypatch):
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    folder.save_summary({"steps": 1})
-    folder.append_metrics({"steps": 1, "episodes": 0})
-
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    monkeypatch.setattr("hierroom.runs.os.fsync", full)
-    for write in (lambda: folder.save_summary({"steps": 2}), lambda: folder.save_checkpoint({"steps": 2})):
-        with pytest.raises(InputError, match="No space left on device"):
-            write()
-    assert json.loads((folder.path / "summary.json").read_text()) == {"steps": 1}
-    assert not list(folder.path.rglob("*.part"))
-    assert not list(folder.checkpoints.iterdir())
-
-
-def test_metrics_keep_their_rows_when_the_disk_is_full(tmp_path):
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    path = folder.path / "metrics.csv"
-    path.symlink_to("/dev/full")
-    with pytest.raises(InputError, match="No space left on device"):
-        folder.append_metrics({"steps": 1, "episodes": 0})
-    path.unlink()
-    folder.append_metrics({"steps": 1, "episodes": 0})
-    assert folder.metrics() == [{"steps": 1.0, "episodes": 0.0}]
-
-
-def test_nothing_in_a_checkpoint_is_executed(tmp_path):
-    class Evil:
-        def __reduce__(self):
-            return (Path.touch, (tmp_path / "evil",))
-
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    torch.save({"format": 1, "evil": Evil()}, folder.checkpoints / "000000000001.pt")
-    with pytest.raises(InputError, match="cannot read the checkpoint"):
-        folder.load_checkpoint()
-    assert not (tmp_path / "evil").exists()
-
-
-def test_a_checkpoint_in_another_format_is_refused(tmp_path):
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    folder.save_checkpoint({"format": 99, "steps": 1})
-    with pytest.raises(InputError, match=r"has format 99, this hierroom reads 1$"):
-        folder.load_checkpoint()
 
 
 def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):

@@ -1,0 +1,52 @@
+"""The learned meta-controller's network, and what it is fed."""
+
+import numpy as np
+import torch
+from turns_rooms import goal_ids, make
+
+from hierroom.goal_network import GoalNetwork
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
+from hierroom.inputs import INPUTS
+from hierroom.learners import AgentSpace
+from hierroom.presets import find_preset
+from hierroom.step import NO_OUTCOME
+from hierroom.world.oracle import shortest_actions
+
+
+def test_permuting_colours_permutes_what_the_network_says():
+    inputs = [INPUTS[name].cardinalities(5) for name in find_preset("learned").meta_inputs]
+    network = GoalNetwork(AgentSpace(sum(inputs, ()), 14), 8)
+    with torch.no_grad():
+        for head in (network.colour_head, network.exit_head):
+            head.weight.normal_()
+    rng = np.random.default_rng(0)
+    codes = torch.from_numpy(rng.integers(0, sum(inputs, ()), (6, 5, 26)).astype(np.uint8))
+    colours = rng.permutation(N_COLOURS)
+    goals = np.concatenate([colours, FIRST_DOOR_GOAL + colours, [EXIT_GOAL]])
+    permuted = codes[..., np.concatenate([goals, N_GOALS + goals])]
+    resets = torch.from_numpy(rng.random((6, 5)) < 0.3)
+    state = network.initial_state(5)
+    logits, values = network.sequence(codes, state, resets)
+    logits_too, values_too = network.sequence(permuted, state, resets)
+    torch.testing.assert_close(logits[..., [*goals, N_GOALS]], logits_too)
+    torch.testing.assert_close(values, values_too)
+    assert logits.std() > 0.1
+    for t in range(6):  # and a sequence is its steps
+        state = torch.where(resets[t, :, None], network.initial_state(5), state)
+        step_logits, step_values, state = network.step(codes[t], state)
+        torch.testing.assert_close(step_logits, logits[t])
+        torch.testing.assert_close(step_values, values[t])
+
+
+def test_inputs_tell_what_was_seen_and_achieved_and_how_the_last_goal_ended():
+    turns = make("a")
+    (key,), (door,) = goal_ids(turns, "k1"), goal_ids(turns, "d1")
+    room = np.array([0])
+    for name in ("k1", "d1"):
+        for action in shortest_actions(turns.world.get_state(), *goal_ids(turns, name)):
+            turns.step([action])
+    sight = turns.situation(room).sight
+    status = INPUTS["goal-status"].codes(sight)[0]
+    assert status[[key, door]].tolist() == [2, 2]
+    assert status[[g for g in range(N_COLOURS) if g != key]].tolist() == [0] * 5
+    assert INPUTS["goal-outcome"].codes(sight).tolist() == [[NO_OUTCOME] * N_GOALS]  # there was no goal
