@@ -111,7 +111,7 @@ class Informed:
         turns.ask(self._meta)
         for room in due:
             goal = EXIT_GOAL if turns.goals[room] == NO_GOAL else int(turns.goals[room])
-            self._plans[room] = shortest_actions(turns.world.get_state([room]), goal).tolist()
+            self._plans[room] = shortest_actions(turns.world.get_state([int(room)]), goal).tolist()
         return turns.step(np.array([plan.pop(0) for plan in self._plans]))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Protocol
 
 import numpy as np
 import tyro
@@ -20,7 +20,16 @@ from hierroom.commands import run
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS
 from hierroom.runs import RunFolder, to_json
+from hierroom.step import Step
 from hierroom.turns import Turns
+
+
+class Player(Protocol):
+    """Whoever can be evaluated: a trained `Agent`, or anything else that plays in rooms."""
+
+    def step(self, turns: Turns) -> Step:
+        """Take the turns that are due, and one primitive step in every room."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -45,7 +54,7 @@ class Evaluation:
     steps_to_goals: dict[str, tuple[float, float]]
 
 
-def evaluate(agent: Agent, turns: Turns, episodes: int, progress=lambda done: None) -> Evaluation:
+def evaluate(agent: Player, turns: Turns, episodes: int, progress=lambda done: None) -> Evaluation:
     """Let an agent play the first episodes of each room; rooms play equally many, so short ones do not count more.
 
     Args:

@@ -1,0 +1,69 @@
+"""What having to search costs: a controller that remembers all it saw beside one that sees the whole level.
+
+    python benchmarks/search_cost.py --episodes 1000
+
+Both are given the same goals in the levels of `success.py`; see `searching.py` for the one that has to look for them.
+The table has mean lengths, first that of the shortest ways to the exit, for which no goals are given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import tyro
+from searching import Searching
+from success import Informed
+
+from hierroom.assembly import make_turns
+from hierroom.commands import run
+from hierroom.errors import InputError
+from hierroom.evaluate import evaluate
+from hierroom.meta import make_meta
+from hierroom.presets import TrainConfig, find_preset
+
+
+@dataclass(frozen=True)
+class Options:
+    """Play the same levels with the informed and the searching controller."""
+
+    graphs: tuple[str, ...] = ("a", "b", "c", "d", "e", "f", "g")
+    """Goal graphs to play."""
+    episodes: int = 1000
+    """Episodes of each."""
+    meta: str = "fixed-dfs"
+    """Who gives the goals; not a learned one."""
+    size: int = 19
+    """Cells of the grid's side."""
+    seed: int = 0
+    """The levels are those that `success.py` evaluates a run of this seed in."""
+
+
+def row_of(config: TrainConfig, episodes: int) -> str:
+    """The table's row for a config's rooms."""
+    rooms, seed = min(100, episodes), 1_000_000 + config.seed
+    turns = make_turns(config, rooms, seed, measure_shortest=True)
+    informed = evaluate(Informed(make_meta(config.meta_name), rooms), turns, episodes)
+    turns = make_turns(config, rooms, seed)
+    searching = evaluate(Searching(make_meta(config.meta_name), turns), turns, episodes)
+    shortest = informed.length / informed.length_over_shortest
+    return (
+        f"| {Path(config.graph).stem} | {shortest:.1f} | {informed.length:.1f} | {searching.length:.1f} | "
+        f"{searching.length / informed.length:.2f} | {searching.success_rate:.1%} |"
+    )
+
+
+def main() -> int:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
+    config = replace(find_preset("default"), meta=options.meta, size=options.size, seed=options.seed, threads=1)
+    if options.episodes < 1:
+        raise InputError(f"episodes must be at least 1, not {options.episodes}")
+    print("| graph | shortest | informed | searching | over informed | success |\n|---|---|---|---|---|---|")
+    for graph in options.graphs:
+        print(row_of(replace(config, graph=graph), options.episodes), flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)

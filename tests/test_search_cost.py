@@ -1,0 +1,130 @@
+"""The controller of benchmarks/searching.py: it escapes, knows just what it saw, and goes straight."""
+
+import importlib
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hierroom.assembly import make_turns
+from hierroom.errors import InputError
+from hierroom.evaluate import evaluate
+from hierroom.meta import make_meta
+from hierroom.presets import find_preset
+from hierroom.world.kernels import EMPTY, KEY, OPEN_DOOR, UNSEEN, WALL
+from hierroom.world.oracle import shortest_lengths
+
+BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+CHAIN = str(BENCHMARKS / "graphs" / "chain.toml")
+
+
+@pytest.fixture(scope="module")
+def search_cost():
+    """The script."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(BENCHMARKS)
+        return importlib.import_module("search_cost")
+
+
+def rooms_of(graph, n, **changes):
+    return make_turns(replace(find_preset("default"), graph=graph, threads=1, **changes), n, 1_000_000)
+
+
+def window(view, room):
+    """The cells of the view in the grid's own orientation, and the (row, col) of their first: east, then turned."""
+    row, col, direction = int(room.row), int(room.col), int(room.direction)
+    first = [(row - 3, col), (row, col - 3), (row - 3, col - 6), (row - 6, col - 3)][direction]
+    return np.rot90(view[:, ::-1], -direction), first
+
+
+@pytest.mark.parametrize(("graph", "size"), [("a", 19), ("f", 19), ("g", 11), ("d", 31), (CHAIN, 19)])
+def test_it_always_escapes_and_is_no_shorter_than_the_informed(search_cost, graph, size):
+    n = 25
+    turns = rooms_of(graph, n, size=size, meta="fixed-dfs")
+    searching = evaluate(search_cost.Searching(make_meta("fixed-dfs"), turns), turns, 2 * n)
+    informed = evaluate(search_cost.Informed(make_meta("fixed-dfs"), n), rooms_of(graph, n, size=size), 2 * n)
+    assert searching.success_rate == 1.0
+    assert informed.length <= searching.length < 1.5 * informed.length
+
+
+@pytest.mark.parametrize("graph", ["c", "e"])
+def test_its_map_holds_exactly_what_was_shown_this_episode(search_cost, graph):
+    n = 4
+    turns = rooms_of(graph, n)
+    searching = search_cost.Searching(make_meta("fixed-dfs"), turns)
+    shown, grids, rooms = np.zeros(searching.known.shape, bool), turns.world.state.grids, turns.world.state.rooms
+    over = np.zeros(n, int)
+    while over.min() < 3:
+        searching.look(turns)
+        for i in range(n):
+            view, (top, left) = window(turns.world.outcomes["tiles"][i], rooms[i])
+            shown[i, top : top + 7, left : left + 7] |= view != UNSEEN
+        assert (searching.known != UNSEEN).tolist() == shown.tolist()
+        assert (searching.known[shown] == grids[shown]).all()
+        assert 0 < shown.mean() < 0.5
+        step = searching.step(turns)
+        shown[step.over] = False
+        over += step.over
+
+
+def test_it_goes_the_shortest_way_to_goals_it_saw(search_cost):
+    """With a map of the whole level, each goal takes as many steps as the oracle says, keys in the way or not."""
+    n = 50
+    turns = rooms_of("f", n, size=11)
+    searching = search_cost.Searching(make_meta("fixed-dfs"), turns)
+    searching.known[:] = turns.world.state.grids
+    turns.ask(make_meta("fixed-dfs"))
+    shortest, reached = shortest_lengths(turns.world.get_state(), turns.goals), 0
+    is_first_episode = np.ones(n, bool)
+    while is_first_episode.any():
+        step = searching.step(turns)
+        done = step.reached & is_first_episode
+        assert (step.meta_elapsed[done] == shortest[done]).all()
+        reached += done.sum()
+        is_first_episode &= ~step.over
+        turns.ask(make_meta("fixed-dfs"))
+        shortest[done] = shortest_lengths(turns.world.get_state(), turns.goals)[done]
+    assert reached >= 5 * n
+
+
+def test_where_goals_may_lie(search_cost):
+    """A corner of the centre was seen, 3 x 3 cells of it; then a door in its wall opens on one cell of another room."""
+    searching = importlib.import_module("searching")
+    known, imagined = np.full((27, 27), UNSEEN, np.uint8), np.empty((27, 27), np.uint8)
+    known[9, 10:13] = known[10:13, 9] = WALL
+    known[10:13, 10:13] = EMPTY
+    known[12, 12] = KEY + 4
+
+    def counts(kind, latest):
+        searching.imagine(known, (11, 11), latest, kind, imagined)
+        assert (imagined != UNSEEN)[known != UNSEEN].all()
+        imagined[known != UNSEEN] = UNSEEN
+        return tuple((imagined == what).sum() for what in (searching.HOPEFUL, searching.FAINT, searching.IDLE))
+
+    key, door, exit_ = range(3)
+    centre, walls = 9 * 9 - 3 * 3, 6 + 6  # six more cells are in sight of those at the open sides
+    assert counts(key, -1) == (centre, 0, 0)
+    assert counts(door, -1) == (centre + walls, 0, 0)
+    assert counts(exit_, -1) == (0, 0, centre)
+    known[9, 11], known[8, 11] = OPEN_DOOR + 2, EMPTY
+    room = 7 * 13 - 1
+    assert counts(key, 2) == (room, centre, 0)
+    assert counts(door, 2) == (0, centre + walls, room)
+    assert counts(exit_, 2) == (room, 0, centre)
+
+
+def test_it_needs_goals(search_cost):
+    turns = rooms_of("a", 2)
+    with pytest.raises(InputError, match="always gives a goal"):
+        search_cost.Searching(make_meta("none"), turns).step(turns)
+
+
+def test_a_row_of_the_table(search_cost):
+    config = replace(find_preset("default"), graph="a", threads=1)
+    cells = search_cost.row_of(config, 20).split(" | ")
+    shortest, informed, searching, ratio = map(float, cells[1:5])
+    assert shortest <= informed <= searching
+    assert ratio == pytest.approx(searching / informed, abs=0.02)
+    assert cells[0] == "| a"
+    assert cells[5] == "100.0% |"
