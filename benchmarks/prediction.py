@@ -79,7 +79,7 @@ def draw(trained: dict[str, dict[str, float]], path: Path) -> None:
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(frameon=False, loc="lower right")
+    figure.legend(frameon=False, loc="outside upper left", ncols=len(trained))
     try:
         figure.savefig(path, dpi=150)
     except (OSError, ValueError) as error:

@@ -1,0 +1,48 @@
+"""What benchmarks/prediction.py says of a table of training runs."""
+
+import importlib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
+
+
+@pytest.fixture
+def prediction(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    return importlib.import_module("prediction")
+
+
+def rows(method, steps):
+    return [{"method": method, "graph": graph, "steps_to_95": text} for graph, text in steps]
+
+
+def test_medians_by_hand(prediction):
+    table = rows("hippo", [("a", "1"), ("a", "9"), ("a", "2"), ("b", "4"), ("c", ""), ("d", "5"), ("d", "")])
+    assert prediction.training_steps(table) == {"hippo": {"a": 2, "b": 4, "c": float("inf"), "d": float("inf")}}
+
+
+def test_too_few_graphs_are_left_out(prediction):
+    assert prediction.training_steps(rows("ppo", [("a", "1"), ("b", "2"), ("c", "3")])) == {}
+
+
+@pytest.mark.parametrize(("steps", "expected"), [(("1", "2", "3", ""), "1.00"), (("4", "3", "2", "1"), "-1.00")])
+def test_correlation_by_hand(prediction, capsys, steps, expected):
+    """On a, c, f, g all the paper's hitting times and the expected steps rise; what was never solved ranks last."""
+    prediction.print_correlations(prediction.training_steps(rows("hippo", zip("acfg", steps, strict=True))))
+    cells = capsys.readouterr().out.splitlines()[-1].strip("| ").split(" | ")
+    assert cells[:2] == ["hippo", "4"]
+    assert cells[-2:] == [expected, expected]
+
+
+def test_the_readme_has_what_the_committed_rows_say(prediction, capsys):
+    table = importlib.import_module("run_table").read(ROOT / "benchmarks" / "results" / "hippo.csv")
+    prediction.print_correlations(prediction.training_steps(table))
+    assert capsys.readouterr().out in README
+
+
+def test_a_picture_is_drawn(prediction, tmp_path):
+    prediction.draw({"hippo": {"a": 1e5, "b": 2e5, "c": float("inf"), "d": 3e5}}, tmp_path / "prediction.png")
+    assert (tmp_path / "prediction.png").read_bytes().startswith(b"\x89PNG")
