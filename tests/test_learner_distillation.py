@@ -46,15 +46,54 @@ def test_features_are_those_of_whitened_one_hot_columns():
     torch.testing.assert_close(curiosity._errors(codes), (outputs[0] - outputs[1]).square().mean(-1))
 
 
-def test_rewards_are_errors_over_the_deviation_of_all_returns():
+def settled(curiosity, rng, n=6):
+    """It has learned once and its returns have grown: from here on it pays."""
+    curiosity.rewards(draw(rng, n))
+    curiosity.learn()
+    for _ in range(20):  # two horizons at a discount of 0.9
+        assert not curiosity.rewards(draw(rng, n)).any()
+    return curiosity
+
+
+def test_nothing_is_paid_before_counts_and_returns_say_something():
     curiosity, rng = make(), np.random.default_rng(1)
-    returns, every_return = np.zeros(6), []
+    for _ in range(30):
+        assert not curiosity.rewards(draw(rng)).any()
+    curiosity.learn()
     for _ in range(20):
+        assert not curiosity.rewards(draw(rng)).any()
+    assert (curiosity.rewards(draw(rng)) > 0).all()
+
+
+def test_rewards_are_errors_over_the_deviation_of_all_grown_returns():
+    curiosity, rng = make(), np.random.default_rng(1)
+    curiosity.rewards(draw(rng))
+    curiosity.learn()
+    returns, counted = np.zeros(6), []
+    for t in range(40):
         codes = draw(rng)
         errors = curiosity._errors(codes).detach().numpy().astype(np.float64)
         returns = 0.9 * returns + errors
-        every_return.extend(returns)
-        np.testing.assert_allclose(curiosity.rewards(codes), errors / np.std(every_return), rtol=1e-6)
+        rewards = curiosity.rewards(codes)
+        if t >= 20:
+            counted.extend(returns)
+            np.testing.assert_allclose(rewards, errors / np.std(counted), rtol=1e-6)
+
+
+def test_the_pay_of_its_first_steps_is_of_the_size_of_later_ones():
+    """It was not, by a factor of ten, while the first returns grew from zero and sights had not been counted."""
+    curiosity, rng = make(n_rooms=32), np.random.default_rng(4)
+    settled(curiosity, rng, 32)
+    first = np.mean([curiosity.rewards(draw(rng, 32)) for _ in range(20)])
+    for _ in range(200):
+        curiosity.rewards(draw(rng, 32))
+    later = np.mean([curiosity.rewards(draw(rng, 32)) for _ in range(20)])
+    assert first < 2 * later
+
+
+def test_returns_without_discount_are_refused():
+    with pytest.raises(InputError, match="gamma must be below 1, not 1"):
+        RandomDistillation(SIZES, 2, gamma=1.0, seed=0)
 
 
 def test_what_was_seen_often_is_not_new_and_the_rest_is():
@@ -107,6 +146,10 @@ def test_what_is_new_of_the_room_pays():
     curiosity = trainer.curiosity
     assert curiosity is not None
     assert curiosity.inputs.names == ["view", "direction", "keys"]
+    for _ in range(101):  # what is seen first is counted only, and the returns grow for 100 steps
+        assert not curiosity.rewards(trainer.turns.step([0] * 8), trainer.turns).any()
+        if not curiosity.state_dict()["has_learned"]:
+            curiosity.learn()
     step = trainer.turns.step([0] * 8)
     assert (curiosity.rewards(step, trainer.turns) > 0).all()
     while not step.over.any():

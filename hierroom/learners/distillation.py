@@ -6,10 +6,11 @@ After Burda, Edwards, Storkey & Klimov, Exploration by Random Network Distillati
   section 2.3 allows where both streams are episodic and discounted alike; MiniGrid baselines do the same (Raileanu &
   Rocktaeschel, RIDE, 2020). Their two value heads serve an intrinsic return that goes on over episode ends.
 - Observations are columns of categories. Their whitening (section 2.4: subtract the mean, divide by the deviation, clip
-  to 5) is applied to each column's one-hot vector, so that rare values, such as a key in view, stand out. Counts
-  begin at one for each value instead of with the observations of a random agent.
+  to 5) is applied to each column's one-hot vector, so that rare values, such as a key in view, stand out. What is seen
+  before the predictor first learns stands for their random agent's observations: it is counted and not paid for.
 - Intrinsic rewards are divided by the running deviation of their returns, as in section 2.4, updated at every step
-  instead of once a rollout, as rewards are handed over step by step.
+  instead of once a rollout, as rewards are handed over step by step. While the first returns are still growing from
+  zero nothing is paid either.
 - The predictor learns once an update from a random quarter of the observations, the share their 128 environments keep,
   with their step size 1e-4; networks of 64 units instead of 512 with convolutions.
 """
@@ -25,22 +26,30 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
+from hierroom.errors import InputError
+
 EPOCHS, MINIBATCHES, SHARE, LEARNING_RATE, CLIP = 4, 4, 0.25, 1e-4, 5.0
+GROWTH = 2
+"""Horizons 1 / (1 - gamma) after which returns that began at zero are taken for grown: they lack 13% then."""
 
 
 class RandomDistillation:
     r"""Curiosity of N rooms: :math:`r_t = \| \hat f(s_{t+1}) - f(s_{t+1}) \|^2 / H / \sigma_t`.
 
     f is the fixed random network, f-hat its predictor, H their number of outputs and sigma the running standard
-    deviation of the returns :math:`R_t = \gamma R_{t-1} + \| \cdot \|^2 / H` of all rooms.
+    deviation of the returns :math:`R_t = \gamma R_{t-1} + \| \cdot \|^2 / H` of all rooms. Zero at first: until it
+    has learned once, and then for `GROWTH` horizons more.
 
     Args:
         cardinalities: number of values of each of the K columns of an observation.
         n_rooms: rooms N.
-        gamma: discount of the returns that rewards are scaled by.
+        gamma: discount of the returns that rewards are scaled by, below 1.
         seed: of weights and minibatches.
         hidden_size: units H of each layer.
         device: where torch computes.
+
+    Raises:
+        InputError: if gamma is 1, as there is no telling then how large returns are.
     """
 
     def __init__(
@@ -53,6 +62,8 @@ class RandomDistillation:
         hidden_size: int = 64,
         device: str = "cpu",
     ) -> None:
+        if gamma >= 1:
+            raise InputError(f"curiosity is scaled by its discounted returns: gamma must be below 1, not {gamma}")
         self._sizes = np.array(cardinalities)
         self._offsets = np.cumsum([0, *cardinalities[:-1]])  # [K] the row of each column's value 0
         self._gamma = gamma
@@ -65,8 +76,10 @@ class RandomDistillation:
             self.predictor = _Features(sum(cardinalities), hidden_size, n_layers=3).to(device)
         self._adam = torch.optim.Adam(self.predictor.parameters(), lr=LEARNING_RATE)
         self._counts = np.ones(sum(cardinalities))  # [R] of each value of each column
+        self._has_learned = False
         self._returns = np.zeros(n_rooms)
-        self._moments = np.zeros(3)  # number, mean and sum of squared differences of all returns so far
+        self._growing = round(GROWTH / (1 - gamma))  # steps until the returns count
+        self._moments = np.zeros(3)  # number, mean and sum of squared differences of all returns that count
         self._pending: list[NDArray[np.uint8]] = []
 
     def rewards(self, codes: NDArray[np.uint8]) -> NDArray[np.float64]:
@@ -78,7 +91,12 @@ class RandomDistillation:
         with torch.no_grad():
             errors = self._errors(codes).cpu().numpy().astype(np.float64)
         self._pending.append(codes.copy())
+        if not self._has_learned:
+            return np.zeros(len(errors))
         self._returns = self._gamma * self._returns + errors
+        if self._growing:
+            self._growing -= 1
+            return np.zeros(len(errors))
         self._moments = _merged(self._moments, self._returns)
         number, _, squares = self._moments
         return errors / max(np.sqrt(squares / number), 1e-8)
@@ -97,6 +115,7 @@ class RandomDistillation:
                 loss.backward()
                 self._adam.step()
                 losses.append(loss.item())
+        self._has_learned = True
         return {"curiosity_error": float(np.mean(losses))}
 
     def _errors(self, codes: NDArray[np.uint8]) -> Tensor:
@@ -112,6 +131,8 @@ class RandomDistillation:
             "predictor": {name: tensor.clone() for name, tensor in self.predictor.state_dict().items()},
             "adam": deepcopy(self._adam.state_dict()),
             "counts": torch.from_numpy(self._counts.copy()),
+            "has_learned": self._has_learned,
+            "growing": self._growing,
             "returns": torch.from_numpy(self._returns.copy()),
             "moments": torch.from_numpy(self._moments.copy()),
             "pending": [torch.from_numpy(codes) for codes in self._pending],
@@ -125,6 +146,7 @@ class RandomDistillation:
         self._adam.load_state_dict(state["adam"])
         for array, name in ((self._counts, "counts"), (self._returns, "returns"), (self._moments, "moments")):
             array[...] = state[name].numpy()
+        self._has_learned, self._growing = state["has_learned"], state["growing"]
         self._pending = [codes.numpy().copy() for codes in state["pending"]]
         self._random.bit_generator.state = state["random"]
 
