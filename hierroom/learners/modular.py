@@ -24,7 +24,10 @@ class ModularActorCritic(nn.Module):
     What differs, and why:
 
     - Their sub-policies end by an action of their own, STOP; here the end of a goal's life does, as elsewhere.
-    - Theirs have no memory. Ours are recurrent, as the others here are, and hand the state on to each other.
+    - Theirs have no memory. Ours are recurrent, as the others here are, and hand the state on to each other; so the
+      gradient of one's loss reaches those that acted before it in the sequence.
+    - Their symbols are of few kinds. Where a symbol is a goal, as in `ppo-modular`, it names the colour too: each
+      sub-policy has a sixth of the turns that a key or door gets.
     - Their critics belong to tasks and are linear in the features. Here there is one task, and each sub-policy has a
       value head of its own.
     - Their curriculum over tasks is left to the config (`TrainConfig.curriculum_stages`).
