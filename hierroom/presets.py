@@ -59,7 +59,7 @@ class TrainConfig:
     """What ppo-novelty pays for each state entered first in an episode; the exit pays 1."""
     curiosity_weight: float = 0.05
     """What ppo-rnd pays for curiosity, whose returns are scaled to deviation 1; the exit pays 1. On graph a (one seed,
-    2M steps) 0.05 ended at 99% success and 0.15 at 89%; 0.5, as in Burda et al. 2018, had 9% after 0.75M."""
+    1.5M steps) 0.05 ended at 100% success, 0.2 at 82%, 0.5, as in Burda et al. 2018, at 92%, and ppo at 31%."""
     rooms: int = 128
     """Rooms trained in side by side."""
     inputs: tuple[str, ...] = ("view", "goal", "goal-in-view", "direction", "keys", "previous-action")
