@@ -13,11 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-import numpy as np
 import tyro
 from matplotlib.figure import Figure
 from run_table import read
-from scipy.stats import rankdata
+from scipy.stats import spearmanr
 
 from hierroom.commands import run
 from hierroom.complexity import analyze
@@ -39,7 +38,14 @@ class Options:
 
 
 def training_steps(rows: list[dict[str, str]]) -> dict[str, dict[str, float]]:
-    """Method to graph to the median number of steps to 95%, infinite where it was not reached."""
+    """Method to graph to the median number of steps to 95%, infinite where it was not reached.
+
+    Raises:
+        InputError: if these are not rows of a table that `success.py` made.
+    """
+    missing = {"method", "graph", "steps_to_95"}.difference(*rows[:1])
+    if missing:
+        raise InputError(f"this is no table of success.py: it has no rows with {', '.join(sorted(missing))}")
     by_method: dict[str, dict[str, list[float]]] = {}
     for row in rows:
         of_graph = by_method.setdefault(row["method"], {}).setdefault(row["graph"], [])
@@ -57,9 +63,8 @@ def print_correlations(trained: dict[str, dict[str, float]]) -> None:
     print("|---|---|---|---|---|---|")
     for method, steps in trained.items():
         reports = [analyze(graph) for graph in steps]
-        ranks = rankdata(list(steps.values()))
         correlations = [
-            np.corrcoef(ranks, rankdata([getattr(report, measure) for report in reports]))[0, 1] for measure in MEASURES
+            spearmanr([getattr(report, measure) for report in reports], list(steps.values()))[0] for measure in MEASURES
         ]
         print(f"| {method} | {len(steps)} | " + " | ".join(f"{rho:.2f}" for rho in correlations) + " |")
 

@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import tyro
+from rich.console import Console
+from rich.progress import track
 from searching import Searching
 from success import Informed
 
@@ -59,9 +61,10 @@ def main() -> int:
     config = replace(find_preset("default"), meta=options.meta, size=options.size, seed=options.seed, threads=1)
     if options.episodes < 1:
         raise InputError(f"episodes must be at least 1, not {options.episodes}")
+    graphs = track(options.graphs, "graphs", console=Console(stderr=True), transient=True)
+    rows = [row_of(replace(config, graph=graph), options.episodes) for graph in graphs]
     print("| graph | shortest | informed | searching | over informed | success |\n|---|---|---|---|---|---|")
-    for graph in options.graphs:
-        print(row_of(replace(config, graph=graph), options.episodes), flush=True)
+    print("\n".join(rows))
     return 0
 
 

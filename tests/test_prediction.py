@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from hierroom.errors import InputError
+
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
 
@@ -26,6 +28,12 @@ def test_medians_by_hand(prediction):
 
 def test_too_few_graphs_are_left_out(prediction):
     assert prediction.training_steps(rows("ppo", [("a", "1"), ("b", "2"), ("c", "3")])) == {}
+
+
+@pytest.mark.parametrize("table", [[], [{"graph": "a", "steps_to_95": "1"}]])
+def test_another_table_is_refused(prediction, table):
+    with pytest.raises(InputError, match=r"no rows with .*method"):
+        prediction.training_steps(table)
 
 
 @pytest.mark.parametrize(("steps", "expected"), [(("1", "2", "3", ""), "1.00"), (("4", "3", "2", "1"), "-1.00")])

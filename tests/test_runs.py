@@ -9,7 +9,7 @@ import torch
 
 from hierroom.errors import InputError
 from hierroom.presets import TrainConfig
-from hierroom.runs import RunFolder, to_json
+from hierroom.runs import CHECKPOINT_FORMAT, RunFolder, to_json
 
 SMALL = TrainConfig(graph="a", size=11)
 
@@ -66,7 +66,7 @@ def test_nothing_in_a_checkpoint_is_executed(tmp_path):
             return (Path.touch, (tmp_path / "evil",))
 
     folder = RunFolder.create(tmp_path / "run", SMALL)
-    torch.save({"format": 1, "evil": Evil()}, folder.checkpoints / "000000000001.pt")
+    torch.save({"format": CHECKPOINT_FORMAT, "evil": Evil()}, folder.checkpoints / "000000000001.pt")
     with pytest.raises(InputError, match="cannot read the checkpoint"):
         folder.load_checkpoint()
     assert not (tmp_path / "evil").exists()
@@ -75,8 +75,8 @@ def test_nothing_in_a_checkpoint_is_executed(tmp_path):
 def test_a_checkpoint_in_another_format_is_refused(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     folder.save_checkpoint({"format": 99, "steps": 1})
-    with pytest.raises(InputError, match=r"has format 99, this hierroom reads 1$"):
+    with pytest.raises(InputError, match=rf"has format 99, this hierroom reads {CHECKPOINT_FORMAT}$"):
         folder.load_checkpoint()
     torch.save([1, 2], folder.checkpoints / "000000000002.pt")
-    with pytest.raises(InputError, match=r"has format None, this hierroom reads 1$"):
+    with pytest.raises(InputError, match=rf"has format None, this hierroom reads {CHECKPOINT_FORMAT}$"):
         folder.load_checkpoint()
