@@ -10,12 +10,16 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Sight
 from hierroom.errors import InputError
-from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
+from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.step import N_OUTCOMES, NO_OUTCOME
-from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR, N_TILES, VIEW
+from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
 from hierroom.world.tiles import TRIPLES
 
 N_CELLS = VIEW * VIEW
+CLASS_STARTS = np.array([1, 2, 3, 4, 8, 16])
+"""Distances along an axis at which the next of seven classes begins: 0, 1, 2, 3, 4 to 7, 8 to 15, 16 and more cells."""
+UNKNOWN = 2 * len(CLASS_STARTS) + 1
+"""The code of a distance that is not known; the others are classes from far behind or left to far ahead or right."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,24 @@ def _goal_cells(sight: Sight) -> NDArray:
     return np.where(is_goal.any(axis=1), is_goal.argmax(axis=1), N_CELLS)[:, None]
 
 
+def _goal_place(sight: Sight) -> NDArray:
+    """[M, 2] how far ahead and how far to the right the goal was when seen last, as seen from here.
+
+    Each is the class of the distance, -6 to 6, plus 6; `UNKNOWN` if it was not seen this episode. Nothing moves
+    unseen, so what was seen once is where it is now.
+    """
+    rooms, goals = sight.rooms, np.maximum(sight.goals, 0)
+    branches = rooms["branches"][np.arange(len(goals)), goals % N_COLOURS][:, None, None]
+    kinds = [np.take_along_axis(rooms[name], branches, axis=1)[:, 0] for name in ("keys_at", "doors_at")]
+    at = np.choose(goals[:, None] // N_COLOURS, [*kinds, rooms["exit_at"]])
+    down, east = at[:, 0] - rooms["row"], at[:, 1] - rooms["col"]
+    row_step, col_step = ROW_STEP[rooms["direction"]], COL_STEP[rooms["direction"]]
+    place = np.stack([down * row_step + east * col_step, down * col_step - east * row_step], axis=1)
+    classes = np.sign(place) * np.searchsorted(CLASS_STARTS, np.abs(place), side="right")
+    is_known = (sight.goals != NO_GOAL) & (rooms["seen"] >> goals & 1 > 0)
+    return np.where(is_known[:, None], classes + len(CLASS_STARTS), UNKNOWN)
+
+
 def _by_colour(sight: Sight, what: str) -> NDArray:
     """[M, 6] the bits of ``keys`` or ``doors``."""
     return sight.rooms[what][:, None] >> sight.rooms["branches"] & 1
@@ -80,6 +102,7 @@ INPUTS: Mapping[str, Input] = {
     ),
     "goal": Input(lambda _: (4, 1 + N_COLOURS), lambda sight: _GOAL_CATEGORIES[sight.goals]),
     "goal-in-view": Input(lambda _: (N_CELLS + 1,), _goal_cells),
+    "goal-place": Input(lambda _: (UNKNOWN + 1,) * 2, _goal_place),
     "symbol": Input(lambda _: (N_GOALS + 1,), lambda sight: (sight.goals % (N_GOALS + 1))[:, None]),
     "direction": Input(lambda _: (4,), lambda sight: sight.rooms["direction"][:, None]),
     "keys": Input(lambda _: (2,) * N_COLOURS, lambda sight: _by_colour(sight, "keys")),
@@ -88,12 +111,12 @@ INPUTS: Mapping[str, Input] = {
     "goal-outcome": Input(lambda _: (N_OUTCOMES,) * N_GOALS, _goal_outcome),
 }
 """view: a learned row for each tile at each cell; view-ids: its object id, colour id and open bit as numbers; goal:
-object and colour; goal-in-view: the cell of the view that holds the goal; symbol: the goal as one of
-14, no goal the last; direction; keys: those held, by colour; previous-action: the last action taken; goal-status:
-whether each goal was seen or achieved this episode; goal-outcome: how the life of the last goal ended. A
-meta-controller's goal is the one it gave last."""
+object and colour; goal-in-view: the cell of the view that holds the goal; goal-place: about how far ahead and to the
+right of the agent it is, if it was seen this episode; symbol: the goal as one of 14, no goal the last; direction; keys:
+those held, by colour; previous-action: the last action taken; goal-status: whether each goal was seen or achieved this
+episode; goal-outcome: how the life of the last goal ended. A meta-controller's goal is the one it gave last."""
 
-GOAL_INPUTS = ("goal", "goal-in-view", "symbol")
+GOAL_INPUTS = ("goal", "goal-in-view", "goal-place", "symbol")
 """Inputs that show the goal: left out by methods whose controller does not see it."""
 
 

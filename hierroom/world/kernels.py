@@ -144,8 +144,8 @@ def generate(room, grid, graphs):
     room.key_rooms[:] = graph.key_rooms
     room.steps, room.keys, room.doors, room.found, room.seen, room.bag_size = 0, 0, 0, 0, 0, 0
     room.carried, room.is_over = -1, False
-    room.bag[:], room.rectangles[:], room.doors_at[:] = 0, 0, 0  # nothing of the last episode stays in the state
-    room.opened_at[:] = 0
+    room.bag[:], room.rectangles[:], room.opened_at[:] = 0, 0, 0  # nothing of the last episode stays in the state
+    room.doors_at[:], room.keys_at[:] = 0, 0
 
     for colour in range(6):
         room.colours[colour] = colour
@@ -194,9 +194,11 @@ def generate(room, grid, graphs):
 
     door, side = room.doors_at[room.exit_room - 1], slots[room.exit_room - 1] % 4
     behind_row, behind_col = door[0] + ROW_STEP[side], door[1] + COL_STEP[side]
-    place(room, grid, room.rectangles[room.exit_room], behind_row, behind_col, EXIT)
+    exit_room = room.rectangles[room.exit_room]
+    room.exit_at[0], room.exit_at[1] = place(room, grid, exit_room, behind_row, behind_col, EXIT)
     for branch in range(n_branches):
-        place(room, grid, room.rectangles[room.key_rooms[branch]], -1, -1, KEY + room.colours[branch])
+        home, key_at = room.rectangles[room.key_rooms[branch]], room.keys_at[branch]
+        key_at[0], key_at[1] = place(room, grid, home, -1, -1, KEY + room.colours[branch])
     row, col = place(room, grid, centre, -1, -1, EMPTY)
     room.row, room.col, room.direction = row, col, draw(room, 4)
     room.visited[:] = 0
@@ -321,6 +323,7 @@ def advance(room, grid, action, outcome):
         room.bag_size = kept
         room.keys &= ~(1 << branch)
         grid[row, col] = KEY + room.colours[branch]
+        room.keys_at[branch, 0], room.keys_at[branch, 1] = row, col
         update_carried(room)
     if outcome.is_first:
         room.visited[:] = 0

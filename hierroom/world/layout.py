@@ -40,6 +40,8 @@ ROOM = _record(
     ("branches", "i4", N_COLOURS),  # its inverse: branch room - 1 of each colour
     ("rectangles", "i4", (MAX_GRID_ROOMS, 4)),  # top, left, bottom, right cell of rooms 0, 1, ...
     ("doors_at", "i4", (N_COLOURS, 2)),  # (row, col)
+    ("keys_at", "i4", (N_COLOURS, 2)),  # where its key lies, or lay before it was picked up
+    ("exit_at", "i4", 2),
     ("divider", "i4", 4),  # where each side would be halved
     # The agent.
     ("row", "i4"),

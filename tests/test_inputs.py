@@ -1,0 +1,67 @@
+"""What agents are fed tells nothing that they have not seen."""
+
+import numpy as np
+
+from hierroom.goals import FIRST_DOOR_GOAL, NAMED_GRAPHS, NO_GOAL
+from hierroom.inputs import INPUTS, UNKNOWN
+from hierroom.meta import make_meta
+from hierroom.turns import Turns
+from hierroom.world.batch import Batch
+from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, UNSEEN, VIEW, WALL
+
+N_ROOMS = 16
+OWN_CELL = VIEW // 2 * VIEW + VIEW - 1
+
+
+def code(cells):
+    """The class of a distance by the table of `inputs`, from 0, far behind, over 6, here, to 12, far ahead."""
+    by_cells = [0, 1, 2, 3, 4, 4, 4, 4, *[5] * 8, *[6] * 50]
+    return 6 + by_cells[cells] if cells >= 0 else 6 - by_cells[-cells]
+
+
+def shown_goals(view):
+    """(goal id, cells ahead, cells to the right) of each key, door and exit in a view; not the key that is carried."""
+    for i, j in np.argwhere(view > UNSEEN):
+        tile, ahead, right = int(view[i, j]), VIEW - 1 - j, i - VIEW // 2
+        if tile == EXIT:
+            yield 12, ahead, right
+        elif KEY <= tile < OPEN_DOOR and (ahead, right) != (0, 0):
+            yield tile - KEY, ahead, right
+        elif OPEN_DOOR <= tile < WALL:
+            yield FIRST_DOOR_GOAL + (tile - OPEN_DOOR) % (LOCKED_DOOR - OPEN_DOOR), ahead, right
+
+
+def test_the_goal_is_where_views_of_this_episode_showed_it_last():
+    world = Batch([NAMED_GRAPHS["a"], NAMED_GRAPHS["f"]], N_ROOMS, size=15, max_steps=300, drop_key=True, seed=3)
+    turns, meta = Turns(world, goal_mask="none", subgoal_horizon=7), make_meta("random")
+    rng, memories = np.random.default_rng(0), [{} for _ in range(N_ROOMS)]
+    compared = {"unknown": 0, "in view": 0, "remembered": 0, "dropped": 0}
+    for _ in range(2000):
+        turns.ask(meta)
+        sight = turns.sight()
+        places, in_view = INPUTS["goal-place"].codes(sight), INPUTS["goal-in-view"].codes(sight)
+        for room, memory, view, goal, place, cell in zip(
+            sight.rooms, memories, sight.tiles, sight.goals, places, in_view[:, 0], strict=True
+        ):
+            rows, cols = ROW_STEP[room.direction], COL_STEP[room.direction]
+            for seen, ahead, right in shown_goals(view):
+                memory[seen] = room.row + ahead * rows + right * cols, room.col + ahead * cols - right * rows
+            if goal == NO_GOAL or goal not in memory:
+                compared["unknown"] += 1
+                assert place.tolist() == [UNKNOWN, UNKNOWN]
+                continue
+            down, east = memory[goal][0] - room.row, memory[goal][1] - room.col
+            assert place.tolist() == [code(down * rows + east * cols), code(down * cols - east * rows)]
+            is_in_view = cell < VIEW * VIEW and cell != OWN_CELL  # where the key that is carried is shown
+            compared["in view" if is_in_view else "remembered"] += 1
+            if is_in_view:
+                assert place.tolist() == [code(VIEW - 1 - cell % VIEW), code(cell // VIEW - VIEW // 2)]
+            compared["dropped"] += (
+                goal < FIRST_DOOR_GOAL
+                and goal in room.colours[: room.n_rooms - 1]
+                and bool(room.found >> room.branches[goal] & 1 and not room.keys >> room.branches[goal] & 1)
+            )
+        step = turns.step(rng.choice(6, N_ROOMS, p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1]))
+        for n in np.flatnonzero(step.over):
+            memories[n].clear()
+    assert min(compared.values()) > 50, compared
