@@ -14,11 +14,11 @@ from hierroom.presets import TrainConfig
 from hierroom.step import Step
 from hierroom.turns import Turns
 
-NOT_OF_THE_ROOM = (*GOAL_INPUTS, "previous-action")
+NOT_OF_THE_ROOM = (*GOAL_INPUTS, "doorway-place", "previous-action")
 
 
 class Curiosity:
-    """Random network distillation of what the controller sees of its rooms: its inputs but goal and last action.
+    """Random network distillation of what the controller sees of its rooms: no goals, last doorways or last actions.
 
     Args:
         config: what is trained.

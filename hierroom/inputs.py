@@ -60,20 +60,29 @@ def _goal_cells(sight: Sight) -> NDArray:
 
 
 def _goal_place(sight: Sight) -> NDArray:
-    """[M, 2] how far ahead and how far to the right the goal was when seen last, as seen from here.
-
-    Each is the class of the distance, -6 to 6, plus 6; `UNKNOWN` if it was not seen this episode. Nothing moves
-    unseen, so what was seen once is where it is now.
-    """
+    """[M, 2] `_place` of the goal when it was seen last; as nothing moves unseen, that is where it is."""
     rooms, goals = sight.rooms, np.maximum(sight.goals, 0)
     branches = rooms["branches"][np.arange(len(goals)), goals % N_COLOURS][:, None, None]
     kinds = [np.take_along_axis(rooms[name], branches, axis=1)[:, 0] for name in ("keys_at", "doors_at")]
-    at = np.choose(goals[:, None] // N_COLOURS, [*kinds, rooms["exit_at"]])
-    down, east = at[:, 0] - rooms["row"], at[:, 1] - rooms["col"]
+    cells = np.choose(goals[:, None] // N_COLOURS, [*kinds, rooms["exit_at"]])
+    return _place(rooms, cells, (sight.goals != NO_GOAL) & (rooms["seen"] >> goals & 1 > 0))
+
+
+def _doorway_place(sight: Sight) -> NDArray:
+    """[M, 2] `_place` of the door that was opened or walked through last."""
+    cells = sight.rooms["doorway"]
+    return _place(sight.rooms, cells, cells[:, 0] > 0)
+
+
+def _place(rooms: np.ndarray, cells: NDArray[np.integer], is_known: NDArray[np.bool_]) -> NDArray:
+    """[M, 2] how far ahead of the agent and how far to its right cells [M, 2] are.
+
+    Each is the class of the distance, -6 to 6, plus 6; `UNKNOWN` where the cell is not known.
+    """
+    down, east = cells[:, 0] - rooms["row"], cells[:, 1] - rooms["col"]
     row_step, col_step = ROW_STEP[rooms["direction"]], COL_STEP[rooms["direction"]]
     place = np.stack([down * row_step + east * col_step, down * col_step - east * row_step], axis=1)
     classes = np.sign(place) * np.searchsorted(CLASS_STARTS, np.abs(place), side="right")
-    is_known = (sight.goals != NO_GOAL) & (rooms["seen"] >> goals & 1 > 0)
     return np.where(is_known[:, None], classes + len(CLASS_STARTS), UNKNOWN)
 
 
@@ -103,6 +112,7 @@ INPUTS: Mapping[str, Input] = {
     "goal": Input(lambda _: (4, 1 + N_COLOURS), lambda sight: _GOAL_CATEGORIES[sight.goals]),
     "goal-in-view": Input(lambda _: (N_CELLS + 1,), _goal_cells),
     "goal-place": Input(lambda _: (UNKNOWN + 1,) * 2, _goal_place),
+    "doorway-place": Input(lambda _: (UNKNOWN + 1,) * 2, _doorway_place),
     "symbol": Input(lambda _: (N_GOALS + 1,), lambda sight: (sight.goals % (N_GOALS + 1))[:, None]),
     "direction": Input(lambda _: (4,), lambda sight: sight.rooms["direction"][:, None]),
     "keys": Input(lambda _: (2,) * N_COLOURS, lambda sight: _by_colour(sight, "keys")),
@@ -111,10 +121,11 @@ INPUTS: Mapping[str, Input] = {
     "goal-outcome": Input(lambda _: (N_OUTCOMES,) * N_GOALS, _goal_outcome),
 }
 """view: a learned row for each tile at each cell; view-ids: its object id, colour id and open bit as numbers; goal:
-object and colour; goal-in-view: the cell of the view that holds the goal; goal-place: about how far ahead and to the
-right of the agent it is, if it was seen this episode; symbol: the goal as one of 14, no goal the last; direction; keys:
-those held, by colour; previous-action: the last action taken; goal-status: whether each goal was seen or achieved this
-episode; goal-outcome: how the life of the last goal ended. A meta-controller's goal is the one it gave last."""
+object and colour; goal-in-view: the cell of the view that holds the goal; goal-place: about how far ahead of the
+agent and to its right that is, if it was seen this episode; doorway-place: likewise for the door that was opened or
+walked through last; symbol: the goal as one of 14, no goal the last; direction; keys: those held, by colour;
+previous-action: the last action taken; goal-status: whether each goal was seen or achieved this episode; goal-outcome:
+how the life of the last goal ended. A meta-controller's goal is the one it gave last."""
 
 GOAL_INPUTS = ("goal", "goal-in-view", "goal-place", "symbol")
 """Inputs that show the goal: left out by methods whose controller does not see it."""

@@ -62,7 +62,16 @@ class TrainConfig:
     1.5M steps) 0.05 ended at 100% success, 0.2 at 82%, 0.5, as in Burda et al. 2018, at 92%, and ppo at 31%."""
     rooms: int = 128
     """Rooms trained in side by side."""
-    inputs: tuple[str, ...] = ("view", "goal", "goal-in-view", "direction", "keys", "previous-action")
+    inputs: tuple[str, ...] = (
+        "view",
+        "goal",
+        "goal-in-view",
+        "goal-place",
+        "doorway-place",
+        "direction",
+        "keys",
+        "previous-action",
+    )
     """What the controller is fed; methods that do not see goals leave those out."""
     threads: int = min(2, os.cpu_count() or 1)
     """Threads to compute with; results do not depend on them."""

@@ -1,8 +1,8 @@
-"""What agents are fed tells nothing that they have not seen."""
+"""Where goals and doorways are said to be: what was seen or walked through this episode, and nothing else."""
 
 import numpy as np
 
-from hierroom.goals import FIRST_DOOR_GOAL, NAMED_GRAPHS, NO_GOAL
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NAMED_GRAPHS, NO_GOAL
 from hierroom.inputs import INPUTS, UNKNOWN
 from hierroom.meta import make_meta
 from hierroom.turns import Turns
@@ -17,6 +17,13 @@ def code(cells):
     """The class of a distance by the table of `inputs`, from 0, far behind, over 6, here, to 12, far ahead."""
     by_cells = [0, 1, 2, 3, 4, 4, 4, 4, *[5] * 8, *[6] * 50]
     return 6 + by_cells[cells] if cells >= 0 else 6 - by_cells[-cells]
+
+
+def codes_of(room, cell):
+    """The codes of (row, col) as seen from where the agent is."""
+    down, east = cell[0] - room.row, cell[1] - room.col
+    rows, cols = ROW_STEP[room.direction], COL_STEP[room.direction]
+    return [code(down * rows + east * cols), code(down * cols - east * rows)]
 
 
 def shown_goals(view):
@@ -50,18 +57,36 @@ def test_the_goal_is_where_views_of_this_episode_showed_it_last():
                 compared["unknown"] += 1
                 assert place.tolist() == [UNKNOWN, UNKNOWN]
                 continue
-            down, east = memory[goal][0] - room.row, memory[goal][1] - room.col
-            assert place.tolist() == [code(down * rows + east * cols), code(down * cols - east * rows)]
+            assert place.tolist() == codes_of(room, memory[goal])
             is_in_view = cell < VIEW * VIEW and cell != OWN_CELL  # where the key that is carried is shown
             compared["in view" if is_in_view else "remembered"] += 1
             if is_in_view:
                 assert place.tolist() == [code(VIEW - 1 - cell % VIEW), code(cell // VIEW - VIEW // 2)]
-            compared["dropped"] += (
-                goal < FIRST_DOOR_GOAL
-                and goal in room.colours[: room.n_rooms - 1]
-                and bool(room.found >> room.branches[goal] & 1 and not room.keys >> room.branches[goal] & 1)
-            )
+            found_not_held = room.found & ~room.keys
+            compared["dropped"] += goal < FIRST_DOOR_GOAL and found_not_held >> room.branches[goal] & 1
         step = turns.step(rng.choice(6, N_ROOMS, p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1]))
         for n in np.flatnonzero(step.over):
             memories[n].clear()
     assert min(compared.values()) > 50, compared
+
+
+def test_the_doorway_is_the_one_opened_or_walked_through_last():
+    turns = Turns(Batch([NAMED_GRAPHS["c"], NAMED_GRAPHS["e"]], N_ROOMS, size=13, max_steps=500, seed=4))
+    rng, doorways = np.random.default_rng(1), [None] * N_ROOMS
+    compared = {"none yet": 0, "opened": 0, "walked through": 0}
+    for _ in range(3000):
+        sight = turns.sight()
+        for room, doorway, place in zip(sight.rooms, doorways, INPUTS["doorway-place"].codes(sight), strict=True):
+            assert place.tolist() == (codes_of(room, doorway) if doorway else [UNKNOWN, UNKNOWN])
+            compared["none yet"] += doorway is None
+        step = turns.step(rng.choice(5, N_ROOMS, p=[0.4, 0.15, 0.15, 0.15, 0.15]))
+        for n, (room, grid) in enumerate(zip(turns.world.state.rooms, turns.world.state.grids, strict=True)):
+            if step.over[n]:
+                doorways[n] = None
+            elif step.events[n] in range(FIRST_DOOR_GOAL, EXIT_GOAL):
+                doorways[n] = room.row + ROW_STEP[room.direction], room.col + COL_STEP[room.direction]
+                compared["opened"] += 1
+            elif OPEN_DOOR <= grid[room.row, room.col] < LOCKED_DOOR:
+                doorways[n] = room.row, room.col
+                compared["walked through"] += 1
+    assert min(compared.values()) > 20, compared

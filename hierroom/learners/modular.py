@@ -69,9 +69,10 @@ class ModularActorCritic(nn.Module):
         keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]
         hidden, cell = state.chunk(2, dim=-1)
         outputs = []
-        for t in range(len(driven)):
-            (recurrent,) = self._each(codes[t, :, 0], _recur, hidden * keeps[t])
-            hidden, cell = lstm_cell(recurrent + driven[t], cell * keeps[t])
+        # Cut up once: the gradient of driven[t] would be a tensor as large as all of driven for every t.
+        for symbols, from_input, keep in zip(codes[..., 0].unbind(), driven.unbind(), keeps.unbind(), strict=True):
+            (recurrent,) = self._each(symbols, _recur, hidden * keep)
+            hidden, cell = lstm_cell(recurrent + from_input, cell * keep)
             outputs.append(hidden)
         logits, values = self._each(flat[:, 0], _heads, torch.cat(outputs))
         return logits.reshape(*shape, -1), values.reshape(shape)

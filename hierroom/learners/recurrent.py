@@ -48,7 +48,8 @@ class ResetLSTM(nn.Module):
             the output [N, H] (the new hidden state) and the new state [N, 2 H].
         """
         hidden, cell = state.chunk(2, dim=-1)
-        hidden, cell = self._cell(inputs @ self.weight[: self.input_size], hidden, cell)
+        of_inputs, of_hidden = self._weights()
+        hidden, cell = lstm_cell(torch.addmm(self.bias, hidden, of_hidden) + inputs @ of_inputs, cell)
         return hidden, torch.cat([hidden, cell], dim=-1)
 
     def sequence(self, inputs: Tensor, state: Tensor, resets: Tensor) -> Tensor:
@@ -62,17 +63,22 @@ class ResetLSTM(nn.Module):
         Returns:
             the outputs [T, M, H].
         """
-        driven = inputs @ self.weight[: self.input_size]  # [T, M, 4 H]: what does not wait for the step before
+        of_inputs, of_hidden = self._weights()
+        driven = inputs @ of_inputs  # [T, M, 4 H]: what does not wait for the step before
         keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]
         hidden, cell = state.chunk(2, dim=-1)
         outputs = []
-        for t in range(len(driven)):
-            hidden, cell = self._cell(driven[t], hidden * keeps[t], cell * keeps[t])
+        # Cut up once: the gradient of driven[t] would be a tensor as large as all of driven for every t.
+        for from_input, keep in zip(driven.unbind(), keeps.unbind(), strict=True):
+            gates = torch.addmm(self.bias, hidden * keep, of_hidden) + from_input
+            hidden, cell = lstm_cell(gates, cell * keep)
             outputs.append(hidden)
         return torch.stack(outputs)
 
-    def _cell(self, driven: Tensor, hidden: Tensor, cell: Tensor) -> tuple[Tensor, Tensor]:
-        return lstm_cell(torch.addmm(self.bias, hidden, self.weight[self.input_size :]) + driven, cell)
+    def _weights(self) -> tuple[Tensor, Tensor]:
+        """Those of the input [X, 4 H] and of the hidden state [H, 4 H]."""
+        of_inputs, of_hidden = self.weight.split((self.input_size, self.hidden_size))
+        return of_inputs, of_hidden
 
 
 def lstm_cell(gates: Tensor, cell: Tensor) -> tuple[Tensor, Tensor]:

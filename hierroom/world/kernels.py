@@ -145,7 +145,7 @@ def generate(room, grid, graphs):
     room.steps, room.keys, room.doors, room.found, room.seen, room.bag_size = 0, 0, 0, 0, 0, 0
     room.carried, room.is_over = -1, False
     room.bag[:], room.rectangles[:], room.opened_at[:] = 0, 0, 0  # nothing of the last episode stays in the state
-    room.doors_at[:], room.keys_at[:] = 0, 0
+    room.doors_at[:], room.keys_at[:], room.doorway[:] = 0, 0, 0
 
     for colour in range(6):
         room.colours[colour] = colour
@@ -290,6 +290,8 @@ def advance(room, grid, action, outcome):
     if action == FORWARD:
         if tile < KEY or OPEN_DOOR <= tile < LOCKED_DOOR:
             room.row, room.col = row, col
+            if tile >= OPEN_DOOR:
+                room.doorway[0], room.doorway[1] = row, col
             if tile == EXIT:
                 outcome.event, outcome.is_first, outcome.reward, outcome.terminated = 12, True, 1.0, True
     elif action == LEFT:
@@ -311,6 +313,7 @@ def advance(room, grid, action, outcome):
             outcome.event, outcome.is_first = 6 + tile - LOCKED_DOOR, True
             room.doors |= 1 << branch
             room.opened_at[branch] = room.steps + 1
+            room.doorway[0], room.doorway[1] = row, col
             grid[row, col] = tile - LOCKED_DOOR + OPEN_DOOR
             update_carried(room)
     elif action == DROP and room.can_drop and room.carried >= 0 and tile == EMPTY:

@@ -50,6 +50,7 @@ ROOM = _record(
     ("steps", "i4"),
     ("keys", "i4"),  # bit branch: its key is held
     ("doors", "i4"),  # bit branch: its door is open
+    ("doorway", "i4", 2),  # (row, col) of the door that was opened or walked through last, or 0
     ("opened_at", "i4", N_COLOURS),  # the step that opened its door, or 0 while it is locked
     ("found", "i4"),  # bit branch: its key was held at some time this episode
     ("seen", "i4"),  # bit goal id: it was in view at some time this episode
