@@ -39,11 +39,14 @@ CHANGES: dict[str, tuple[object, ...]] = {
     "value_weight": (1.0,),
     "entropy_weight": (0.003, 0.03),
     "gamma": (0.9, 0.95, 0.99),
-    "gae_lambda": (0.9,),
+    "gae_lambda": (0.9, 0.98),
     "normalize_advantages": (False,),
     "min_advantage_std": (1e-8,),
     "hidden_size": (32, 128),
-    "inputs": tuple(tuple(i for i in DEFAULT.inputs if i != left_out) for left_out in DEFAULT.inputs[2:]),
+    "inputs": (
+        *(tuple(i for i in DEFAULT.inputs if i != left_out) for left_out in DEFAULT.inputs[2:]),
+        (*DEFAULT.inputs, "doorway-place"),
+    ),
 }
 """Entry of the config or of its learner to the values tried in place of the preset's."""
 
@@ -71,13 +74,18 @@ def changed(config: TrainConfig, entry: str, value: object) -> TrainConfig:
     return replace(config, **{entry: value})
 
 
+def inputs_name(inputs: tuple[str, ...]) -> str:
+    """How these inputs differ from the preset's."""
+    left_out, added = (sorted(set(a).difference(b)) for a, b in ((DEFAULT.inputs, inputs), (inputs, DEFAULT.inputs)))
+    return " ".join(f"{word} {', '.join(names)}" for word, names in (("without", left_out), ("with", added)) if names)
+
+
 def variants(config: TrainConfig) -> Iterator[tuple[str, TrainConfig]]:
     """The config as it is and with each change, by name."""
     yield UNCHANGED, config
     for entry, values in CHANGES.items():
         for value in values:
-            left_out = set(DEFAULT.inputs).difference(value) if isinstance(value, tuple) else ()
-            name = f"without {', '.join(left_out)}" if left_out else f"{entry} {value}"
+            name = inputs_name(value) if isinstance(value, tuple) else f"{entry} {value}"
             yield name, changed(config, entry, value)
 
 

@@ -115,9 +115,9 @@ class TrainConfig:
 
 PRESETS: Mapping[str, TrainConfig] = {
     "default": TrainConfig(),
-    # Ways are longer there, so there is more to remember, and 3M steps are few. Without the doorway controllers can stay
-    # near chance in branch rooms that they should leave: on graph d one of three seeds ended 2M steps at 83%, with it
-    # all three at 99%. Returns that look further ahead (gae_lambda) helped on graph f, a falling rate at the end.
+    # Ways are longer there, so there is more to remember, and 3M steps are few. Without the doorway a controller can
+    # stay near chance in branch rooms that it should leave: on graph d one of three seeds ended 2M steps at 83%, with
+    # it all three at 99%. Returns that look further ahead (gae_lambda) helped on graph f, a falling rate at the end.
     "large": TrainConfig(
         size=31,
         steps=3_000_000,
