@@ -76,8 +76,9 @@ def changed(config: TrainConfig, entry: str, value: object) -> TrainConfig:
 
 def inputs_name(inputs: tuple[str, ...]) -> str:
     """How these inputs differ from the preset's."""
-    left_out, added = (sorted(set(a).difference(b)) for a, b in ((DEFAULT.inputs, inputs), (inputs, DEFAULT.inputs)))
-    return " ".join(f"{word} {', '.join(names)}" for word, names in (("without", left_out), ("with", added)) if names)
+    left_out = [f"without {name}" for name in DEFAULT.inputs if name not in inputs]
+    added = [f"with {name}" for name in inputs if name not in DEFAULT.inputs]
+    return ", ".join(left_out + added)
 
 
 def variants(config: TrainConfig) -> Iterator[tuple[str, TrainConfig]]:

@@ -2,7 +2,7 @@
 
     python benchmarks/learner_speed.py
 
-Observations are made-up: 60 columns, 49 of them cells with 22 tiles of which every second is unseen. Each figure is the
+Observations are made-up: 62 columns, 49 of them cells with 22 tiles of which every second is unseen. Each figure is the
 median of the repeats, with the lowest and highest; the first repeat compiles and is left out.
 """
 
@@ -15,7 +15,7 @@ import torch
 
 from hierroom.learners import AgentSpace, Learner, PPOConfig, RecurrentActorCritic
 
-SPACE = AgentSpace((22,) * 49 + (4, 7, 50, 4) + (2,) * 6 + (6,), 5)
+SPACE = AgentSpace((22,) * 49 + (4, 7, 50, 14, 14, 4) + (2,) * 6 + (6,), 5)
 N_ROOMS = 128
 
 
@@ -29,9 +29,9 @@ class Run:
     def __init__(self, network, sequence_length, threads):
         random = np.random.default_rng(0)
         cardinalities = np.array(SPACE.cardinalities)
+        shape = N_ROOMS, SPACE.n_columns
         self.codes = [
-            (random.random((N_ROOMS, 60)) * cardinalities * (random.random((N_ROOMS, 60)) < 0.5)).astype(np.uint8)
-            for _ in range(8)
+            (random.random(shape) * cardinalities * (random.random(shape) < 0.5)).astype(np.uint8) for _ in range(8)
         ]
         self.ends = [random.random(N_ROOMS) < 0.02 for _ in range(8)]
         config = PPOConfig(sequence_length=sequence_length)

@@ -18,7 +18,7 @@ from hierroom.world.tiles import TRIPLES
 N_CELLS = VIEW * VIEW
 CLASS_STARTS = np.array([1, 2, 3, 4, 8, 16])
 """Distances along an axis at which the next of seven classes begins: 0, 1, 2, 3, 4 to 7, 8 to 15, 16 and more cells."""
-UNKNOWN = 2 * len(CLASS_STARTS) + 1
+UNKNOWN_DISTANCE = 2 * len(CLASS_STARTS) + 1
 """The code of a distance that is not known; the others are classes from far behind or left to far ahead or right."""
 
 
@@ -60,11 +60,11 @@ def _goal_cells(sight: Sight) -> NDArray:
 
 
 def _goal_place(sight: Sight) -> NDArray:
-    """[M, 2] `_place` of the goal when it was seen last; as nothing moves unseen, that is where it is."""
-    rooms, goals = sight.rooms, np.maximum(sight.goals, 0)
-    branches = rooms["branches"][np.arange(len(goals)), goals % N_COLOURS][:, None, None]
-    kinds = [np.take_along_axis(rooms[name], branches, axis=1)[:, 0] for name in ("keys_at", "doors_at")]
-    cells = np.choose(goals[:, None] // N_COLOURS, [*kinds, rooms["exit_at"]])
+    """[M, 2] `_place` of the goal where it was seen last: nothing moves unseen; a key in hand stays where it lay."""
+    rooms, goals, m = sight.rooms, np.maximum(sight.goals, 0), np.arange(len(sight.goals))
+    branches = rooms["branches"][m, goals % N_COLOURS]
+    kinds = rooms["keys_at"][m, branches], rooms["doors_at"][m, branches], rooms["exit_at"]
+    cells = np.choose(goals[:, None] // N_COLOURS, kinds)
     return _place(rooms, cells, (sight.goals != NO_GOAL) & (rooms["seen"] >> goals & 1 > 0))
 
 
@@ -77,13 +77,13 @@ def _doorway_place(sight: Sight) -> NDArray:
 def _place(rooms: np.ndarray, cells: NDArray[np.integer], is_known: NDArray[np.bool_]) -> NDArray:
     """[M, 2] how far ahead of the agent and how far to its right cells [M, 2] are.
 
-    Each is the class of the distance, -6 to 6, plus 6; `UNKNOWN` where the cell is not known.
+    Each is the class of the distance, -6 to 6, plus 6; `UNKNOWN_DISTANCE` where the cell is not known.
     """
     down, east = cells[:, 0] - rooms["row"], cells[:, 1] - rooms["col"]
     row_step, col_step = ROW_STEP[rooms["direction"]], COL_STEP[rooms["direction"]]
     place = np.stack([down * row_step + east * col_step, down * col_step - east * row_step], axis=1)
     classes = np.sign(place) * np.searchsorted(CLASS_STARTS, np.abs(place), side="right")
-    return np.where(is_known[:, None], classes + len(CLASS_STARTS), UNKNOWN)
+    return np.where(is_known[:, None], classes + len(CLASS_STARTS), UNKNOWN_DISTANCE)
 
 
 def _by_colour(sight: Sight, what: str) -> NDArray:
@@ -111,8 +111,8 @@ INPUTS: Mapping[str, Input] = {
     ),
     "goal": Input(lambda _: (4, 1 + N_COLOURS), lambda sight: _GOAL_CATEGORIES[sight.goals]),
     "goal-in-view": Input(lambda _: (N_CELLS + 1,), _goal_cells),
-    "goal-place": Input(lambda _: (UNKNOWN + 1,) * 2, _goal_place),
-    "doorway-place": Input(lambda _: (UNKNOWN + 1,) * 2, _doorway_place),
+    "goal-place": Input(lambda _: (UNKNOWN_DISTANCE + 1,) * 2, _goal_place),
+    "doorway-place": Input(lambda _: (UNKNOWN_DISTANCE + 1,) * 2, _doorway_place),
     "symbol": Input(lambda _: (N_GOALS + 1,), lambda sight: (sight.goals % (N_GOALS + 1))[:, None]),
     "direction": Input(lambda _: (4,), lambda sight: sight.rooms["direction"][:, None]),
     "keys": Input(lambda _: (2,) * N_COLOURS, lambda sight: _by_colour(sight, "keys")),
@@ -122,8 +122,8 @@ INPUTS: Mapping[str, Input] = {
 }
 """view: a learned row for each tile at each cell; view-ids: its object id, colour id and open bit as numbers; goal:
 object and colour; goal-in-view: the cell of the view that holds the goal; goal-place: about how far ahead of the
-agent and to its right that is, if it was seen this episode; doorway-place: likewise for the door that was opened or
-walked through last; symbol: the goal as one of 14, no goal the last; direction; keys: those held, by colour;
+agent and to its right the goal is, once it was seen this episode; doorway-place: likewise for the door that was opened
+or walked through last; symbol: the goal as one of 14, no goal the last; direction; keys: those held, by colour;
 previous-action: the last action taken; goal-status: whether each goal was seen or achieved this episode; goal-outcome:
 how the life of the last goal ended. A meta-controller's goal is the one it gave last."""
 

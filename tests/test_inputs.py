@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NAMED_GRAPHS, NO_GOAL
-from hierroom.inputs import INPUTS, UNKNOWN
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NAMED_GRAPHS, NO_GOAL
+from hierroom.inputs import INPUTS, UNKNOWN_DISTANCE
 from hierroom.meta import make_meta
 from hierroom.turns import Turns
 from hierroom.world.batch import Batch
@@ -42,9 +42,10 @@ def test_the_goal_is_where_views_of_this_episode_showed_it_last():
     world = Batch([NAMED_GRAPHS["a"], NAMED_GRAPHS["f"]], N_ROOMS, size=15, max_steps=300, drop_key=True, seed=3)
     turns, meta = Turns(world, goal_mask="none", subgoal_horizon=7), make_meta("random")
     rng, memories = np.random.default_rng(0), [{} for _ in range(N_ROOMS)]
-    compared = {"unknown": 0, "in view": 0, "remembered": 0, "dropped": 0}
+    compared = {"no goal": 0, "not there": 0, "not seen yet": 0, "in view": 0, "remembered": 0, "dropped": 0}
     for _ in range(2000):
         turns.ask(meta)
+        turns.goals[rng.random(N_ROOMS) < 0.01] = NO_GOAL
         sight = turns.sight()
         places, in_view = INPUTS["goal-place"].codes(sight), INPUTS["goal-in-view"].codes(sight)
         for room, memory, view, goal, place, cell in zip(
@@ -54,8 +55,9 @@ def test_the_goal_is_where_views_of_this_episode_showed_it_last():
             for seen, ahead, right in shown_goals(view):
                 memory[seen] = room.row + ahead * rows + right * cols, room.col + ahead * cols - right * rows
             if goal == NO_GOAL or goal not in memory:
-                compared["unknown"] += 1
-                assert place.tolist() == [UNKNOWN, UNKNOWN]
+                exists = goal == EXIT_GOAL or goal % N_COLOURS in room.colours[: room.n_rooms - 1]
+                compared["no goal" if goal == NO_GOAL else "not seen yet" if exists else "not there"] += 1
+                assert place.tolist() == [UNKNOWN_DISTANCE, UNKNOWN_DISTANCE]
                 continue
             assert place.tolist() == codes_of(room, memory[goal])
             is_in_view = cell < VIEW * VIEW and cell != OWN_CELL  # where the key that is carried is shown
@@ -77,7 +79,7 @@ def test_the_doorway_is_the_one_opened_or_walked_through_last():
     for _ in range(3000):
         sight = turns.sight()
         for room, doorway, place in zip(sight.rooms, doorways, INPUTS["doorway-place"].codes(sight), strict=True):
-            assert place.tolist() == (codes_of(room, doorway) if doorway else [UNKNOWN, UNKNOWN])
+            assert place.tolist() == (codes_of(room, doorway) if doorway else [UNKNOWN_DISTANCE, UNKNOWN_DISTANCE])
             compared["none yet"] += doorway is None
         step = turns.step(rng.choice(5, N_ROOMS, p=[0.4, 0.15, 0.15, 0.15, 0.15]))
         for n, (room, grid) in enumerate(zip(turns.world.state.rooms, turns.world.state.grids, strict=True)):

@@ -1,6 +1,7 @@
 """Random network distillation: by hand what can be, and that it gets used to what it sees."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -142,7 +143,7 @@ def test_a_resumed_run_goes_on_curious_as_it_was():
 
 
 def test_what_is_new_of_the_room_pays():
-    trainer = Trainer(SMALL)
+    trainer = Trainer(replace(SMALL, inputs=(*SMALL.inputs, "doorway-place")))
     curiosity = trainer.curiosity
     assert curiosity is not None
     assert curiosity.inputs.names == ["view", "direction", "keys"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import cast
 
 import torch
@@ -57,42 +57,46 @@ class ModularActorCritic(nn.Module):
 
     def step(self, codes: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """One turn; see `PolicyNetwork.step`."""
-        logits, values, state = self._each(codes[:, 0], RecurrentActorCritic.step, codes[:, 1:], state)
+        logits, values, state = _each(self.parts, codes[:, 0], RecurrentActorCritic.step, codes[:, 1:], state)
         return logits, values, state
 
     def sequence(self, codes: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
         """T turns in a row; see `PolicyNetwork.sequence`."""
         shape, flat = resets.shape, codes.flatten(0, 1)
         # What does not wait for the step before is done for all turns of a symbol at once.
-        (driven,) = self._each(flat[:, 0], _drive, flat[:, 1:])
+        (driven,) = _each(self.parts, flat[:, 0], _drive, flat[:, 1:])
         driven = driven.reshape(*shape, -1)  # [T, M, 4 H]
         keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]
         hidden, cell = state.chunk(2, dim=-1)
         outputs = []
-        # Cut up once: the gradient of driven[t] would be a tensor as large as all of driven for every t.
+        # Cut up once: the gradient of driven[t], or of a part of a weight, is as large as all of it, for every t.
+        cores = [(part.core.bias, part.core.weights()[1]) for part in cast(Iterable[RecurrentActorCritic], self.parts)]
         for symbols, from_input, keep in zip(codes[..., 0].unbind(), driven.unbind(), keeps.unbind(), strict=True):
-            (recurrent,) = self._each(symbols, _recur, hidden * keep)
+            (recurrent,) = _each(cores, symbols, _recur, hidden * keep)
             hidden, cell = lstm_cell(recurrent + from_input, cell * keep)
             outputs.append(hidden)
-        logits, values = self._each(flat[:, 0], _heads, torch.cat(outputs))
+        logits, values = _each(self.parts, flat[:, 0], _heads, torch.cat(outputs))
         return logits.reshape(*shape, -1), values.reshape(shape)
 
-    def _each(self, symbols: Tensor, function: Part, *inputs: Tensor) -> tuple[Tensor, ...]:
-        """``function(part, *rows)`` for each part and its symbol's rows of the inputs [N, ...]; outputs [N, ...]."""
-        order = symbols.argsort(stable=True)
-        counts = symbols.long().bincount(minlength=len(self.parts)).tolist()
-        pieces = zip(*(tensor[order].split(counts) for tensor in inputs), strict=True)
-        outputs = [function(part, *rows) for part, rows, n in zip(self.parts, pieces, counts, strict=True) if n]
-        places = order.argsort()
-        return tuple(torch.cat(column)[places] for column in zip(*outputs, strict=True))
+
+def _each(parts: Iterable, symbols: Tensor, function: Part, *inputs: Tensor) -> tuple[Tensor, ...]:
+    """``function(part, *rows)`` for each symbol's part and rows of the inputs [N, ...]; outputs [N, ...]."""
+    parts = list(parts)
+    order = symbols.argsort(stable=True)
+    counts = symbols.long().bincount(minlength=len(parts)).tolist()
+    pieces = zip(*(tensor[order].split(counts) for tensor in inputs), strict=True)
+    outputs = [function(part, *rows) for part, rows, n in zip(parts, pieces, counts, strict=True) if n]
+    places = order.argsort()
+    return tuple(torch.cat(column)[places] for column in zip(*outputs, strict=True))
 
 
 def _drive(part: RecurrentActorCritic, codes: Tensor) -> tuple[Tensor]:
-    return (part.encoder(codes) @ part.core.weight[: part.core.input_size],)
+    return (part.encoder(codes) @ part.core.weights()[0],)
 
 
-def _recur(part: RecurrentActorCritic, hidden: Tensor) -> tuple[Tensor]:
-    return (torch.addmm(part.core.bias, hidden, part.core.weight[part.core.input_size :]),)
+def _recur(core: tuple[Tensor, Tensor], hidden: Tensor) -> tuple[Tensor]:
+    bias, of_hidden = core
+    return (torch.addmm(bias, hidden, of_hidden),)
 
 
 def _heads(part: RecurrentActorCritic, hidden: Tensor) -> tuple[Tensor, Tensor]:

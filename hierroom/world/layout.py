@@ -41,7 +41,7 @@ ROOM = _record(
     ("rectangles", "i4", (MAX_GRID_ROOMS, 4)),  # top, left, bottom, right cell of rooms 0, 1, ...
     ("doors_at", "i4", (N_COLOURS, 2)),  # (row, col)
     ("keys_at", "i4", (N_COLOURS, 2)),  # where its key lies, or lay before it was picked up
-    ("exit_at", "i4", 2),
+    ("exit_at", "i4", 2),  # (row, col)
     ("divider", "i4", 4),  # where each side would be halved
     # The agent.
     ("row", "i4"),
