@@ -1,4 +1,7 @@
-"""A table of training runs in a CSV file, filled by several processes and gone on with where it was stopped."""
+"""A table of training runs in a CSV file, filled by several processes and gone on with where it was stopped.
+
+Rows do not tell that a preset has changed since they were made: then delete them.
+"""
 
 from __future__ import annotations
 
