@@ -10,7 +10,15 @@ from torch.nn.utils import parameters_to_vector
 
 from hierroom.learners import AgentSpace, Learner, PPOConfig, RecurrentActorCritic
 from hierroom.learners.adam_kernels import adam_step, sum_gradients
-from hierroom.learners.encoder_kernels import complete_table, encode, encode_backward, most_common
+from hierroom.learners.encoder_kernels import (
+    compare_rows,
+    complete_table,
+    encode,
+    encode_backward,
+    encode_rare,
+    most_common,
+    rare_rows,
+)
 from hierroom.learners.fused_network import TapeMemory, Weights, backward, forward
 from hierroom.learners.loss_kernels import heads, loss_backward
 from hierroom.learners.product_kernels import add_product, add_transposed_product, pack
@@ -54,12 +62,19 @@ def test_encoder_gradients():
     encode(codes, offsets, table, bias, features)
     expected = network.encoder(torch.from_numpy(codes))
     close(features[:, :10], expected)
+    common, differences, base = most_common(codes), np.empty((len(table) + 1, 10)), np.empty(10)
+    rows, counts = rare_rows(codes, offsets, common, len(table))
+    np.testing.assert_array_equal(counts, (codes != common).sum(axis=1))
+    compare_rows(table, bias, offsets, common, differences, base)
+    features[...] = 0
+    encode_rare(rows, counts, differences, base, features)
+    close(features[:, :10], expected)
     d_features = normal(150, 13)
     expected.backward(torch.from_numpy(d_features[:, :10].copy()))
-    d_table, d_bias, skipped = np.zeros_like(table), np.zeros(10), most_common(codes)
+    d_table, d_bias = np.zeros_like(table), np.zeros(10)
     for half in (slice(70), slice(70, None)):
-        encode_backward(codes[half], offsets, skipped, features[half], d_features[half], d_table, d_bias)
-    complete_table(offsets, skipped, d_bias, d_table)
+        encode_backward(rows[half], counts[half], features[half], d_features[half], d_table, d_bias)
+    complete_table(offsets, common, d_bias, d_table)
     close(d_table, network.encoder.weight.grad)
     close(d_bias, network.encoder.bias.grad)
 
@@ -151,12 +166,14 @@ def test_the_whole_network_backwards():
     memory.tape(8, 12)
     tape = memory.tape(7, 10)
     table, offsets = weights.encoder_weight, network.encoder.offsets.numpy()
-    forward(weights, table, offsets, codes, states, resets, tape)
+    encode(codes.reshape(70, 4), offsets, table, weights.encoder_bias, tape.features)
+    forward(weights, states, resets, tape)
     tape.d_hidden[...] = d_hidden
     parts = Weights.views(gradient, network)
-    skipped = np.zeros(4, np.uint8)
-    backward(weights, offsets, codes, skipped, resets, tape, parts, parts.encoder_weight)
-    complete_table(offsets, skipped, parts.encoder_bias, parts.encoder_weight)
+    common = np.zeros(4, np.uint8)
+    rows, counts = rare_rows(codes.reshape(70, 4), offsets, common, len(table))
+    backward(weights, rows, counts, resets, tape, parts, parts.encoder_weight)
+    complete_table(offsets, common, parts.encoder_bias, parts.encoder_weight)
     inputs = [torch.from_numpy(x) for x in (codes, states, resets)]
     logits, values = network.sequence(*inputs)
     close(tape.logits.reshape(7, 10, 4), logits)

@@ -1,7 +1,9 @@
 """`ColumnEncoder` compiled: sums of table rows forwards, scattered gradients backwards.
 
-Most cells of a view look the same most of the time. Backwards the commonest value of each column is skipped: as every
-sample adds its gradient to exactly one row of each column, the row of that value gets what the others leave of the sum.
+Most cells of a view look the same most of the time. Where many turns are encoded with the same weights, the rows of
+each column's commonest value are added up once; a turn then adds, for each column whose value is another, the
+difference of the two rows. Backwards the commonest values are skipped: as every turn adds its gradient to exactly one
+row of each column, the row of that value gets what the others leave of the sum.
 
 Feature arrays may be wider than H; only the first H entries of a row are used, so that the recurrent core finds
 features and hidden state side by side without a copy.
@@ -73,11 +75,110 @@ def most_common(codes: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return common
 
 
+def rare_rows(
+    codes: NDArray[np.uint8], offsets: NDArray[np.int64], common: NDArray[np.uint8], n_table_rows: int
+) -> tuple[NDArray[np.unsignedinteger], NDArray[np.int64]]:
+    """The table rows of all values but the common ones.
+
+    Args:
+        codes: [..., K] uint8.
+        offsets: [K] int64, the table row of each column's value 0.
+        common: [K] uint8, a value of each column; any will do, the commonest is fastest.
+        n_table_rows: R.
+
+    Returns:
+        rows: [..., K or a little more], after those of a turn R, up to a multiple of four.
+        counts: [...] int64, how many come before that.
+    """
+    n_columns = codes.shape[-1]
+    rows = np.empty((*codes.shape[:-1], -(-n_columns // 4) * 4), np.uint16 if n_table_rows < 2**16 else np.uint32)
+    counts = np.empty(codes.shape[:-1], np.int64)
+    flat = codes.reshape(-1, n_columns)
+    _write_rare_rows(flat, offsets, common, n_table_rows, rows.reshape(len(flat), -1), counts.reshape(-1))
+    return rows, counts
+
+
+@njit(cache=True, nogil=True)
+def _write_rare_rows(codes, offsets, common, n_table_rows, rows, counts):
+    n_samples, n_columns = codes.shape
+    for n in range(n_samples):
+        count = 0
+        for k in range(n_columns):  # without a branch, which could not be foreseen
+            rows[n, count] = offsets[k] + codes[n, k]
+            count += codes[n, k] != common[k]
+        counts[n] = count
+        for i in range(count, -(-count // 4) * 4):
+            rows[n, i] = n_table_rows
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def compare_rows(
+    table: NDArray[np.floating],
+    bias: NDArray[np.floating],
+    offsets: NDArray[np.int64],
+    common: NDArray[np.uint8],
+    differences: NDArray[np.floating],
+    base: NDArray[np.floating],
+) -> None:
+    """What each table row adds to the sum of the common ones.
+
+    Args:
+        table: [R, H] float.
+        bias: [H] float.
+        offsets: [K] int64.
+        common: [K] uint8, as given to `rare_rows`.
+        differences: [R + 1, H] float, written: each row without its column's common one, and zeros.
+        base: [H] float, written: the bias and the sum of the common rows.
+    """
+    n_columns, width = len(offsets), len(bias)
+    base[:] = bias
+    for k in range(n_columns):
+        stop = offsets[k + 1] if k + 1 < n_columns else len(table)
+        shared = offsets[k] + common[k]
+        for row in range(offsets[k], stop):
+            for j in range(width):
+                differences[row, j] = table[row, j] - table[shared, j]
+        for j in range(width):
+            base[j] += table[shared, j]
+    differences[len(table)] = 0
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def encode_rare(
+    rows: NDArray[np.unsignedinteger],
+    counts: NDArray[np.int64],
+    differences: NDArray[np.floating],
+    base: NDArray[np.floating],
+    features: NDArray[np.floating],
+) -> None:
+    """As `encode`, for turns in the form of `rare_rows` and weights in that of `compare_rows`.
+
+    Args:
+        rows: [N, K or more] as `rare_rows` gives them.
+        counts: [N] int64, likewise.
+        differences: [R + 1, H] float.
+        base: [H] float.
+        features: [N, H or more] float, written.
+    """
+    width = len(base)
+    zero = base.dtype.type(0)
+    for n in range(len(counts)):
+        for j in range(width):
+            features[n, j] = base[j]
+        for i in range(0, counts[n], 4):
+            row0, row1, row2, row3 = rows[n, i], rows[n, i + 1], rows[n, i + 2], rows[n, i + 3]
+            for j in range(width):
+                features[n, j] += (differences[row0, j] + differences[row1, j]) + (
+                    differences[row2, j] + differences[row3, j]
+                )
+        for j in range(width):
+            features[n, j] = max(features[n, j], zero)
+
+
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def encode_backward(
-    codes: NDArray[np.uint8],
-    offsets: NDArray[np.int64],
-    skipped: NDArray[np.uint8],
+    rows: NDArray[np.unsignedinteger],
+    counts: NDArray[np.int64],
     features: NDArray[np.floating],
     d_features: NDArray[np.floating],
     d_table: NDArray[np.floating],
@@ -86,28 +187,21 @@ def encode_backward(
     """Add the gradients of the bias, and of all table rows but those `complete_table` fills in.
 
     Args:
-        codes: [N, K] uint8, as given to `encode`.
-        offsets: [K] int64.
-        skipped: [K] uint8, a value of each column; any will do, the commonest is fastest.
-        features: [N, H or more] float, as `encode` wrote them.
+        rows: [N, K or more], as given to `encode_rare`.
+        counts: [N] int64, likewise.
+        features: [N, H or more] float, as written there.
         d_features: [N, H or more] float, gradient of the features; overwritten by that before the ReLU.
         d_table: [R, H] float, added to.
         d_bias: [H] float, added to.
     """
-    n_samples, n_columns = codes.shape
     width = len(d_bias)
-    zero = d_table.dtype.type(0)
-    rows = np.empty(n_columns, np.int64)
-    for n in range(n_samples):
+    zero = d_bias.dtype.type(0)
+    for n in range(len(counts)):
         for j in range(width):
             d_features[n, j] = d_features[n, j] if features[n, j] > zero else zero
             d_bias[j] += d_features[n, j]
-        n_rows = 0
-        for k in range(n_columns):  # without a branch, which could not be foreseen
-            rows[n_rows] = offsets[k] + codes[n, k]
-            n_rows += codes[n, k] != skipped[k]
-        for i in range(n_rows):
-            row = rows[i]
+        for i in range(counts[n]):
+            row = rows[n, i]
             for j in range(width):
                 d_table[row, j] += d_features[n, j]
 
@@ -115,26 +209,26 @@ def encode_backward(
 @njit(cache=True, nogil=True, fastmath=True)
 def complete_table(
     offsets: NDArray[np.int64],
-    skipped: NDArray[np.uint8],
+    common: NDArray[np.uint8],
     d_bias: NDArray[np.floating],
     d_table: NDArray[np.floating],
 ) -> None:
     """Fill in the rows that `encode_backward` skipped, once it has been called with all samples.
 
     Args:
-        offsets: as given to `encode_backward`, like ``skipped``.
-        skipped: [K] uint8.
+        offsets: as given to `rare_rows`, like ``common``.
+        common: [K] uint8.
         d_bias: [H] float, which holds nothing but the gradients of these samples.
-        d_table: [R, H] float, likewise; its skipped rows are written.
+        d_table: [R, H] float, likewise; its common rows are written.
     """
     n_columns = len(offsets)
     for k in range(n_columns):
         stop = offsets[k + 1] if k + 1 < n_columns else len(d_table)
         left = d_bias.copy()
         for row in range(offsets[k], stop):
-            if row != offsets[k] + skipped[k]:
+            if row != offsets[k] + common[k]:
                 left -= d_table[row]
-        d_table[offsets[k] + skipped[k]] = left
+        d_table[offsets[k] + common[k]] = left
 
 
 @njit(cache=True, nogil=True, fastmath=True)

@@ -18,7 +18,15 @@ from numpy.typing import NDArray
 
 from hierroom.learners.adam_kernels import adam_step, sum_gradients
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.encoder_kernels import add_scaled_rows, complete_table, most_common
+from hierroom.learners.encoder_kernels import (
+    add_scaled_rows,
+    compare_rows,
+    complete_table,
+    encode,
+    encode_rare,
+    most_common,
+    rare_rows,
+)
 from hierroom.learners.fused_network import TapeMemory, Weights, backward, forward
 from hierroom.learners.loss_kernels import loss_backward
 from hierroom.learners.networks import RecurrentActorCritic
@@ -75,7 +83,8 @@ class FusedBackend:
             n = rooms.stop - rooms.start
             tape = lane.memory.tape(1, n)
             never = np.zeros((1, n), bool)
-            forward(self._weights, table, self._offsets, codes[None, rooms], states[rooms], never, tape)
+            encode(codes[rooms], self._offsets, table, self._weights.encoder_bias, tape.features)
+            forward(self._weights, states[rooms], never, tape)
             logits[rooms], values[rooms] = tape.logits, tape.values
             new_states[rooms, :hidden_size], new_states[rooms, hidden_size:] = tape.hidden[0], tape.cells[1]
 
@@ -96,15 +105,22 @@ class FusedBackend:
         """One gradient step per minibatch; as `TorchBackend.train`."""
         targets = advantages + batch.values
         # Every 16th turn is enough to tell which value of a column is common.
-        skipped = most_common(batch.codes[::16].reshape(-1, batch.codes.shape[-1]))
-        rows = []
+        common = most_common(batch.codes[::16].reshape(-1, batch.codes.shape[-1]))
+        rows, counts = rare_rows(batch.codes, self._offsets, common, self._n_table_rows)
+        differences = np.empty((self._n_table_rows + 1, self._config.hidden_size), np.float32)
+        base = np.empty_like(self._weights.encoder_bias)
+        measured = []
         for part in parts:
+            compare_rows(self._table(), self._weights.encoder_bias, self._offsets, common, differences, base)
             shift, scale = _normalization(advantages.take(part, axis=1), self._config)
             minibatch = _Minibatch(
                 self._weights,
-                self._table(),
+                differences,
+                base,
                 self._offsets,
-                skipped,
+                common,
+                rows,
+                counts,
                 batch,
                 scores=(advantages - shift) * scale,
                 targets=targets,
@@ -112,8 +128,8 @@ class FusedBackend:
             )
             statistics, norm = self._gradient(minibatch, part)
             self._descend(norm, learning_rate)
-            rows.append([*statistics, norm])
-        return np.mean(rows, axis=0)
+            measured.append([*statistics, norm])
+        return np.mean(measured, axis=0)
 
     def _gradient(self, minibatch: _Minibatch, part: NDArray[np.integer]) -> tuple[NDArray[np.float64], float]:
         """Leave the gradient in the first row of the shares; returns five of `STATISTICS` and the gradient's norm."""
@@ -183,9 +199,12 @@ class _Minibatch:
     """What the shards of a minibatch have in common."""
 
     weights: Weights
-    table: NDArray[np.float32]  # [R, H] the encoder's rows
+    differences: NDArray[np.float32]  # [R + 1, H] see `encoder_kernels.compare_rows`
+    base: NDArray[np.float32]  # [H] likewise
     offsets: NDArray[np.int64]  # [K] the row of each column's value 0
-    skipped: NDArray[np.uint8]  # [K] see `encoder_kernels.encode_backward`
+    common: NDArray[np.uint8]  # [K] see `encoder_kernels.rare_rows`
+    rows: NDArray[np.unsignedinteger]  # [T, M, K or more] likewise
+    counts: NDArray[np.int64]  # [T, M] likewise
     batch: Batch  # M sequences of T turns, those of other minibatches included
     scores: NDArray[np.float32]  # [T, M] normalised advantages
     targets: NDArray[np.float32]  # [T, M] of the values
@@ -222,22 +241,23 @@ class _Lane:
         n_turns, n_rows = len(batch.codes), len(batch.codes) * len(shard)
         tape = self.memory.tape(n_turns, len(shard))
 
-        def rows(array: NDArray) -> NDArray:  # [T, M, ...] to [T * shard, ...], contiguous
+        def of_shard(array: NDArray) -> NDArray:  # [T, M, ...] to [T * shard, ...], contiguous
             return array.take(shard, axis=1).reshape(n_rows, *array.shape[2:])
 
-        codes, resets = batch.codes.take(shard, axis=1), batch.resets.take(shard, axis=1)
-        forward(weights, minibatch.table, minibatch.offsets, codes, batch.initial_states[shard], resets, tape)
+        rows, counts, resets = of_shard(minibatch.rows), of_shard(minibatch.counts), batch.resets.take(shard, axis=1)
+        encode_rare(rows, counts, minibatch.differences, minibatch.base, tape.features)
+        forward(weights, batch.initial_states[shard], resets, tape)
         loss_backward(
             tape.hidden.reshape(n_rows, -1),
             tape.logits,
             tape.values,
             weights.policy_weight,
             weights.value_weight,
-            rows(batch.masks),
-            rows(batch.actions),
-            rows(batch.log_probs),
-            rows(minibatch.scores),
-            rows(minibatch.targets),
+            of_shard(batch.masks),
+            of_shard(batch.actions),
+            of_shard(batch.log_probs),
+            of_shard(minibatch.scores),
+            of_shard(minibatch.targets),
             config.clip,
             config.value_weight,
             config.entropy_weight,
@@ -249,11 +269,11 @@ class _Lane:
             self._gradient.value_bias,
             self._sums,
         )
-        backward(weights, minibatch.offsets, codes, minibatch.skipped, resets, tape, self._gradient, self._d_table)
+        backward(weights, rows, counts, resets, tape, self._gradient, self._d_table)
 
     def finish(self, minibatch: _Minibatch) -> NDArray[np.float64]:
         """Complete the gradient; returns this lane's part of the first five of `STATISTICS`."""
-        complete_table(minibatch.offsets, minibatch.skipped, self._gradient.encoder_bias, self._d_table)
+        complete_table(minibatch.offsets, minibatch.common, self._gradient.encoder_bias, self._d_table)
         if self._numbers is not None:
             rows, columns, numbers = self._numbers
             add_scaled_rows(columns, rows, numbers, self._d_table, self._gradient.encoder_weight)

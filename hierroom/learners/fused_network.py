@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.learners.encoder_kernels import encode, encode_backward
+from hierroom.learners.encoder_kernels import encode_backward
 from hierroom.learners.loss_kernels import heads
 from hierroom.learners.networks import RecurrentActorCritic
 from hierroom.learners.recurrent_kernels import lstm_backward, lstm_forward
@@ -54,6 +54,11 @@ class Tape:
     d_hidden: NDArray[np.floating]  # [T, M, H]
     d_driven: NDArray[np.floating]  # [T, M, 2 H]
 
+    @property
+    def features(self) -> NDArray[np.floating]:
+        """[T M, 2 H], of which the encoder writes the first H."""
+        return self.driven.reshape(-1, self.driven.shape[-1])
+
 
 class TapeMemory:
     """Memory for one tape at a time, of any shape; it grows to the largest and is never given back.
@@ -84,28 +89,15 @@ class TapeMemory:
         return self._tape
 
 
-def forward(
-    weights: Weights,
-    table: NDArray[np.floating],
-    offsets: NDArray[np.int64],
-    codes: NDArray[np.uint8],
-    states: NDArray[np.floating],
-    resets: NDArray[np.bool_],
-    tape: Tape,
-) -> None:
+def forward(weights: Weights, states: NDArray[np.floating], resets: NDArray[np.bool_], tape: Tape) -> None:
     """Logits and values of T turns of M sequences, left on the tape with all that led to them.
 
     Args:
         weights: the parameters.
-        table: [R, H] float, the encoder's rows.
-        offsets: [K] int64, the row of each column's value 0.
-        codes: [T, M, K] uint8.
         states: [M, 2 H] float, before turn 0.
         resets: [T, M] bool.
-        tape: of the same T and M.
+        tape: of the same T and M, with the features on it.
     """
-    rows = tape.driven.reshape(-1, tape.driven.shape[-1])  # [T M, 2 H]
-    encode(codes.reshape(len(rows), -1), offsets, table, weights.encoder_bias, rows)
     lstm_forward(
         tape.driven,
         states,
@@ -118,7 +110,7 @@ def forward(
         tape.hidden,
     )
     heads(
-        tape.hidden.reshape(len(rows), -1),
+        tape.hidden.reshape(len(tape.features), -1),
         weights.policy_weight,
         weights.policy_bias,
         weights.value_weight,
@@ -130,9 +122,8 @@ def forward(
 
 def backward(
     weights: Weights,
-    offsets: NDArray[np.int64],
-    codes: NDArray[np.uint8],
-    skipped: NDArray[np.uint8],
+    rows: NDArray[np.unsignedinteger],
+    counts: NDArray[np.int64],
     resets: NDArray[np.bool_],
     tape: Tape,
     gradient: Weights,
@@ -144,10 +135,9 @@ def backward(
 
     Args:
         weights: the parameters.
-        offsets: as given to `forward`, like ``codes`` and ``resets``.
-        codes: [T, M, K] uint8.
-        skipped: [K] uint8, the values `encode_backward` skips.
-        resets: [T, M] bool.
+        rows: [T M, K or more], as given to `encode_rare`, like ``counts`` [T M].
+        counts: likewise.
+        resets: [T, M] bool, as given to `forward`.
         tape: as `forward` left it; used up.
         gradient: added to.
         d_table: [R, H] float, added to.
@@ -164,6 +154,5 @@ def backward(
         gradient.core_weight,
         gradient.core_bias,
     )
-    rows = tape.driven.reshape(-1, tape.driven.shape[-1])
-    d_rows = tape.d_driven.reshape(rows.shape)
-    encode_backward(codes.reshape(len(rows), -1), offsets, skipped, rows, d_rows, d_table, gradient.encoder_bias)
+    d_features = tape.d_driven.reshape(tape.features.shape)
+    encode_backward(rows, counts, tape.features, d_features, d_table, gradient.encoder_bias)
