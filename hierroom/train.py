@@ -37,8 +37,8 @@ class Arguments:
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
     preset: str | None = None
-    """What the other options start from: default (the best known), large (for grids of 31 cells and more), learned (for
-    --meta learned, which implies it) or paper (its section 3)."""
+    """What the other options start from: default (the best known), long (for more steps and shorter ways), large (for
+    grids of 31 cells and more), learned (for --meta learned, which implies it) or paper (its section 3)."""
     out: Path | None = None
     """The run folder, new; by default runs/ and the run's name."""
     resume: Path | None = None
