@@ -70,7 +70,8 @@ class ModularActorCritic(nn.Module):
         hidden, cell = state.chunk(2, dim=-1)
         outputs = []
         # Cut up once: the gradient of driven[t], or of a part of a weight, is as large as all of it, for every t.
-        cores = [(part.core.bias, part.core.weights()[1]) for part in cast(Iterable[RecurrentActorCritic], self.parts)]
+        parts = cast(Iterable[RecurrentActorCritic], self.parts)
+        cores = [(part.core.bias, part.core.split_weight()[1]) for part in parts]
         for symbols, from_input, keep in zip(codes[..., 0].unbind(), driven.unbind(), keeps.unbind(), strict=True):
             (recurrent,) = _each(cores, symbols, _recur, hidden * keep)
             hidden, cell = lstm_cell(recurrent + from_input, cell * keep)
@@ -91,7 +92,7 @@ def _each(parts: Iterable, symbols: Tensor, function: Part, *inputs: Tensor) -> 
 
 
 def _drive(part: RecurrentActorCritic, codes: Tensor) -> tuple[Tensor]:
-    return (part.encoder(codes) @ part.core.weights()[0],)
+    return (part.encoder(codes) @ part.core.split_weight()[0],)
 
 
 def _recur(core: tuple[Tensor, Tensor], hidden: Tensor) -> tuple[Tensor]:

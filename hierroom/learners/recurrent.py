@@ -48,7 +48,7 @@ class ResetLSTM(nn.Module):
             the output [N, H] (the new hidden state) and the new state [N, 2 H].
         """
         hidden, cell = state.chunk(2, dim=-1)
-        of_inputs, of_hidden = self.weights()
+        of_inputs, of_hidden = self.split_weight()
         hidden, cell = lstm_cell(torch.addmm(self.bias, hidden, of_hidden) + inputs @ of_inputs, cell)
         return hidden, torch.cat([hidden, cell], dim=-1)
 
@@ -63,7 +63,7 @@ class ResetLSTM(nn.Module):
         Returns:
             the outputs [T, M, H].
         """
-        of_inputs, of_hidden = self.weights()
+        of_inputs, of_hidden = self.split_weight()
         driven = inputs @ of_inputs  # [T, M, 4 H]: what does not wait for the step before
         keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]
         hidden, cell = state.chunk(2, dim=-1)
@@ -75,8 +75,8 @@ class ResetLSTM(nn.Module):
             outputs.append(hidden)
         return torch.stack(outputs)
 
-    def weights(self) -> tuple[Tensor, Tensor]:
-        """The weights of the input [X, 4 H] and of the hidden state [H, 4 H]."""
+    def split_weight(self) -> tuple[Tensor, Tensor]:
+        """The rows of ``weight`` for the input [X, 4 H] and for the hidden state [H, 4 H]."""
         of_inputs, of_hidden = self.weight.split((self.input_size, self.hidden_size))
         return of_inputs, of_hidden
 
