@@ -71,7 +71,8 @@ def test_the_tables_of_results_are_what_the_committed_rows_say(path, capsys, mon
 
 def test_the_presets_are_documented_value_by_value():
     """Each row of the table names an entry and its value in the presets default and paper."""
-    rows = re.findall(r"^\| (`.*?) \| (.*?) \| (.*?) \|", PRESETS_PAGE, re.MULTILINE)
+    table = PRESETS_PAGE.split("\n## ")[0]
+    rows = re.findall(r"^\| (`.*?) \| (.*?) \| (.*?) \|", table, re.MULTILINE)
     documented = {}
     for entries, *values in rows:
         names = re.findall(r"`(\w+)`", entries)
@@ -86,3 +87,24 @@ def test_the_presets_are_documented_value_by_value():
             assert documented[preset, name] == str(flat[name]), (preset, name)
     for name in PRESETS["default"].inputs:
         assert f"`{name}`" in PRESETS_PAGE
+
+
+def test_what_the_other_presets_change_is_documented_value_by_value():
+    """Each row of the second table names an entry and its value where it is not the default's."""
+    section = PRESETS_PAGE.split("## What the other presets change")[1].split("\n## ")[0]
+    documented = {}
+    for entry, *values in re.findall(r"^\| `(\w+)` \|(.*?)\|(.*?)\|(.*?)\|", section, re.MULTILINE):
+        for preset, value in zip(("long", "large", "learned"), values, strict=True):
+            if value.strip():
+                documented[preset, entry] = value.strip(" `")
+    default, changed = PRESETS["default"], {}
+    for preset in ("long", "large", "learned"):
+        config = PRESETS[preset]
+        entries = {**vars(config), **vars(config.ppo)}
+        for name, usual in {**vars(default), **vars(default.ppo)}.items():
+            if name == "inputs" and config.inputs != usual:
+                assert config.inputs[: len(usual)] == usual
+                changed[preset, name] = ", ".join(config.inputs[len(usual) :])
+            elif name != "ppo" and entries[name] != usual:
+                changed[preset, name] = str(entries[name])
+    assert documented == changed
