@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -18,17 +17,9 @@ from numpy.typing import NDArray
 
 from hierroom.learners.adam_kernels import adam_step, sum_gradients
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.encoder_kernels import (
-    add_scaled_rows,
-    compare_rows,
-    complete_table,
-    encode,
-    encode_rare,
-    most_common,
-    rare_rows,
-)
-from hierroom.learners.fused_network import TapeMemory, Weights, backward, forward
-from hierroom.learners.loss_kernels import loss_backward
+from hierroom.learners.encoder_kernels import add_scaled_rows, compare_rows, encode, most_common, rare_rows
+from hierroom.learners.fused_network import Weights, forward
+from hierroom.learners.lane import Lane, Minibatch, numbers_fed
 from hierroom.learners.networks import RecurrentActorCritic
 from hierroom.learners.rollout import Batch
 
@@ -61,12 +52,12 @@ class FusedBackend:
             parameter.data = torch.from_numpy(view)
         self._offsets = network.encoder.offsets.numpy()
         self._n_table_rows = len(network.encoder.table())
-        self._numbers = _numbers(network)
+        self._numbers = numbers_fed(network)
         self._means = np.zeros_like(self._parameters)
         self._squares = np.zeros_like(self._parameters)
         self._n_steps = 0
         self._shares = np.zeros((_MAX_LANES, len(self._parameters)), np.float32)
-        self._lanes = [_Lane(share, network, config) for share in self._shares]
+        self._lanes = [Lane(share, network, config) for share in self._shares]
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
         """States of ``n`` rooms at the start of an episode: [n, S]."""
@@ -79,7 +70,7 @@ class FusedBackend:
         values, new_states = np.empty(n_rooms, np.float32), np.empty_like(states)
         table, hidden_size = self._table(), self._config.hidden_size
 
-        def work(lane: _Lane, rooms: slice) -> None:
+        def work(lane: Lane, rooms: slice) -> None:
             n = rooms.stop - rooms.start
             tape = lane.memory.tape(1, n)
             never = np.zeros((1, n), bool)
@@ -113,7 +104,7 @@ class FusedBackend:
         for part in parts:
             compare_rows(self._table(), self._weights.encoder_bias, self._offsets, common, differences, base)
             shift, scale = _normalization(advantages.take(part, axis=1), self._config)
-            minibatch = _Minibatch(
+            minibatch = Minibatch(
                 self._weights,
                 differences,
                 base,
@@ -131,12 +122,12 @@ class FusedBackend:
             measured.append([*statistics, norm])
         return np.mean(measured, axis=0)
 
-    def _gradient(self, minibatch: _Minibatch, part: NDArray[np.integer]) -> tuple[NDArray[np.float64], float]:
+    def _gradient(self, minibatch: Minibatch, part: NDArray[np.integer]) -> tuple[NDArray[np.float64], float]:
         """Leave the gradient in the first row of the shares; returns five of `STATISTICS` and the gradient's norm."""
         shards = np.array_split(part, -(-len(part) // _SHARD))
         lanes = self._lanes[: len(shards)]
 
-        def work(lane: _Lane, hand: list[NDArray[np.integer]]) -> NDArray[np.float64]:
+        def work(lane: Lane, hand: list[NDArray[np.integer]]) -> NDArray[np.float64]:
             lane.clear()
             for shard in hand:
                 lane.add_shard(minibatch, shard)
@@ -146,7 +137,7 @@ class FusedBackend:
         statistics = np.sum(self._each(work, lanes, hands), axis=0)
         return statistics, sum_gradients(self._shares[: len(lanes)])
 
-    def _each(self, work: Callable, lanes: list[_Lane], tasks: list) -> list:
+    def _each(self, work: Callable, lanes: list[Lane], tasks: list) -> list:
         """``work(lane, task)`` for each lane and its task, on all threads; the results in order."""
         pairs = list(zip(lanes, tasks, strict=True))
 
@@ -192,101 +183,6 @@ class FusedBackend:
         self._means[...] = state["means"].numpy()
         self._squares[...] = state["squares"].numpy()
         self._n_steps = state["n_steps"]
-
-
-@dataclass(frozen=True)
-class _Minibatch:
-    """What the shards of a minibatch have in common."""
-
-    weights: Weights
-    differences: NDArray[np.float32]  # [R + 1, H] see `encoder_kernels.compare_rows`
-    base: NDArray[np.float32]  # [H] likewise
-    offsets: NDArray[np.int64]  # [K] the row of each column's value 0
-    common: NDArray[np.uint8]  # [K] see `encoder_kernels.rare_rows`
-    rows: NDArray[np.unsignedinteger]  # [T, M, K or more] likewise
-    counts: NDArray[np.int64]  # [T, M] likewise
-    batch: Batch  # M sequences of T turns, those of other minibatches included
-    scores: NDArray[np.float32]  # [T, M] normalised advantages
-    targets: NDArray[np.float32]  # [T, M] of the values
-    turn_weight: float  # of one turn in the loss
-
-
-class _Lane:
-    """A gradient that shards are added to, one after the other, and the memory that takes."""
-
-    def __init__(self, share: NDArray[np.float32], network: RecurrentActorCritic, config: PPOConfig) -> None:
-        self._config = config
-        self._share = share
-        self._gradient = Weights.views(share, network)
-        # The table of columns fed as numbers is computed, so its gradient is one step away from that of the weights.
-        self._numbers = _numbers(network)
-        self._d_table = (
-            self._gradient.encoder_weight
-            if self._numbers is None
-            else np.zeros((len(network.encoder.table()), config.hidden_size), np.float32)
-        )
-        self._sums = np.zeros(5)
-        self.memory = TapeMemory(self._gradient)
-
-    def clear(self) -> None:
-        """Forget the last minibatch."""
-        self._share.fill(0)
-        if self._numbers is not None:
-            self._d_table.fill(0)
-        self._sums.fill(0)
-
-    def add_shard(self, minibatch: _Minibatch, shard: NDArray[np.integer]) -> None:
-        """Add the gradient of the loss of some sequences, given as indices into M."""
-        batch, weights, config = minibatch.batch, minibatch.weights, self._config
-        n_turns, n_rows = len(batch.codes), len(batch.codes) * len(shard)
-        tape = self.memory.tape(n_turns, len(shard))
-
-        def of_shard(array: NDArray) -> NDArray:  # [T, M, ...] to [T * shard, ...], contiguous
-            return array.take(shard, axis=1).reshape(n_rows, *array.shape[2:])
-
-        rows, counts, resets = of_shard(minibatch.rows), of_shard(minibatch.counts), batch.resets.take(shard, axis=1)
-        encode_rare(rows, counts, minibatch.differences, minibatch.base, tape.features)
-        forward(weights, batch.initial_states[shard], resets, tape)
-        loss_backward(
-            tape.hidden.reshape(n_rows, -1),
-            tape.logits,
-            tape.values,
-            weights.policy_weight,
-            weights.value_weight,
-            of_shard(batch.masks),
-            of_shard(batch.actions),
-            of_shard(batch.log_probs),
-            of_shard(minibatch.scores),
-            of_shard(minibatch.targets),
-            config.clip,
-            config.value_weight,
-            config.entropy_weight,
-            minibatch.turn_weight,
-            tape.d_hidden.reshape(n_rows, -1),
-            self._gradient.policy_weight,
-            self._gradient.policy_bias,
-            self._gradient.value_weight,
-            self._gradient.value_bias,
-            self._sums,
-        )
-        backward(weights, rows, counts, resets, tape, self._gradient, self._d_table)
-
-    def finish(self, minibatch: _Minibatch) -> NDArray[np.float64]:
-        """Complete the gradient; returns this lane's part of the first five of `STATISTICS`."""
-        complete_table(minibatch.offsets, minibatch.common, self._gradient.encoder_bias, self._d_table)
-        if self._numbers is not None:
-            rows, columns, numbers = self._numbers
-            add_scaled_rows(columns, rows, numbers, self._d_table, self._gradient.encoder_weight)
-        return self._sums
-
-
-def _numbers(network: RecurrentActorCritic) -> tuple[NDArray, NDArray, NDArray] | None:
-    """Rows, columns and values of the encoder's inputs that are not zero; None if no column is fed as numbers."""
-    if network.encoder.inputs is None:
-        return None
-    inputs = network.encoder.inputs.numpy()
-    rows, columns = np.nonzero(inputs)
-    return rows, columns, inputs[rows, columns]
 
 
 def _normalization(advantages: NDArray[np.float32], config: PPOConfig) -> tuple[np.float32, np.float32]:
