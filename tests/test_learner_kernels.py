@@ -38,7 +38,7 @@ def normal(*shape):
     return RANDOM.normal(size=shape)
 
 
-@given(st.integers(1, 40), st.integers(1, 140), st.integers(1, 50), st.sampled_from([np.float32, np.float64]))
+@given(st.integers(1, 40), st.integers(1, 140), st.integers(1, 150), st.sampled_from([np.float32, np.float64]))
 @settings(deadline=None, max_examples=40)
 def test_products(n_rows, depth, n_columns, dtype):
     a, b, c = (normal(*shape).astype(dtype) for shape in ((n_rows, depth), (depth, n_columns), (n_rows, n_columns)))
