@@ -66,47 +66,52 @@ def lstm_forward(
         hidden: [T, M, H] float, written: the outputs.
     """
     n_steps, n_rows, size = hidden.shape
-    first = driven.shape[2] - size
+    before = driven[:, :, driven.shape[2] - size :]
     panels = pack(weight)
     for m in range(n_rows):
-        _copy(states[m, size:], cells[0, m])
+        for j in range(size):
+            cells[0, m, j] = states[m, size + j]
     for t in range(n_steps):
         for m in range(n_rows):
             if resets[t, m]:
-                driven[t, m, first:] = 0
-                cells[t, m] = 0
+                for j in range(size):
+                    before[t, m, j] = 0
+                    cells[t, m, j] = 0
             elif t == 0:
-                _copy(states[m, :size], driven[t, m, first:])
+                for j in range(size):
+                    before[t, m, j] = states[m, j]
             else:
-                _copy(hidden[t - 1, m], driven[t, m, first:])
-            _copy(bias, gates[t, m])
+                for j in range(size):
+                    before[t, m, j] = hidden[t - 1, m, j]
+            for j in range(4 * size):
+                gates[t, m, j] = bias[j]
         add_product(driven[t], panels, gates[t])
-        for m in range(n_rows):
-            _cell_forward(gates[t, m], cells[t, m], cells[t + 1, m], squashed[t, m], hidden[t, m])
+        _cells_forward(gates[t].reshape(n_rows, 4, size), cells[t], cells[t + 1], squashed[t], hidden[t])
 
 
 @njit(nogil=True, fastmath=True, error_model="numpy")
-def _cell_forward(gates, before, after, squashed, hidden):
-    """One step of one row: products [4 H] become gates, the cell [H] moves on.
+def _cells_forward(gates, before, after, squashed, hidden):
+    """One step: products [M, 4, H] become gates, the cells [M, H] move on.
 
-    Rows are cut into parts and every loop counts from 0: an index such as ``size + j`` may be negative for all the
-    compiler knows, and the check for that keeps a loop from becoming vector code.
+    Every index is a loop's own, which counts from 0: one such as ``size + j`` may be negative for all the compiler
+    knows, and the check for that keeps a loop from becoming vector code. Cutting rows out takes half as long again.
     """
-    size = len(hidden)
-    both, candidate, leave = gates[: 2 * size], gates[2 * size : 3 * size], gates[3 * size :]
-    for j in range(2 * size):
-        both[j] = _sigmoid(both[j])
-    for j in range(size):
-        candidate[j] = _tanh(candidate[j])
-    for j in range(size):
-        leave[j] = _sigmoid(leave[j])
-    enter, forget = both[:size], both[size:]
-    for j in range(size):
-        after[j] = forget[j] * before[j] + enter[j] * candidate[j]
-    for j in range(size):
-        squashed[j] = _tanh(after[j])
-    for j in range(size):
-        hidden[j] = leave[j] * squashed[j]
+    n_rows, size = hidden.shape
+    for m in range(n_rows):
+        for j in range(size):
+            gates[m, 0, j] = _sigmoid(gates[m, 0, j])
+        for j in range(size):
+            gates[m, 1, j] = _sigmoid(gates[m, 1, j])
+        for j in range(size):
+            gates[m, 2, j] = _tanh(gates[m, 2, j])
+        for j in range(size):
+            gates[m, 3, j] = _sigmoid(gates[m, 3, j])
+        for j in range(size):
+            after[m, j] = gates[m, 1, j] * before[m, j] + gates[m, 0, j] * gates[m, 2, j]
+        for j in range(size):
+            squashed[m, j] = _tanh(after[m, j])
+        for j in range(size):
+            hidden[m, j] = gates[m, 3, j] * squashed[m, j]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
@@ -158,12 +163,6 @@ def lstm_backward(
             left, right = driven[t:stop].reshape(n_samples, width), gates[t:stop].reshape(n_samples, 4 * size)
             add_transposed_product(left, right, d_weight)
             stop = t
-
-
-@njit(nogil=True)
-def _copy(source, target):
-    for j in range(len(target)):
-        target[j] = source[j]
 
 
 @njit(nogil=True, fastmath=True)
