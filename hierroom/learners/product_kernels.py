@@ -16,15 +16,15 @@ from collections.abc import Callable
 
 import numpy as np
 from llvmlite import ir
-from llvmlite.binding import get_host_cpu_features
 from numba import njit, types
 from numba.core import cgutils
+from numba.core.codegen import get_host_cpu_features
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 _ROWS = 4
 """Rows of a tile."""
-_LANES = 64 if get_host_cpu_features().get("avx512f", False) else 16
+_LANES = 64 if "+avx512f" in get_host_cpu_features() else 16
 """Columns of a tile and width of a panel: as many as leave half of the vector registers for the factors. On AVX-512 a
 tile of 4 x 64 takes two thirds of the time of 8 x 16, as does 4 x 16 on AVX2."""
 _DEPTH = 64
