@@ -34,8 +34,8 @@ _DEPTH = 64
 def _tile_intrinsic(n_rows: int) -> Callable[..., None]:
     """``tile(c, c_at, c_step, a, a_at, a_step, a_next, b, b_at, depth)``: add a product to n_rows x L entries of c.
 
-    All positions are flat: entry (i, j) of the tile is ``c[c_at + i c_step + j]``, and to it are added, for k below
-    ``depth``, ``a[a_at + i a_step + k a_next] * b[b_at + L k + j]``. Nothing is checked.
+    L is `_LANES`. All positions are flat: entry (i, j) of the tile is ``c[c_at + i c_step + j]``, and to it are added,
+    for k below ``depth``, ``a[a_at + i a_step + k a_next] * b[b_at + L k + j]``. Nothing is checked.
     """
 
     @intrinsic
@@ -91,7 +91,7 @@ _row = _tile_intrinsic(1)
 
 @njit(cache=True, nogil=True)
 def pack(matrix: NDArray[np.floating]) -> NDArray[np.floating]:
-    """The columns of a matrix [K, N] in panels [ceil(N / L), K, L] of neighbours, padded with zeros."""
+    """The columns of a matrix [K, N] in panels [ceil(N / L), K, L] of L = `_LANES` neighbours, padded with zeros."""
     depth, n_columns = matrix.shape
     panels = np.zeros(((n_columns + _LANES - 1) // _LANES, depth, _LANES), matrix.dtype)
     pack_into(matrix, panels)
