@@ -45,7 +45,8 @@ CHANGES: dict[str, tuple[object, ...]] = {
     "hidden_size": (32, 128),
     "inputs": (
         *(tuple(i for i in DEFAULT.inputs if i != left_out) for left_out in DEFAULT.inputs[2:]),
-        (*DEFAULT.inputs, "doorway-place"),
+        (*DEFAULT.inputs, "doorway-places"),
+        (*DEFAULT.inputs, "frontier-places"),
     ),
 }
 """Entry of the config or of its learner to the values tried in place of the preset's."""

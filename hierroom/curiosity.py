@@ -14,11 +14,11 @@ from hierroom.presets import TrainConfig
 from hierroom.step import Step
 from hierroom.turns import Turns
 
-NOT_OF_THE_ROOM = (*GOAL_INPUTS, "doorway-place", "previous-action")
+NOT_OF_THE_ROOM = (*GOAL_INPUTS, "doorway-places", "frontier-places", "previous-action")
 
 
 class Curiosity:
-    """Random network distillation of what the controller sees of its rooms: no goals, last doorways or last actions.
+    """Random network distillation of what the controller sees of its rooms: no goals, nothing of what it did.
 
     Args:
         config: what is trained.

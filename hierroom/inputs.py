@@ -6,10 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from hierroom.controller import Sight
 from hierroom.errors import InputError
+from hierroom.frontier import nearest_frontiers
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.step import N_OUTCOMES, NO_OUTCOME
 from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
@@ -60,30 +62,45 @@ def _goal_cells(sight: Sight) -> NDArray:
 
 
 def _goal_place(sight: Sight) -> NDArray:
-    """[M, 2] `_place` of the goal where it was seen last: nothing moves unseen; a key in hand stays where it lay."""
+    """[M, 2] `_places` of the goal where it was seen last: nothing moves unseen; a key in hand stays where it lay."""
     rooms, goals, m = sight.rooms, np.maximum(sight.goals, 0), np.arange(len(sight.goals))
     branches = rooms["branches"][m, goals % N_COLOURS]
     kinds = rooms["keys_at"][m, branches], rooms["doors_at"][m, branches], rooms["exit_at"]
-    cells = np.choose(goals[:, None] // N_COLOURS, kinds)
-    return _place(rooms, cells, (sight.goals != NO_GOAL) & (rooms["seen"] >> goals & 1 > 0))
+    is_known = (sight.goals != NO_GOAL) & (rooms["seen"] >> goals & 1 > 0)
+    return _places(rooms, (np.choose(goals[:, None] // N_COLOURS, kinds) * is_known[:, None])[:, None])
 
 
-def _doorway_place(sight: Sight) -> NDArray:
-    """[M, 2] `_place` of the door that was opened or walked through last."""
-    cells = sight.rooms["doorway"]
-    return _place(sight.rooms, cells, cells[:, 0] > 0)
+def _doorway_places(sight: Sight) -> NDArray:
+    """[M, 4] `_places` of the two doors that were opened or walked through last, the later one first."""
+    return _places(sight.rooms, sight.rooms["doorways"])
 
 
-def _place(rooms: np.ndarray, cells: NDArray[np.integer], is_known: NDArray[np.bool_]) -> NDArray:
-    """[M, 2] how far ahead of the agent and how far to its right cells [M, 2] are.
+def _frontier_places(sight: Sight) -> NDArray:
+    """[M, 4] `_places` of what `nearest_frontiers` finds."""
+    return _places(sight.rooms, nearest_frontiers(sight.rooms))
 
-    Each is the class of the distance, -6 to 6, plus 6; `UNKNOWN_DISTANCE` where the cell is not known.
+
+@njit(cache=True)
+def _places(rooms, cells):
+    """[M, 2 C] how far ahead of the agent and how far to its right each of some cells [M, C, 2] is.
+
+    Each is the class of the distance, -6 to 6, plus 6; `UNKNOWN_DISTANCE` where the cell's row is 0, as none's is.
     """
-    down, east = cells[:, 0] - rooms["row"], cells[:, 1] - rooms["col"]
-    row_step, col_step = ROW_STEP[rooms["direction"]], COL_STEP[rooms["direction"]]
-    place = np.stack([down * row_step + east * col_step, down * col_step - east * row_step], axis=1)
-    classes = np.sign(place) * np.searchsorted(CLASS_STARTS, np.abs(place), side="right")
-    return np.where(is_known[:, None], classes + len(CLASS_STARTS), UNKNOWN_DISTANCE)
+    places = np.full((cells.shape[0], 2 * cells.shape[1]), UNKNOWN_DISTANCE)
+    for m in range(cells.shape[0]):
+        row_step, col_step = ROW_STEP[rooms[m].direction], COL_STEP[rooms[m].direction]
+        for c in range(cells.shape[1]):
+            if cells[m, c, 0] > 0:
+                down, east = cells[m, c, 0] - rooms[m].row, cells[m, c, 1] - rooms[m].col
+                places[m, 2 * c] = _class_of(down * row_step + east * col_step)
+                places[m, 2 * c + 1] = _class_of(down * col_step - east * row_step)
+    return places
+
+
+@njit(cache=True)
+def _class_of(distance):
+    classes = np.searchsorted(CLASS_STARTS, abs(distance), side="right")
+    return len(CLASS_STARTS) + (classes if distance > 0 else -classes)
 
 
 def _by_colour(sight: Sight, what: str) -> NDArray:
@@ -112,7 +129,8 @@ INPUTS: Mapping[str, Input] = {
     "goal": Input(lambda _: (4, 1 + N_COLOURS), lambda sight: _GOAL_CATEGORIES[sight.goals]),
     "goal-in-view": Input(lambda _: (N_CELLS + 1,), _goal_cells),
     "goal-place": Input(lambda _: (UNKNOWN_DISTANCE + 1,) * 2, _goal_place),
-    "doorway-place": Input(lambda _: (UNKNOWN_DISTANCE + 1,) * 2, _doorway_place),
+    "doorway-places": Input(lambda _: (UNKNOWN_DISTANCE + 1,) * 4, _doorway_places),
+    "frontier-places": Input(lambda _: (UNKNOWN_DISTANCE + 1,) * 4, _frontier_places),
     "symbol": Input(lambda _: (N_GOALS + 1,), lambda sight: (sight.goals % (N_GOALS + 1))[:, None]),
     "direction": Input(lambda _: (4,), lambda sight: sight.rooms["direction"][:, None]),
     "keys": Input(lambda _: (2,) * N_COLOURS, lambda sight: _by_colour(sight, "keys")),
@@ -122,10 +140,11 @@ INPUTS: Mapping[str, Input] = {
 }
 """view: a learned row for each tile at each cell; view-ids: its object id, colour id and open bit as numbers; goal:
 object and colour; goal-in-view: the cell of the view that holds the goal; goal-place: about how far ahead of the
-agent and to its right the goal is, once it was seen this episode; doorway-place: likewise for the door that was opened
-or walked through last; symbol: the goal as one of 14, no goal the last; direction; keys: those held, by colour;
-previous-action: the last action taken; goal-status: whether each goal was seen or achieved this episode; goal-outcome:
-how the life of the last goal ended. A meta-controller's goal is the one it gave last."""
+agent and to its right the goal is, once it was seen this episode; doorway-places: likewise for the two doors that were
+opened or walked through last; frontier-places: likewise for floor beside what was not seen yet, the nearest in the
+agent's room and the nearest elsewhere; symbol: the goal as one of 14, no goal the last; direction; keys: those held, by
+colour; previous-action: the last action taken; goal-status: whether each goal was seen or achieved this episode;
+goal-outcome: how the life of the last goal ended. A meta-controller's goal is the one it gave last."""
 
 GOAL_INPUTS = ("goal", "goal-in-view", "goal-place", "symbol")
 """Inputs that show the goal: left out by methods whose controller does not see it."""

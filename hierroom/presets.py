@@ -116,20 +116,22 @@ class TrainConfig:
 PRESETS: Mapping[str, TrainConfig] = {
     "default": TrainConfig(),
     # At a constant rate the policy goes on wavering: at the end of 5M steps with a falling one episodes take 53 and 72
-    # steps on graphs c and f, with a constant one 66 and 87; the doorway makes them another 7 to 9% shorter on d and g,
-    # and no shorter on f (one seed).
+    # steps on graphs c and f, with a constant one 66 and 87. On f, one seed: with the last two doorways 66, with the
+    # frontiers as well 64; of the others each seemed worth a step or less.
     "long": TrainConfig(
         steps=5_000_000,
-        inputs=(*TrainConfig.inputs, "doorway-place"),
-        ppo=PPOConfig(final_learning_rate_fraction=0.1),
+        rooms=64,
+        inputs=(*TrainConfig.inputs, "doorway-places", "frontier-places"),
+        ppo=PPOConfig(final_learning_rate_fraction=0.1, gamma=0.95, value_weight=1.0),
     ),
-    # Ways are longer there, so there is more to remember, and 3M steps are few. Without the doorway a controller can
+    # Ways are longer there, so there is more to remember, and 3M steps are few. Without the doorways a controller can
     # stay near chance in branch rooms that it should leave: on graph d one of three seeds ended 2M steps at 83%, with
-    # it all three at 99%. Returns that look further ahead (gae_lambda) helped on graph f, a falling rate at the end.
+    # the last one all three at 99%. Returns that look further ahead (gae_lambda) helped on graph f, a falling rate at
+    # the end.
     "large": TrainConfig(
         size=31,
         steps=3_000_000,
-        inputs=(*TrainConfig.inputs, "doorway-place"),
+        inputs=(*TrainConfig.inputs, "doorway-places", "frontier-places"),
         ppo=PPOConfig(sequence_length=64, learning_rate=2e-3, final_learning_rate_fraction=0.1, gae_lambda=0.98),
     ),
     "learned": TrainConfig(

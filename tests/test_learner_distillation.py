@@ -143,7 +143,7 @@ def test_a_resumed_run_goes_on_curious_as_it_was():
 
 
 def test_what_is_new_of_the_room_pays():
-    trainer = Trainer(replace(SMALL, inputs=(*SMALL.inputs, "doorway-place")))
+    trainer = Trainer(replace(SMALL, inputs=(*SMALL.inputs, "doorway-places", "frontier-places")))
     curiosity = trainer.curiosity
     assert curiosity is not None
     assert curiosity.inputs.names == ["view", "direction", "keys"]

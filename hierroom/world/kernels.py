@@ -145,7 +145,7 @@ def generate(room, grid, graphs):
     room.steps, room.keys, room.doors, room.found, room.seen, room.bag_size = 0, 0, 0, 0, 0, 0
     room.carried, room.is_over = -1, False
     room.bag[:], room.rectangles[:], room.opened_at[:] = 0, 0, 0  # nothing of the last episode stays in the state
-    room.doors_at[:], room.keys_at[:], room.doorway[:] = 0, 0, 0
+    room.doors_at[:], room.keys_at[:], room.doorways[:], room.explored[:], room.floor[:] = 0, 0, 0, 0, 0
 
     for colour in range(6):
         room.colours[colour] = colour
@@ -273,12 +273,38 @@ def look(room, grid, view):
 
 
 @njit(cache=True)
+def look_and_remember(room, grid, view):
+    """Write what the agent sees, and put on its maps which cells those are and which can be walked on."""
+    look(room, grid, view)
+    row_step, col_step = ROW_STEP[room.direction], COL_STEP[room.direction]
+    for j in range(VIEW):
+        for i in range(VIEW):
+            tile = view[i, j]
+            if tile != UNSEEN:
+                ahead, right = VIEW - 1 - j, i - VIEW // 2
+                line = np.uint64(room.row - MARGIN + ahead * row_step + right * col_step)
+                bit = ONE << np.uint64(room.col - MARGIN + ahead * col_step - right * row_step)
+                room.explored[line] |= bit
+                if EMPTY <= tile < LOCKED_DOOR:
+                    room.floor[line] |= bit
+
+
+@njit(cache=True)
 def update_carried(room):
     """Find the key the agent would drop: the last one picked up whose door is still locked."""
     room.carried = -1
     for slot in range(room.bag_size):
         if not (room.doors >> room.bag[slot]) & 1:
             room.carried = room.bag[slot]
+
+
+@njit(cache=True)
+def use_doorway(room, row, col):
+    """Put the door that is opened or walked through now before the one that was."""
+    latest = room.doorways[0]
+    if latest[0] != row or latest[1] != col:
+        room.doorways[1] = latest
+        latest[0], latest[1] = row, col
 
 
 @njit(cache=True)
@@ -291,7 +317,7 @@ def advance(room, grid, action, outcome):
         if tile < KEY or OPEN_DOOR <= tile < LOCKED_DOOR:
             room.row, room.col = row, col
             if tile >= OPEN_DOOR:
-                room.doorway[0], room.doorway[1] = row, col
+                use_doorway(room, row, col)
             if tile == EXIT:
                 outcome.event, outcome.is_first, outcome.reward, outcome.terminated = 12, True, 1.0, True
     elif action == LEFT:
@@ -313,7 +339,7 @@ def advance(room, grid, action, outcome):
             outcome.event, outcome.is_first = 6 + tile - LOCKED_DOOR, True
             room.doors |= 1 << branch
             room.opened_at[branch] = room.steps + 1
-            room.doorway[0], room.doorway[1] = row, col
+            use_doorway(room, row, col)
             grid[row, col] = tile - LOCKED_DOOR + OPEN_DOOR
             update_carried(room)
     elif action == DROP and room.can_drop and room.carried >= 0 and tile == EMPTY:
@@ -342,7 +368,7 @@ def advance_and_look(room, grid, action, outcome):
     """Let the agent act once and see what comes of it."""
     advance(room, grid, action, outcome)
     seen = room.seen
-    look(room, grid, outcome.tiles)
+    look_and_remember(room, grid, outcome.tiles)
     outcome.is_discovery = room.seen != seen
 
 
@@ -351,14 +377,14 @@ def reset_rooms(rooms, grids, graphs, outcomes):
     """Begin the next episode in every room."""
     for n in range(rooms.shape[0]):
         generate(rooms[n], grids[n], graphs)
-        look(rooms[n], grids[n], outcomes[n].tiles)
+        look_and_remember(rooms[n], grids[n], outcomes[n].tiles)
 
 
 @njit(cache=True, nogil=True)
 def look_rooms(rooms, grids, outcomes):
     """Write the current view of every room, as after a restored state."""
     for n in range(rooms.shape[0]):
-        look(rooms[n], grids[n], outcomes[n].tiles)
+        look_and_remember(rooms[n], grids[n], outcomes[n].tiles)
 
 
 @njit(cache=True, nogil=True)
@@ -382,7 +408,7 @@ def step_and_reset_rooms(rooms, grids, graphs, actions, outcomes, finals):
             outcomes[n].final_tiles[:] = outcomes[n].tiles
             finals[n] = rooms[n]
             generate(rooms[n], grids[n], graphs)
-            look(rooms[n], grids[n], outcomes[n].tiles)
+            look_and_remember(rooms[n], grids[n], outcomes[n].tiles)
 
 
 @njit(cache=True, nogil=True)

@@ -50,12 +50,15 @@ ROOM = _record(
     ("steps", "i4"),
     ("keys", "i4"),  # bit branch: its key is held
     ("doors", "i4"),  # bit branch: its door is open
-    ("doorway", "i4", 2),  # (row, col) of the door that was opened or walked through last, or 0
+    ("doorways", "i4", (2, 2)),  # (row, col) of the two doors opened or walked through last, the later one first, or 0
     ("opened_at", "i4", N_COLOURS),  # the step that opened its door, or 0 while it is locked
     ("found", "i4"),  # bit branch: its key was held at some time this episode
     ("seen", "i4"),  # bit goal id: it was in view at some time this episode
     # By row: bit col (both without the margin), the agent was there since it found another key or opened another door.
     ("visited", "u8", MAX_SIZE),
+    # Likewise: the cell was in view this episode; ... and was one that can be walked on.
+    ("explored", "u8", MAX_SIZE),
+    ("floor", "u8", MAX_SIZE),
     ("bag", "i4", N_COLOURS),  # branches of the keys held, in the order of pick-up
     ("bag_size", "i4"),
     ("carried", "i4"),  # branch of the key that drop would put down, or -1

@@ -1,0 +1,75 @@
+"""What was explored, and where that ends, against sets of cells kept by hand."""
+
+import numpy as np
+
+from hierroom.frontier import nearest_frontiers
+from hierroom.goals import NAMED_GRAPHS
+from hierroom.inputs import INPUTS, UNKNOWN_DISTANCE
+from hierroom.turns import Turns
+from hierroom.world.batch import Batch
+from hierroom.world.kernels import COL_STEP, LOCKED_DOOR, MARGIN, ROW_STEP, UNSEEN, VIEW, WALL
+
+N_ROOMS = 8
+
+
+def in_view(room, view):
+    """(row, col) and tile code of the cells that a view shows."""
+    rows, cols = ROW_STEP[room.direction], COL_STEP[room.direction]
+    for i, j in np.argwhere(view != UNSEEN):
+        ahead, right = VIEW - 1 - j, i - VIEW // 2
+        yield (int(room.row + ahead * rows + right * cols), int(room.col + ahead * cols - right * rows)), view[i, j]
+
+
+def bits(lines):
+    """(row, col) of the bits that are set in a map."""
+    return {
+        (line + MARGIN, col + MARGIN)
+        for line, word in enumerate(lines.tolist())
+        for col in range(64)
+        if word >> col & 1
+    }
+
+
+def is_inside(cell, rectangle):
+    top, left, bottom, right = rectangle
+    return top <= cell[0] <= bottom and left <= cell[1] <= right
+
+
+def test_maps_and_frontiers_are_those_of_the_views_of_this_episode():
+    graphs = [NAMED_GRAPHS[letter] for letter in "cef"]
+    turns = Turns(Batch(graphs, N_ROOMS, size=13, max_steps=400, drop_key=True, seed=5))
+    rng, seen, floor = np.random.default_rng(2), [set() for _ in range(N_ROOMS)], [set() for _ in range(N_ROOMS)]
+    compared = {"here": 0, "elsewhere": 0, "none here": 0, "none elsewhere": 0, "doorway": 0}
+    for step in range(2500):
+        sight = turns.sight()
+        for n, room in enumerate(sight.rooms):
+            for cell, tile in in_view(room, sight.tiles[n]):
+                seen[n].add(cell)
+                if tile != WALL and tile < LOCKED_DOOR:
+                    floor[n].add(cell)
+            assert bits(room.explored) == seen[n]
+            assert bits(room.floor) == floor[n]
+        if step % 5 == 0:
+            found, places = nearest_frontiers(sight.rooms), INPUTS["frontier-places"].codes(sight)
+            for n, room in enumerate(sight.rooms):
+                beside = [(0, 1), (1, 0), (0, -1), (-1, 0)]
+                frontier = [
+                    (row, col)
+                    for row, col in sorted(floor[n])
+                    if not all((row + down, col + right) in seen[n] for down, right in beside)
+                ]
+                agent = int(room.row), int(room.col)
+                home = [rectangle for rectangle in room.rectangles[: room.n_rooms] if is_inside(agent, rectangle)]
+                here = [cell for cell in frontier if home and is_inside(cell, home[0])]
+                elsewhere = [cell for cell in frontier if cell not in here]
+                for place, cells in enumerate((here, elsewhere)):
+                    nearest = min(cells, key=lambda c: abs(c[0] - agent[0]) + abs(c[1] - agent[1]), default=(0, 0))
+                    assert tuple(found[n, place]) == nearest
+                    assert (places[n, 2 * place] == UNKNOWN_DISTANCE) == (not cells)
+                compared["here" if here else "none here"] += 1
+                compared["elsewhere" if elsewhere else "none elsewhere"] += 1
+                compared["doorway"] += not home
+        ended = turns.step(rng.choice(6, N_ROOMS, p=[0.45, 0.15, 0.15, 0.1, 0.1, 0.05])).over
+        for n in np.flatnonzero(ended):
+            seen[n].clear(), floor[n].clear()
+    assert min(compared.values()) > 20, compared
