@@ -24,7 +24,7 @@ def nearest_frontiers(rooms: np.ndarray) -> NDArray[np.int64]:
     cells = np.zeros((rooms.shape[0], 2, 2), np.int64)
     for m in range(rooms.shape[0]):
         room = rooms[m]
-        top, left, bottom, right = rectangle_at(room)
+        top, left, bottom, right = _rectangle_at(room)
         nearest = [2 * MAX_SIZE, 2 * MAX_SIZE]
         for line in range(1, MAX_SIZE - 1):
             seen = room.explored[line]
@@ -43,7 +43,7 @@ def nearest_frontiers(rooms: np.ndarray) -> NDArray[np.int64]:
 
 
 @njit(cache=True)
-def rectangle_at(room):
+def _rectangle_at(room):
     """Top, left, bottom and right cell of the room where the agent stands; nothing is in that of a doorway."""
     for number in range(room.n_rooms):
         top, left, bottom, right = room.rectangles[number]
