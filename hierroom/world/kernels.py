@@ -145,7 +145,7 @@ def generate(room, grid, graphs):
     room.steps, room.keys, room.doors, room.found, room.seen, room.bag_size = 0, 0, 0, 0, 0, 0
     room.carried, room.is_over = -1, False
     room.bag[:], room.rectangles[:], room.opened_at[:] = 0, 0, 0  # nothing of the last episode stays in the state
-    room.doors_at[:], room.keys_at[:], room.doorways[:], room.explored[:], room.floor[:] = 0, 0, 0, 0, 0
+    room.doors_at[:], room.keys_at[:], room.doorways[:], room.explored[:] = 0, 0, 0, 0
 
     for colour in range(6):
         room.colours[colour] = colour
@@ -274,19 +274,15 @@ def look(room, grid, view):
 
 @njit(cache=True)
 def look_and_remember(room, grid, view):
-    """Write what the agent sees, and put on its maps which cells those are and which can be walked on."""
+    """Write what the agent sees, and mark those cells as explored."""
     look(room, grid, view)
     row_step, col_step = ROW_STEP[room.direction], COL_STEP[room.direction]
     for j in range(VIEW):
         for i in range(VIEW):
-            tile = view[i, j]
-            if tile != UNSEEN:
+            if view[i, j] != UNSEEN:  # so it is not beyond the outer walls
                 ahead, right = VIEW - 1 - j, i - VIEW // 2
-                line = np.uint64(room.row - MARGIN + ahead * row_step + right * col_step)
-                bit = ONE << np.uint64(room.col - MARGIN + ahead * col_step - right * row_step)
-                room.explored[line] |= bit
-                if EMPTY <= tile < LOCKED_DOOR:
-                    room.floor[line] |= bit
+                row = np.uint64(room.row - MARGIN + ahead * row_step + right * col_step)
+                room.explored[row] |= ONE << np.uint64(room.col - MARGIN + ahead * col_step - right * row_step)
 
 
 @njit(cache=True)

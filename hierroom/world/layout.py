@@ -56,9 +56,7 @@ ROOM = _record(
     ("seen", "i4"),  # bit goal id: it was in view at some time this episode
     # By row: bit col (both without the margin), the agent was there since it found another key or opened another door.
     ("visited", "u8", MAX_SIZE),
-    # Likewise: the cell was in view this episode; ... and was one that can be walked on.
-    ("explored", "u8", MAX_SIZE),
-    ("floor", "u8", MAX_SIZE),
+    ("explored", "u8", MAX_SIZE),  # likewise: the cell was in view this episode
     ("bag", "i4", N_COLOURS),  # branches of the keys held, in the order of pick-up
     ("bag_size", "i4"),
     ("carried", "i4"),  # branch of the key that drop would put down, or -1
