@@ -41,7 +41,13 @@ def make_turns(
 
 
 def make_inputs(config: TrainConfig) -> InputColumns:
-    """What the controller of a config is fed."""
+    """What the controller of a config is fed.
+
+    Raises:
+        InputError: if an input is unknown, or not for controllers.
+    """
+    if "goal-outcome" in config.inputs:
+        raise InputError("goal-outcome is how the last goal ended: one of meta_inputs, not of inputs")
     sees_goal = find_method(config.method).sees_goal
     names = [name for name in config.inputs if sees_goal or name not in GOAL_INPUTS]
     return InputColumns([*first_inputs(config.network_name), *names], n_actions=6 if config.drop_key else 5)

@@ -65,13 +65,14 @@ def evaluate(agent: Player, turns: Turns, episodes: int, progress=lambda done: N
     """
     n = len(turns)
     per_room = -(-episodes // n)
-    branches = turns.world.state.rooms["branches"].copy()
+    levels = turns.world.state.rooms[["branches", "n_rooms"]].copy()
+    n_rooms = 0
     firsts = np.zeros((n, 2 * N_COLOURS + 1), np.int64)
     played = np.zeros(n, np.int64)
     successes, lengths, shortest, goal_steps = [], [], [], []
     while (played < per_room).any():
         step = agent.step(turns)
-        _note_goals(firsts, branches, step.events, step.lengths)
+        _note_goals(firsts, levels["branches"], step.events, step.lengths)
         ended = np.flatnonzero(step.over)
         counted = ended[played[ended] < per_room]
         played[counted] += 1
@@ -80,12 +81,12 @@ def evaluate(agent: Player, turns: Turns, episodes: int, progress=lambda done: N
         shortest.append(step.shortest[counted])
         goal_steps.append(firsts[counted])
         firsts[ended] = 0
-        branches[ended] = turns.world.state.rooms["branches"][ended]
+        n_rooms = int(levels["n_rooms"][counted].max(initial=n_rooms))
+        levels[ended] = turns.world.state.rooms[["branches", "n_rooms"]][ended]
         if len(counted):
             progress(int(played.sum()))
     success, length, best = np.concatenate(successes), np.concatenate(lengths), np.concatenate(shortest)
     interval = binomtest(int(success.sum()), len(success)).proportion_ci(method="wilson")
-    n_rooms = int(turns.world.state.rooms["n_rooms"].max())
     return Evaluation(
         episodes=len(success),
         success_rate=float(success.mean()),

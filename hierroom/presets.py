@@ -107,10 +107,18 @@ class TrainConfig:
         """
         try:
             inputs = {name: tuple(table[name]) for name in ("inputs", "meta_inputs")}
-            learners = {name: PPOConfig(**table[name]) for name in ("ppo", "meta_ppo")}
-            return cls(**{**table, **inputs, **learners})
+            learners = {name: _whole(PPOConfig, table[name]) for name in ("ppo", "meta_ppo")}
+            return _whole(cls, {**table, **inputs, **learners})
         except (TypeError, KeyError) as error:
             raise InputError(f"this is not the config of a training run: {error}") from error
+
+
+def _whole(kind: type, table: Mapping[str, Any]) -> Any:
+    """A dataclass from all of its entries: a run's config is not filled up with the defaults of another version."""
+    missing = {field.name for field in dataclasses.fields(kind)} - table.keys()
+    if missing:
+        raise TypeError(f"{', '.join(sorted(missing))} missing")
+    return kind(**table)
 
 
 PRESETS: Mapping[str, TrainConfig] = {

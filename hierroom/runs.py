@@ -17,7 +17,7 @@ import torch
 from hierroom.errors import InputError
 from hierroom.presets import TrainConfig
 
-CHECKPOINT_FORMAT = 2
+CHECKPOINT_FORMAT = 3
 
 
 def write_whole(path: Path, content: bytes) -> None:

@@ -18,6 +18,7 @@ from rich.table import Table
 from hierroom.agent import Agent
 from hierroom.assembly import make_turns
 from hierroom.commands import run
+from hierroom.episodes import MILESTONES
 from hierroom.errors import InputError
 from hierroom.interrupt import Interrupt
 from hierroom.plots import plot_learning_curve
@@ -144,7 +145,7 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     table.add_row("success, last 500 episodes", f"{summary['success_rate']:.1%}")
     table.add_row("episode length", f"{summary['episode_length']:.1f}")
     table.add_row("steps", f"{summary['steps']:,}")
-    for milestone in (50, 90, 95, 99):
+    for milestone in MILESTONES:
         steps = summary[f"steps_to_{milestone}"]
         table.add_row(f"steps to {milestone}% success", f"{steps:,}" if steps else "-")
     table.add_row("seconds", f"{summary['seconds']:.1f}")

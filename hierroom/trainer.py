@@ -10,7 +10,7 @@ import torch
 
 from hierroom.assembly import make_inputs, make_learner, make_turns, warm_start
 from hierroom.curiosity import Curiosity
-from hierroom.episodes import EpisodeLog
+from hierroom.episodes import MILESTONES, EpisodeLog
 from hierroom.errors import InputError
 from hierroom.graph_pool import GraphPool
 from hierroom.meta import make_meta
@@ -120,8 +120,8 @@ class Trainer:
             "seconds": self.seconds,
             "steps_per_second": self.steps / self.seconds if self.seconds else 0.0,
             "rollout_bytes": self.learner.n_rollout_bytes,
-            **{f"steps_to_{m}": self.log.steps_to.get(m) for m in (50, 90, 95, 99)},
-            **{f"seconds_to_{m}": self.log.seconds_to.get(m) for m in (50, 90, 95, 99)},
+            **{f"steps_to_{m}": self.log.steps_to.get(m) for m in MILESTONES},
+            **{f"seconds_to_{m}": self.log.seconds_to.get(m) for m in MILESTONES},
         }
 
     def state_dict(self) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """The compiled kernels against torch: gradients in float64, whole updates in float32."""
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 import torch
@@ -222,10 +224,27 @@ def test_compiled_and_torch_updates_agree(wrap):
     assert (compiled - plain).abs().max() < 1e-3
 
 
-@pytest.mark.parametrize("n_rooms", [6, 600])
-def test_the_number_of_threads_changes_nothing(n_rooms):
+@pytest.mark.parametrize("begun", [RecurrentActorCritic, PlainTorchNetwork])
+def test_either_goes_on_from_what_the_other_saved(begun):
+    learner, room = make_learner(network=begun), RandomRooms(6, seed=1)
+    while not room.tick(learner)[3]:
+        pass
+    weights = []
+    for network in (RecurrentActorCritic, PlainTorchNetwork):
+        after, rooms = make_learner(network=network, seed=5), deepcopy(room)
+        after.load_state_dict(learner.state_dict())
+        while not rooms.tick(after)[3]:
+            pass
+        weights.append(parameters_to_vector(after.network.parameters()).detach())
+    assert not torch.equal(weights[0], parameters_to_vector(learner.network.parameters()))
+    assert (weights[0] - weights[1]).abs().median() < 1e-6
+    assert (weights[0] - weights[1]).abs().max() < 1e-3
+
+
+@pytest.mark.parametrize(("n_rooms", "many"), [(6, 2), (600, 2), (2400, 9)])
+def test_the_number_of_threads_changes_nothing(n_rooms, many):
     states = []
-    for threads in (1, 2):
+    for threads in (1, many):
         config = PPOConfig(sequence_length=4, minibatches=2, hidden_size=8)
         learner, rooms = Learner(SPACE, n_rooms, config, seed=3, threads=threads), RandomRooms(n_rooms, seed=3)
         for _ in range(30):

@@ -12,6 +12,7 @@ import pytest
 from same_state import equal
 
 from hierroom import evaluate, train
+from hierroom.controller import PAYS
 from hierroom.errors import InputError
 from hierroom.learners import PPOConfig
 from hierroom.methods import METHODS
@@ -92,6 +93,9 @@ def test_every_method_runs_and_pays_as_its_row_says(method):
         trainer.advance()
     assert trainer.steps == 512
     assert ("goal" in trainer.inputs.names) == METHODS[method].sees_goal
+    pays = {"hippo": "intrinsic", "ppo-bonus": "bonus", "ppo-novelty": "novelty"}
+    assert trainer.turns.pay == PAYS[pays.get(method, "extrinsic")]
+    assert (trainer.curiosity is not None) == (method == "ppo-rnd")
 
 
 def test_the_paper_preset_is_section_3_to_the_letter():

@@ -4,6 +4,7 @@ import hashlib
 
 import numpy as np
 
+from hierroom.frontier import nearest_frontiers
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.world import kernels, tiles
 from hierroom.world.batch import Batch
@@ -27,6 +28,7 @@ def main() -> None:
         for actions in rng.choice(6, size=(150, 6), p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1]):
             record(batch.step(actions))
             record(tiles.encode(batch.outcomes["tiles"]))
+            record(nearest_frontiers(batch.state.rooms))
         draws = np.empty((6, 3))
         kernels.turn_draws(batch.state.rooms, np.arange(6), draws)
         record(draws)

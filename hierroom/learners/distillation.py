@@ -109,7 +109,7 @@ class RandomDistillation:
         losses = []
         for _ in range(EPOCHS):
             chosen = self._random.permutation(len(codes))[: max(MINIBATCHES, int(SHARE * len(codes)))]
-            for part in np.array_split(chosen, MINIBATCHES):
+            for part in np.array_split(chosen, min(MINIBATCHES, len(chosen))):
                 loss = self._errors(codes[part]).mean()
                 self._adam.zero_grad()
                 loss.backward()

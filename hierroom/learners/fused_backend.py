@@ -80,7 +80,7 @@ class FusedBackend:
             new_states[rooms, :hidden_size], new_states[rooms, hidden_size:] = tape.hidden[0], tape.cells[1]
 
         # A room's result does not depend on which rooms it is computed with.
-        n_parts = max(1, min(self._threads, n_rooms // _MIN_ROOMS_PER_THREAD))
+        n_parts = max(1, min(self._threads, _MAX_LANES, n_rooms // _MIN_ROOMS_PER_THREAD))
         bounds = [n_rooms * i // n_parts for i in range(n_parts + 1)]
         parts = [slice(start, stop) for start, stop in pairwise(bounds)]
         self._each(work, self._lanes[:n_parts], parts)

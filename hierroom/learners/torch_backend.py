@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from copy import deepcopy
 from typing import cast
 
 import numpy as np
@@ -17,6 +16,9 @@ from hierroom.learners.rollout import Batch
 
 STATISTICS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm")
 """What `TorchBackend.train` averages over the minibatches of an update, in this order."""
+
+_MOMENTS = {"means": "exp_avg", "squares": "exp_avg_sq"}
+"""Adam's moments: as checkpoints name them, and as torch does."""
 
 # Finite, so that an illegal action's probability 0 times its log-probability is 0 and not NaN.
 _ILLEGAL = -1e9
@@ -99,13 +101,30 @@ class TorchBackend:
         return torch.from_numpy(array).to(self._device)
 
     def state_dict(self) -> dict:
-        """Copies of the weights and of Adam's moments."""
-        return deepcopy({"network": self._module.state_dict(), "adam": self._adam.state_dict()})
+        """Copies of the weights and of Adam's moments, in the form of `FusedBackend.state_dict`, on the CPU."""
+        moments = {name: [] for name in _MOMENTS}
+        n_steps = 0
+        for parameter in self._module.parameters():
+            of_parameter = self._adam.state.get(parameter, {})
+            n_steps = max(n_steps, int(of_parameter.get("step", 0)))
+            for name, key in _MOMENTS.items():
+                moments[name].append(of_parameter.get(key, torch.zeros_like(parameter)).detach().cpu().ravel())
+        network = {name: tensor.detach().cpu().clone() for name, tensor in self._module.state_dict().items()}
+        return {"network": network, **{name: torch.cat(parts) for name, parts in moments.items()}, "n_steps": n_steps}
 
     def load_state_dict(self, state: dict) -> None:
         """Restore what `state_dict` gave."""
         self._module.load_state_dict(state["network"])
-        self._adam.load_state_dict(deepcopy(state["adam"]))
+        self._adam.state.clear()
+        if state["n_steps"] == 0:
+            return
+        parameters = list(self._module.parameters())
+        sizes = [parameter.numel() for parameter in parameters]
+        for name, key in _MOMENTS.items():
+            for parameter, part in zip(parameters, state[name].split(sizes), strict=True):
+                self._adam.state[parameter][key] = part.clone().view_as(parameter).to(parameter.device)
+        for parameter in parameters:
+            self._adam.state[parameter]["step"] = torch.tensor(float(state["n_steps"]))
 
 
 def normalized(advantages: Tensor, config: PPOConfig) -> Tensor:

@@ -144,6 +144,10 @@ class Batch:
             )
         self.state.rooms[chosen], self.state.grids[chosen] = state.rooms, state.grids
         self._clear_outcomes(chosen, state.rooms["steps"])
+        rooms = state.rooms
+        at_exit = (rooms["row"] == rooms["exit_at"][:, 0]) & (rooms["col"] == rooms["exit_at"][:, 1])
+        self.outcomes["terminated"][chosen] = rooms["is_over"] & at_exit
+        self.outcomes["truncated"][chosen] = rooms["is_over"] & (rooms["steps"] >= rooms["max_steps"])
         kernels.look_rooms(self.state.rooms, self.state.grids, self.outcomes)
 
     def _chosen(self, indices: Indices) -> NDArray[np.integer]:
