@@ -162,6 +162,13 @@ def test_what_is_new_of_the_room_pays():
     np.testing.assert_array_equal(found[ended], final)
 
 
+def test_a_single_observation_is_learned_from():
+    distillation = RandomDistillation((3, 4), 1, gamma=0.9, seed=0)
+    distillation.rewards(np.array([[1, 2]], np.uint8))
+    assert np.isfinite(distillation.learn()["curiosity_error"])
+    assert all(tensor.isfinite().all() for tensor in distillation.predictor.state_dict().values())
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [({"curiosity_weight": -1.0}, "curiosity_weight must be a number"), ({"inputs": ("previous-action",)}, "none at")],

@@ -98,6 +98,19 @@ def test_every_method_runs_and_pays_as_its_row_says(method):
     assert (trainer.curiosity is not None) == (method == "ppo-rnd")
 
 
+def test_a_controller_is_not_told_of_goals_that_ended():
+    with pytest.raises(InputError, match=r"^goal-outcome is .* one of meta_inputs, not of inputs$"):
+        Trainer(replace(SMALL, inputs=("view", "goal-outcome")))
+
+
+def test_a_config_is_not_filled_up_with_defaults():
+    table = SMALL.to_dict()
+    assert TrainConfig.from_dict(table) == SMALL
+    del table["ppo"]["gamma"]
+    with pytest.raises(InputError, match=r"gamma missing$"):
+        TrainConfig.from_dict(table)
+
+
 def test_the_paper_preset_is_section_3_to_the_letter():
     paper = PRESETS["paper"]
     assert (paper.steps, paper.rooms, paper.max_steps) == (10_000_000, 128, 1000)

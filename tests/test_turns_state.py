@@ -38,6 +38,19 @@ def test_going_back_and_playing_again_is_the_same(autoreset):
                 np.testing.assert_array_equal(a, b)
 
 
+def test_going_back_to_an_episode_that_is_over_finds_it_over():
+    turns = make("a", n=2, max_steps=40, autoreset=False)
+    way = shortest_actions(turns.world.get_state([0])).tolist()
+    for action in way + [1] * (40 - len(way)):
+        step = turns.step([action, 1])
+    assert (step.terminated.tolist(), step.truncated.tolist()) == ([True, False], [False, True])
+    other = make("a", n=2, seed=8, autoreset=False)
+    other.set_state(turns.get_state())
+    for _ in range(2):
+        step = other.step([1, 1])
+        assert (step.terminated.tolist(), step.truncated.tolist()) == ([True, False], [False, True])
+
+
 def test_a_state_that_does_not_fit_is_one_clear_line():
     turns = make(n=2)
     state = turns.get_state()
