@@ -37,7 +37,7 @@ def is_inside(cell, rectangle):
 
 
 @pytest.mark.parametrize(
-    ("size", "graphs"), [(13, [NAMED_GRAPHS["c"], NAMED_GRAPHS["f"]]), (63, [GoalGraph((0, 0, 0, 0, 0, 0), 6)])]
+    ("size", "graphs"), [(13, [NAMED_GRAPHS[letter] for letter in "cef"]), (63, [GoalGraph((0, 0, 0, 0, 0, 0), 6)])]
 )
 def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs):
     turns = Turns(Batch(graphs, N_ROOMS, size=size, max_steps=400, drop_key=True, seed=5))
