@@ -125,17 +125,17 @@ PRESETS: Mapping[str, TrainConfig] = {
     "default": TrainConfig(),
     # At a constant rate the policy goes on wavering: at the end of 5M steps with a falling one episodes take 53 and 72
     # steps on graphs c and f, with a constant one 66 and 87. On f, one seed: with the last two doorways 66, with the
-    # frontiers as well 64; of the others each seemed worth a step or less.
+    # frontiers as well 64; 64 rooms, the discount and the weight of the values seemed worth a step together.
     "long": TrainConfig(
         steps=5_000_000,
         rooms=64,
         inputs=(*TrainConfig.inputs, "doorway-places", "frontier-places"),
         ppo=PPOConfig(final_learning_rate_fraction=0.1, gamma=0.95, value_weight=1.0),
     ),
-    # Ways are longer there, so there is more to remember, and 3M steps are few. Without the doorways a controller can
-    # stay near chance in branch rooms that it should leave: on graph d one of three seeds ended 2M steps at 83%, with
-    # the last one all three at 99%. Returns that look further ahead (gae_lambda) helped on graph f, a falling rate at
-    # the end.
+    # Ways are longer there, so there is more to remember, and 3M steps are few. Told of no doorway a controller can
+    # stay near chance in branch rooms that it should leave: on graph d one of three seeds ended 2M steps at 83%, told
+    # of the last one all three at 99%. Returns that look further ahead (gae_lambda) helped on graph f, a falling rate
+    # at the end.
     "large": TrainConfig(
         size=31,
         steps=3_000_000,
