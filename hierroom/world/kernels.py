@@ -2,7 +2,8 @@
 
 A room is a record of `layout.ROOM` and a grid of tile codes; both are changed in place. All that steps are made of, and
 every constant it reads, stands in this one module, because Numba's disk cache notices a change only in the file of the
-function that is called: after a change of a constant here, delete ``__pycache__`` for those who read it elsewhere. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
+function that is called: after changing a constant, delete ``__pycache__`` for those who read it elsewhere. With
+``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
 """
 
 import numpy as np
