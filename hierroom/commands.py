@@ -1,4 +1,4 @@
-"""How every command ends: a wrong input is one line on standard error and exit code 2."""
+"""How every command ends: a wrong input is one line on standard error and exit code 2, as is too large a one."""
 
 from __future__ import annotations
 
@@ -17,6 +17,12 @@ def run(command: Callable[[], int]) -> None:
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         code = 2
+    except MemoryError as error:
+        print(f"error: there is not memory enough: {error}", file=sys.stderr)
+        code = 2
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+        code = 130
     except BrokenPipeError:  # the reader, such as head, has seen enough; what is left must not be flushed at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0

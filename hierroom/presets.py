@@ -159,8 +159,8 @@ PRESETS: Mapping[str, TrainConfig] = {
         ppo=PPOConfig(sequence_length=128, learning_rate=2.5e-4, gamma=0.9, gae_lambda=0.95, min_advantage_std=1e-8),
     ),
 }
-"""default: the best known. long: the same for five million steps, at whose end ways are shorter. large: the same for
-grids of 31 cells and more. learned: the same with a learned meta-controller (the paper's Algorithm 1). paper: section 3
+"""default: what most results were measured with. long: for five million steps; goes shorter ways. large: for grids of
+31 cells and more. learned: the same with a learned meta-controller (the paper's Algorithm 1). paper: section 3
 of the paper; what it leaves open is as was usual. docs/presets.md goes through them value by value."""
 
 

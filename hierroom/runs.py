@@ -73,6 +73,8 @@ class RunFolder:
         """
         run = cls(path)
         try:
+            if run.path.exists() and any(run.path.iterdir()):
+                raise FileExistsError
             run.checkpoints.mkdir(parents=True)
         except (FileExistsError, NotADirectoryError):
             raise InputError(f"{run.path} is already there; choose another --out, or --resume it") from None

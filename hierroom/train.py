@@ -18,7 +18,7 @@ from rich.table import Table
 from hierroom.agent import Agent
 from hierroom.assembly import make_turns
 from hierroom.commands import run
-from hierroom.episodes import MILESTONES
+from hierroom.episodes import MILESTONES, WINDOW
 from hierroom.errors import InputError
 from hierroom.interrupt import Interrupt
 from hierroom.plots import plot_learning_curve
@@ -38,8 +38,8 @@ class Arguments:
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
     preset: str | None = None
-    """What the other options start from: default (the best known), long (for more steps and shorter ways), large (for
-    grids of 31 cells and more), learned (for --meta learned, which implies it) or paper (its section 3)."""
+    """What the other options start from: default (measured most), long (for more steps and the shortest ways), large
+    (for grids of 31 cells and more), learned (for --meta learned, which implies it) or paper (its section 3)."""
     out: Path | None = None
     """The run folder, new; by default runs/ and the run's name."""
     resume: Path | None = None
@@ -81,7 +81,10 @@ def main(argv: list[str] | None = None) -> int:
         trainer = Trainer(replace(config, warm_start=None))  # the checkpoint holds all weights
         folder = RunFolder.open(arguments.resume)
         _check_unchanged(config, folder.config())
-        trainer.load_state_dict(folder.load_checkpoint())
+        _load(trainer, folder)
+        if trainer.steps >= config.steps != folder.config().steps:
+            taken = f"{folder.path} has taken {trainer.steps:,} steps"
+            raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
         folder.drop_metrics_after(trainer.steps)
         folder.save_config(config)  # with the steps to go on to, should it be interrupted again
     else:
@@ -142,7 +145,7 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     table = Table(title=trainer.config.name, show_header=False)
     table.add_column("")
     table.add_column("", justify="right")
-    table.add_row("success, last 500 episodes", f"{summary['success_rate']:.1%}")
+    table.add_row(f"success, last {min(WINDOW, summary['episodes'])} episodes", f"{summary['success_rate']:.1%}")
     table.add_row("episode length", f"{summary['episode_length']:.1f}")
     table.add_row("steps", f"{summary['steps']:,}")
     for milestone in MILESTONES:
@@ -167,15 +170,15 @@ def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
     turns = make_turns(config, 1, config.seed + 1, autoreset=False)
     for _ in range(episodes):
         turns.reset()
-        frames = []
+        moments = []
         step = None
         while step is None or not step.over[0]:
             turns.ask(agent.meta)
-            frames.append(draw(turns.world.state, int(turns.goals[0]), tile_size=16))
+            moments.append((turns.world.get_state(), int(turns.goals[0])))
             step = agent.step(turns)
-        frames.append(draw(turns.world.state, int(step.goals[0]), tile_size=16))
+        moments.append((turns.world.get_state(), int(step.goals[0])))
         if step.terminated[0]:
-            yield frames
+            yield [draw(state, goal, tile_size=16) for state, goal in moments]
 
 
 def _title(trainer: Trainer, folder: RunFolder) -> str:
@@ -184,6 +187,15 @@ def _title(trainer: Trainer, folder: RunFolder) -> str:
         f"{config.method} with meta-controller {config.meta_name} on graph {config.graph}, seed {config.seed}: "
         f"{config.steps:,} steps in {config.rooms} rooms, into {folder.path}"
     )
+
+
+def _load(trainer: Trainer, folder: RunFolder) -> None:
+    """Go on from a run's newest checkpoint."""
+    state = folder.load_checkpoint()
+    try:
+        trainer.load_state_dict(state)
+    except (RuntimeError, KeyError, ValueError, TypeError) as error:
+        raise InputError(f"the newest checkpoint of {folder.path} does not fit its config.json") from error
 
 
 def _check_unchanged(config: TrainConfig, before: TrainConfig) -> None:

@@ -135,6 +135,22 @@ def test_resume_takes_no_other_options(trained, option):
         train.main(["--resume", str(trained), *option])
 
 
+def test_resume_with_fewer_steps_than_taken_changes_nothing(trained):
+    config = (trained / "config.json").read_text()
+    with pytest.raises(InputError, match=r"has taken [\d,]+ steps; --steps must be more, not 1$"):
+        train.main(["--resume", str(trained), "--steps", "1"])
+    assert (trained / "config.json").read_text() == config
+
+
+@pytest.mark.parametrize(("name", "value"), [("rooms", 9), ("size", 13)])
+def test_resume_of_a_checkpoint_that_does_not_fit_is_one_line(name, value, tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    folder.save_checkpoint(Trainer(SMALL).state_dict())
+    folder.save_config(replace(SMALL, **{name: value}))
+    with pytest.raises(InputError, match=r"does not fit its config\.json$|the state must hold"):
+        train.main(["--resume", str(folder.path)])
+
+
 @pytest.mark.parametrize(
     ("option", "said"), [(["--seed", "-1"], "a seed is a whole number"), (["--size", "0"], "size must be")]
 )
@@ -218,6 +234,7 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--preset", "best"], "the presets are"),
         (["--resume", "nowhere"], "is not a run folder"),
         (["--out", "broken.toml"], "is already there"),
+        (["--out", "."], "is already there"),
     ],
 )
 def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, monkeypatch):
