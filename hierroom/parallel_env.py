@@ -17,6 +17,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
+from hierroom.errors import InputError
 from hierroom.room import AGENTS, CONTROLLER, META, Room
 from hierroom.settings import FRAMES_PER_SECOND, RoomSettings
 from hierroom.world.render import RENDER_MODES
@@ -75,9 +76,15 @@ class parallel_env(ParallelEnv):
 
         Returns:
             (observations, rewards, terminations, truncations, infos), each a dict by agent.
+
+        Raises:
+            InputError: if an agent has no action.
         """
         if not self.agents:
             return {}, {}, {}, {}, {}
+        missing = [agent for agent in AGENTS if agent not in actions]
+        if missing:
+            raise InputError(f"a step needs an action of each agent, and has none of {' and '.join(missing)}")
         self.room.choose(actions[META])
         rewards, terminations, truncations = self.room.act(actions[CONTROLLER])
         if terminations[META] or truncations[META]:

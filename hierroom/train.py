@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -96,7 +97,7 @@ def main(argv: list[str] | None = None) -> int:
         train(trainer, folder, console, interrupt)
     if not trainer.is_done:
         console.print("stopped and saved; go on with:")
-        console.print(f"python -m hierroom.train --resume {folder.path}", soft_wrap=True)
+        console.print(f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}", soft_wrap=True)
         return 130
     finish(trainer, folder, console)
     return 0
@@ -160,7 +161,7 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
         animate(frames, escape)
     console.print(f"learning curve  {curve}", soft_wrap=True)
     console.print(f"one escape      {escape if frames else 'none in 20 episodes'}", soft_wrap=True)
-    console.print(f"evaluate it     python -m hierroom.evaluate {folder.path}", soft_wrap=True)
+    console.print(f"evaluate it     python -m hierroom.evaluate {shlex.quote(str(folder.path))}", soft_wrap=True)
 
 
 def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:

@@ -54,12 +54,22 @@ def test_wrong_settings_are_one_clear_line(face, settings, said, tmp_path, monke
         (lambda: stepped(13, 1.5), "actions must be 1 whole numbers"),
         (lambda: stepped(None), "meta_0 is to act; None is for agents whose episode is over"),
         (lambda: EscapeRooms(2).step([0, 0, 0]), "actions must be 2 whole numbers"),
+        (
+            lambda: stepped_together({"meta_0": 13}),
+            "a step needs an action of each agent, and has none of controller_0",
+        ),
     ],
 )
 def test_wrong_calls_are_one_clear_line(attempt, said):
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
         attempt()
     assert "\n" not in str(caught.value)
+
+
+def stepped_together(actions):
+    env = hierroom.parallel_env()
+    env.reset(seed=0)
+    env.step(actions)
 
 
 def stepped(*actions):
