@@ -93,6 +93,18 @@ def test_the_presets_are_documented_value_by_value():
         assert f"`{name}`" in PRESETS_PAGE
 
 
+def test_what_only_some_methods_use_is_documented_value_by_value():
+    section = PRESETS_PAGE.split("## What only some methods use")[1].split("\n## ")[0]
+    documented = {
+        entry: value.strip(" `") for entry, value in re.findall(r"^\| `(.*?)` \|(.*?)\|", section, re.MULTILINE)
+    }
+    usual = vars(PRESETS["default"].ppo)
+    for config in PRESETS.values():
+        of_meta = {f"meta_ppo.{n}": str(v) for n, v in vars(config.meta_ppo).items() if v != usual[n]}
+        alone = {n: str(getattr(config, n)) for n in ("meta_start_success", "novelty_bonus", "curiosity_weight")}
+        assert documented == {**of_meta, **alone, "meta_inputs": ", ".join(config.meta_inputs)}
+
+
 def test_what_the_other_presets_change_is_documented_value_by_value():
     """Each row of the second table names an entry and its value where it is not the default's."""
     section = PRESETS_PAGE.split("## What the other presets change")[1].split("\n## ")[0]
