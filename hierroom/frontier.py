@@ -30,9 +30,9 @@ def nearest_frontiers(rooms: np.ndarray) -> NDArray[np.int64]:
             top, left, bottom, right = room.rectangles[number]
             is_here = top <= room.row <= bottom and left <= room.col <= right
             nearest = cells[m, 0 if is_here else 1]
-            width = (ONE << np.uint64(right - left + 1)) - ONE
+            inside = (ONE << np.uint64(right - left + 1)) - ONE
             for row in range(top, bottom + 1):
-                frontier, col = (_frontier(room, row) >> np.uint64(left - MARGIN)) & width, left
+                frontier, col = (_frontier(room, row) >> np.uint64(left - MARGIN)) & inside, left
                 while frontier:
                     if frontier & ONE:
                         _keep_nearer(room, row, col, nearest)

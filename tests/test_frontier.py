@@ -2,23 +2,16 @@
 
 import numpy as np
 import pytest
+from views import in_view
 
 from hierroom.frontier import nearest_frontiers
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.inputs import INPUTS, UNKNOWN_DISTANCE
 from hierroom.turns import Turns
 from hierroom.world.batch import Batch
-from hierroom.world.kernels import COL_STEP, LOCKED_DOOR, MARGIN, ROW_STEP, UNSEEN, VIEW, WALL
+from hierroom.world.kernels import LOCKED_DOOR, MARGIN, WALL
 
 N_ROOMS = 8
-
-
-def in_view(room, view):
-    """(row, col) and tile code of the cells that a view shows."""
-    rows, cols = ROW_STEP[room.direction], COL_STEP[room.direction]
-    for i, j in np.argwhere(view != UNSEEN):
-        ahead, right = VIEW - 1 - j, i - VIEW // 2
-        yield (int(room.row + ahead * rows + right * cols), int(room.col + ahead * cols - right * rows)), view[i, j]
 
 
 def bits(lines):
@@ -78,6 +71,7 @@ def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs)
                 room.row, room.col = rng.choice([top, bottom, (top + bottom) // 2]), rng.choice([left, right])
         ended = turns.step(rng.choice(6, N_ROOMS, p=[0.45, 0.15, 0.15, 0.1, 0.1, 0.05])).over
         for n in np.flatnonzero(ended):
-            seen[n].clear(), floor[n].clear()
+            seen[n].clear()
+            floor[n].clear()
     assert min(compared.values()) > 20, compared
     assert size > 13 or in_doorway > 20

@@ -1,13 +1,14 @@
 """Where goals and doorways are said to be: what was seen or walked through this episode, and nothing else."""
 
 import numpy as np
+from views import in_view
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NAMED_GRAPHS, NO_GOAL
 from hierroom.inputs import INPUTS, UNKNOWN_DISTANCE
 from hierroom.meta import make_meta
 from hierroom.turns import Turns
 from hierroom.world.batch import Batch
-from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, UNSEEN, VIEW, WALL
+from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, VIEW, WALL
 
 N_ROOMS = 16
 OWN_CELL = VIEW // 2 * VIEW + VIEW - 1
@@ -26,16 +27,15 @@ def codes_of(room, cell):
     return [code(down * rows + east * cols), code(down * cols - east * rows)]
 
 
-def shown_goals(view):
-    """(goal id, cells ahead, cells to the right) of each key, door and exit in a view; not the key that is carried."""
-    for i, j in np.argwhere(view > UNSEEN):
-        tile, ahead, right = int(view[i, j]), VIEW - 1 - j, i - VIEW // 2
+def shown_goals(room, view):
+    """(goal id, cell) of each key, door and exit in a view; not the key that is carried."""
+    for cell, tile in in_view(room, view):
         if tile == EXIT:
-            yield 12, ahead, right
-        elif KEY <= tile < OPEN_DOOR and (ahead, right) != (0, 0):
-            yield tile - KEY, ahead, right
+            yield 12, cell
+        elif KEY <= tile < OPEN_DOOR and cell != (room.row, room.col):
+            yield tile - KEY, cell
         elif OPEN_DOOR <= tile < WALL:
-            yield FIRST_DOOR_GOAL + (tile - OPEN_DOOR) % (LOCKED_DOOR - OPEN_DOOR), ahead, right
+            yield FIRST_DOOR_GOAL + (tile - OPEN_DOOR) % (LOCKED_DOOR - OPEN_DOOR), cell
 
 
 def test_the_goal_is_where_views_of_this_episode_showed_it_last():
@@ -51,9 +51,7 @@ def test_the_goal_is_where_views_of_this_episode_showed_it_last():
         for room, memory, view, goal, place, cell in zip(
             sight.rooms, memories, sight.tiles, sight.goals, places, in_view[:, 0], strict=True
         ):
-            rows, cols = ROW_STEP[room.direction], COL_STEP[room.direction]
-            for seen, ahead, right in shown_goals(view):
-                memory[seen] = room.row + ahead * rows + right * cols, room.col + ahead * cols - right * rows
+            memory.update(shown_goals(room, view))
             if goal == NO_GOAL or goal not in memory:
                 exists = goal == EXIT_GOAL or goal % N_COLOURS in room.colours[: room.n_rooms - 1]
                 compared["no goal" if goal == NO_GOAL else "not seen yet" if exists else "not there"] += 1

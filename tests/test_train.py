@@ -16,7 +16,7 @@ from hierroom.controller import PAYS
 from hierroom.errors import InputError
 from hierroom.learners import PPOConfig
 from hierroom.methods import METHODS
-from hierroom.presets import PRESETS, TrainConfig
+from hierroom.presets import TrainConfig
 from hierroom.runs import RunFolder
 from hierroom.trainer import Trainer
 from hierroom.world.kernels import EXIT
@@ -96,27 +96,6 @@ def test_every_method_runs_and_pays_as_its_row_says(method):
     pays = {"hippo": "intrinsic", "ppo-bonus": "bonus", "ppo-novelty": "novelty"}
     assert trainer.turns.pay == PAYS[pays.get(method, "extrinsic")]
     assert (trainer.curiosity is not None) == (method == "ppo-rnd")
-
-
-def test_a_controller_is_not_told_of_goals_that_ended():
-    with pytest.raises(InputError, match=r"^goal-outcome is .* one of meta_inputs, not of inputs$"):
-        Trainer(replace(SMALL, inputs=("view", "goal-outcome")))
-
-
-def test_a_config_is_not_filled_up_with_defaults():
-    table = SMALL.to_dict()
-    assert TrainConfig.from_dict(table) == SMALL
-    del table["ppo"]["gamma"]
-    with pytest.raises(InputError, match=r"gamma missing$"):
-        TrainConfig.from_dict(table)
-
-
-def test_the_paper_preset_is_section_3_to_the_letter():
-    paper = PRESETS["paper"]
-    assert (paper.steps, paper.rooms, paper.max_steps) == (10_000_000, 128, 1000)
-    assert (paper.ppo.hidden_size, paper.ppo.learning_rate) == (64, 2.5e-4)
-    assert (paper.ppo.gamma, paper.ppo.gae_lambda) == (0.9, 0.95)
-    assert paper.inputs == ("view-ids", "goal")
 
 
 def test_resume_goes_on_and_keeps_the_metrics_in_order(trained, tmp_path):
