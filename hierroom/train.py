@@ -117,7 +117,7 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
         TextColumn("left"),
     )
     with Progress(*columns, console=console) as bar, SummaryWriter(str(folder.path)) as events:
-        task = bar.add_task("", total=total, completed=trainer.steps, status="")
+        task = bar.add_task("", total=total, completed=trainer.steps, status="the first run compiles,")
         while not trainer.is_done and not interrupt.is_requested:
             trainer.advance()
             is_last = trainer.is_done or interrupt.is_requested
