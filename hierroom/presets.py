@@ -63,7 +63,8 @@ class TrainConfig:
     rooms: int = 128
     """Rooms trained in side by side."""
     inputs: tuple[str, ...] = ("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action")
-    """What the controller is fed; methods that do not see goals leave those out."""
+    """What the controller is fed of view, view-ids, goal, goal-in-view, goal-place, doorway-places, frontier-places,
+    symbol, direction, keys, previous-action and goal-status; methods that do not see goals leave those out."""
     threads: int = min(2, os.cpu_count() or 1)
     """Threads to compute with; results do not depend on them."""
     device: str = "cpu"

@@ -51,8 +51,10 @@ def test_own_meta_controller_is_the_example():
 @pytest.mark.parametrize("letter", NAMED_GRAPHS)
 def test_the_table_of_complexity_is_computed(letter):
     report = analyze(letter)
+    graph = report.graph
     row = (
-        f"| {letter} | {report.exit_depth} | {report.width} | {report.hitting_time:.2f} | {report.expected_steps:.1f} |"
+        f"| {letter} | {', '.join(map(str, graph.key_rooms))} | {graph.exit_room} | {report.exit_depth} | "
+        f"{report.width} | {report.hitting_time:.2f} | {report.expected_steps:.1f} |"
     )
     assert row in README
 

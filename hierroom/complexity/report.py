@@ -179,6 +179,7 @@ class ComplexityReport:
             f"{t}: {chance:.3f}" for t, chance in zip(REPORT_TIMES, self.reach_probability(REPORT_TIMES), strict=True)
         )
         lines = [
+            ("key rooms", f"{list(self.graph.key_rooms)}, exit room {self.graph.exit_room}   (0 is the centre)"),
             ("exit depth", f"{self.exit_depth}"),
             ("width", f"{self.width}"),
             ("augmented graph", f"{self.nodes} nodes, {self.edges} edges"),
