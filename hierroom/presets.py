@@ -15,7 +15,9 @@ from hierroom.errors import InputError
 from hierroom.learners import PPOConfig
 from hierroom.methods import find_method
 
-META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, min_advantage_std=0.05)
+META_PPO = PPOConfig(
+    sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05
+)
 """For learning to choose goals: an update after 256 decisions, as there are few of them; a discount that lets the exit
 count 500 steps before it, as is needed while the controller is slow."""
 
@@ -60,9 +62,12 @@ class TrainConfig:
     curiosity_weight: float = 0.05
     """What ppo-rnd pays for curiosity, whose returns are scaled to deviation 1; the exit pays 1. On graph a (one seed,
     1.5M steps) 0.05 ended at 100% success, 0.2 at 82%, 0.5, as in Burda et al. 2018, at 92%, and ppo at 31%."""
-    rooms: int = 128
+    rooms: int = 64
     """Rooms trained in side by side."""
-    inputs: tuple[str, ...] = ("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action")
+    inputs: tuple[str, ...] = (
+        *("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
+        *("doorway-places", "frontier-places"),
+    )
     """What the controller is fed of view, view-ids, goal, goal-in-view, goal-place, doorway-places, frontier-places,
     symbol, direction, keys, previous-action and goal-status; methods that do not see goals leave those out."""
     threads: int = min(2, os.cpu_count() or 1)
@@ -124,15 +129,9 @@ def _whole(kind: type, table: Mapping[str, Any]) -> Any:
 
 PRESETS: Mapping[str, TrainConfig] = {
     "default": TrainConfig(),
-    # At a constant rate the policy goes on wavering: at the end of 5M steps with a falling one episodes take 53 and 72
-    # steps on graphs c and f, with a constant one 66 and 87. On f, one seed: with the last two doorways 66, with the
-    # frontiers as well 64; 64 rooms, the discount and the weight of the values seemed worth a step together.
-    "long": TrainConfig(
-        steps=5_000_000,
-        rooms=64,
-        inputs=(*TrainConfig.inputs, "doorway-places", "frontier-places"),
-        ppo=PPOConfig(final_learning_rate_fraction=0.1, gamma=0.95, value_weight=1.0),
-    ),
+    # At a constant rate the policy goes on wavering: before the doorways and frontiers, at the end of 5M steps with a
+    # falling one episodes took 53 and 72 steps on graphs c and f, with a constant one 66 and 87.
+    "long": TrainConfig(steps=5_000_000, ppo=PPOConfig(final_learning_rate_fraction=0.1, gamma=0.95)),
     # Ways are longer there, so there is more to remember, and 3M steps are few. Told of no doorway a controller can
     # stay near chance in branch rooms that it should leave: on graph d one of three seeds ended 2M steps at 83%, told
     # of the last one all three at 99%. Returns that look further ahead (gae_lambda) helped on graph f, a falling rate
@@ -140,29 +139,46 @@ PRESETS: Mapping[str, TrainConfig] = {
     "large": TrainConfig(
         size=31,
         steps=3_000_000,
-        inputs=(*TrainConfig.inputs, "doorway-places", "frontier-places"),
-        ppo=PPOConfig(sequence_length=64, learning_rate=2e-3, final_learning_rate_fraction=0.1, gae_lambda=0.98),
+        rooms=128,
+        ppo=PPOConfig(
+            sequence_length=64,
+            learning_rate=2e-3,
+            final_learning_rate_fraction=0.1,
+            value_weight=0.5,
+            gae_lambda=0.98,
+        ),
     ),
     "learned": TrainConfig(
         meta="learned",
         goal_mask="existing",
         subgoal_horizon=50,
         steps=3_000_000,
+        # Rooms, inputs and the weight of the values are what the default's were when this was measured.
+        rooms=128,
+        inputs=("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
         # Annealed, as what the meta-controller asks for goes on changing: at a constant rate success on graph f fell
         # from 94% to 80% on the way. With an entropy weight of 0.03 the controller stayed near chance on graph e (83%,
         # with 0.01 98%), where most of the time goes into looking for the exit and nothing is paid. Both were measured
         # before the controller was told of its goal's place.
-        ppo=PPOConfig(final_learning_rate_fraction=0.1),
+        ppo=PPOConfig(final_learning_rate_fraction=0.1, value_weight=0.5),
     ),
     "paper": TrainConfig(
         steps=10_000_000,
+        rooms=128,
         inputs=("view-ids", "goal"),
-        ppo=PPOConfig(sequence_length=128, learning_rate=2.5e-4, gamma=0.9, gae_lambda=0.95, min_advantage_std=1e-8),
+        ppo=PPOConfig(
+            sequence_length=128,
+            learning_rate=2.5e-4,
+            gamma=0.9,
+            gae_lambda=0.95,
+            value_weight=0.5,
+            min_advantage_std=1e-8,
+        ),
     ),
 }
-"""default: what most results were measured with. long: for five million steps; goes shorter ways. large: for grids of
-31 cells and more. learned: the same with a learned meta-controller (the paper's Algorithm 1). paper: section 3
-of the paper; what it leaves open is as was usual. docs/presets.md goes through them value by value."""
+"""default: the best we know for any method. long: for five million steps; goes the shortest ways. large: for grids of
+31 cells and more. learned: a learned meta-controller (the paper's Algorithm 1). paper: section 3 of the paper; what it
+leaves open is as was usual. docs/presets.md goes through them value by value."""
 
 
 def find_preset(name: str) -> TrainConfig:

@@ -39,8 +39,8 @@ class Arguments:
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
     preset: str | None = None
-    """What the other options start from: default (measured most), long (for more steps and the shortest ways), large
-    (for grids of 31 cells and more), learned (for --meta learned, which implies it) or paper (its section 3)."""
+    """What the other options start from: default, long (for five million steps and the shortest ways), large (for
+    grids of 31 cells and more), learned (for --meta learned, which implies it) or paper (its section 3)."""
     out: Path | None = None
     """The run folder, new; by default runs/ and the run's name."""
     resume: Path | None = None

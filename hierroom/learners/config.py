@@ -34,7 +34,7 @@ class PPOConfig:
     """The gradient of all parameters together is shortened to this length."""
     clip: float = 0.2
     """How far the probability ratio may leave 1 before the objective goes flat."""
-    value_weight: float = 0.5
+    value_weight: float = 1.0
     """Weight of the value loss, which is half the mean squared error."""
     entropy_weight: float = 0.01
     """Weight of the entropy bonus, in nats over the legal actions."""
