@@ -38,7 +38,7 @@ CHANGES: dict[str, tuple[object, ...]] = {
     "clip": (0.1, 0.3),
     "value_weight": (0.5,),
     "entropy_weight": (0.003, 0.03),
-    "gamma": (0.9, 0.95, 0.99),
+    "gamma": (0.9, 0.98, 0.99),
     "gae_lambda": (0.9, 0.98),
     "normalize_advantages": (False,),
     "min_advantage_std": (1e-8,),

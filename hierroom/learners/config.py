@@ -38,7 +38,7 @@ class PPOConfig:
     """Weight of the value loss, which is half the mean squared error."""
     entropy_weight: float = 0.01
     """Weight of the entropy bonus, in nats over the legal actions."""
-    gamma: float = 0.98
+    gamma: float = 0.95
     """Discount per primitive step."""
     gae_lambda: float = 0.95
     """Weight of longer advantage estimates, per turn."""
