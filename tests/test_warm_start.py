@@ -66,7 +66,7 @@ def test_the_weights_act(run):
     [
         ({"ppo": replace(SMALL.ppo, hidden_size=32)}, "its hidden_size is 64, here it is 32"),
         ({"drop_key": True}, "its drop_key is False, here it is True"),
-        ({"method": "ppo"}, "goal goal-in-view goal-place direction keys previous-action, here it is"),
+        ({"method": "ppo"}, f"{' '.join(SMALL.inputs[1:])}, here it is"),
         ({"inputs": ("view",)}, "its inputs is "),
         ({"network": "other"}, "here it is other"),
     ],
