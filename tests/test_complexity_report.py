@@ -88,9 +88,9 @@ def test_the_bottleneck_is_the_goal_that_helps_most_when_it_gets_easier():
 
 def test_seven_rooms_in_one_second_and_ten_in_ten():
     for n_rooms, seconds in ((7, 1.0), (10, 10.0)):
-        started = time.perf_counter()
+        started = time.process_time()  # not slowed by what else runs
         assert analyze(GoalGraph((0,) * (n_rooms - 1), 1), drop_key=True).to_dict()["nodes"] > 0
-        assert time.perf_counter() - started < seconds
+        assert time.process_time() - started < seconds
 
 
 def test_importing_the_package_draws_in_nothing_heavy():
