@@ -15,14 +15,12 @@ from itertools import product
 from pathlib import Path
 from statistics import median
 
-import torch
 import tyro
-from run_table import fill, in_millions
+from run_table import fill, in_millions, train
 
 from hierroom.commands import run
 from hierroom.learners import PPOConfig
 from hierroom.presets import PRESETS, TrainConfig
-from hierroom.trainer import Trainer
 
 DEFAULT = PRESETS["default"]
 UNCHANGED = "as it is"
@@ -82,13 +80,10 @@ def variants(config: TrainConfig) -> Iterator[tuple[str, TrainConfig]]:
         yield f"without {left_out}", replace(config, inputs=tuple(i for i in config.inputs if i != left_out))
 
 
-def train(config: TrainConfig) -> dict[str, object]:
+def measure(config: TrainConfig) -> dict[str, object]:
     """The numbers of one run."""
-    torch.set_num_threads(1)
-    trainer = Trainer(config)
-    while not trainer.is_done:
-        trainer.advance()
-    return {name: value for name, value in trainer.summary().items() if name != "steps"}  # a whole number of updates
+    summary = train(config).summary()
+    return {name: value for name, value in summary.items() if name != "steps"}  # a whole number of updates
 
 
 def print_medians(rows: list[dict[str, str]]) -> None:
@@ -118,7 +113,7 @@ def main() -> int:
     for seed, (name, config) in product(range(options.seeds), variants(base)):
         key = {"change": name, "graph": options.graph, "seed": str(seed), "steps": str(options.steps)}
         runs.append((key, replace(config, seed=seed)))
-    print_medians(fill(options.out, runs, train, options.processes))
+    print_medians(fill(options.out, runs, measure, options.processes))
     return 0
 
 

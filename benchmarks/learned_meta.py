@@ -1,7 +1,6 @@
 """The learned meta-controller, from scratch, beside a random one on the same controller: one row a run.
 
-    python benchmarks/learned_meta.py --goal-masks existing --steps 3_000_000 --out benchmarks/results/learned.csv
-    python benchmarks/learned_meta.py --goal-masks seen none --steps 5_000_000 --out benchmarks/results/learned.csv
+    python benchmarks/learned_meta.py --goal-masks existing --steps 2_000_000 --episodes 500 --out learned.csv
 
 Each run trains controller and meta-controller together and is then evaluated apart from training, its actions sampled:
 once as it is, once with goals drawn at random from the same mask in place of those it learned to choose. Rows that the
@@ -17,9 +16,8 @@ from itertools import product
 from pathlib import Path
 from statistics import median
 
-import torch
 import tyro
-from run_table import fill, in_millions, read
+from run_table import fill, in_millions, read, train
 
 from hierroom.agent import Agent
 from hierroom.assembly import make_turns
@@ -27,7 +25,6 @@ from hierroom.commands import run
 from hierroom.evaluate import evaluate
 from hierroom.meta import RandomGoals
 from hierroom.presets import TrainConfig, find_preset
-from hierroom.trainer import Trainer
 
 KEYS = ("graph", "goal_mask", "seed", "steps")
 
@@ -54,10 +51,7 @@ class Options:
 
 def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     """The numbers of one run."""
-    torch.set_num_threads(1)
-    trainer = Trainer(config)
-    while not trainer.is_done:
-        trainer.advance()
+    trainer = train(config)
     summary = trainer.summary()
     row: dict[str, object] = {name: summary[name] for name in ("steps_to_50", "steps_to_90", "steps_to_95", "seconds")}
     rooms = min(100, episodes)

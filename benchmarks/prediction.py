@@ -23,6 +23,8 @@ from hierroom.complexity import analyze
 from hierroom.errors import InputError
 
 MEASURES = ("exit_depth", "width", "hitting_time", "expected_steps")
+SETTINGS = ("preset", "meta", "size", "drop_key", "steps")
+"""What all rows of a method must have in common."""
 FEWEST_GRAPHS = 4
 """Fewer can be ranked alike by chance."""
 
@@ -41,11 +43,15 @@ def training_steps(rows: list[dict[str, str]]) -> dict[str, dict[str, float]]:
     """Method to graph to the median number of steps to 95%, infinite where it was not reached.
 
     Raises:
-        InputError: if these are not rows of a table that `success.py` made.
+        InputError: if these are not rows of a table that `success.py` made, or a method's differ in their settings.
     """
-    missing = {"method", "graph", "steps_to_95"}.difference(*rows[:1])
+    missing = {"method", "graph", "steps_to_95", *SETTINGS}.difference(*rows[:1])
     if missing:
         raise InputError(f"this is no table of success.py: it has no rows with {', '.join(sorted(missing))}")
+    for setting in SETTINGS:
+        found = {(row["method"], row[setting]) for row in rows}
+        if len(found) > len({method for method, _ in found}):
+            raise InputError(f"rows of one method differ in {setting}: {', '.join(sorted({v for _, v in found}))}")
     by_method: dict[str, dict[str, list[float]]] = {}
     for row in rows:
         of_graph = by_method.setdefault(row["method"], {}).setdefault(row["graph"], [])

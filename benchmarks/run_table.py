@@ -12,9 +12,12 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
 
+import torch
 from rich.progress import Progress
 
+from hierroom.errors import InputError
 from hierroom.presets import TrainConfig
+from hierroom.trainer import Trainer
 
 Key = dict[str, str]
 """What tells a row from the others: column and text."""
@@ -41,6 +44,9 @@ def fill(
         runs: key and config of each run, at least one.
         work: trains a config and returns the row's other columns.
         processes: runs at a time.
+
+    Raises:
+        InputError: if the file has other columns than the rows that would be added.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     names = list(runs[0][0])
@@ -50,17 +56,33 @@ def fill(
         task = bar.add_task("runs", total=len(missing))
         futures = {pool.submit(work, config): key for key, config in missing}
         for future in as_completed(futures):
-            row = {**futures[future], **future.result()}
-            is_new = not path.exists()
-            with path.open("a", newline="") as file:
-                writer = csv.DictWriter(file, list(row))
-                if is_new:
-                    file.write(f"# python {' '.join(sys.argv)}\n")
-                    writer.writeheader()
-                writer.writerow(row)
+            if future.exception():
+                pool.shutdown(cancel_futures=True)
+            _append(path, {**futures[future], **future.result()})
             bar.advance(task)
     keys = [key for key, _ in runs]
     return [row for row in read(path) if {name: row[name] for name in names} in keys]
+
+
+def _append(path: Path, row: dict[str, object]) -> None:
+    held, is_new = read(path), not path.exists()
+    if held and list(held[0]) != list(row):
+        raise InputError(f"{path} has the columns {', '.join(held[0])}, not {', '.join(row)}; give another --out")
+    with path.open("a", newline="") as file:
+        writer = csv.DictWriter(file, list(row))
+        if is_new:
+            file.write(f"# python {' '.join(sys.argv)}\n")
+            writer.writeheader()
+        writer.writerow(row)
+
+
+def train(config: TrainConfig) -> Trainer:
+    """A trainer that took all steps of its config."""
+    torch.set_num_threads(1)  # the processes are the parallel part
+    trainer = Trainer(config)
+    while not trainer.is_done:
+        trainer.advance()
+    return trainer
 
 
 def in_millions(steps: float) -> str:

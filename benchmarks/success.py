@@ -1,6 +1,6 @@
 """Success of training runs: one row a run, for every method, graph and seed asked for.
 
-    python benchmarks/success.py --graphs a b c d e f g --seeds 5 --steps 1_000_000 --out benchmarks/results/hippo.csv
+    python benchmarks/success.py --seeds 5 --steps 1_500_000 --out benchmarks/results/hippo.csv
 
 Each run trains from scratch and is then evaluated apart from training, with sampled and with greedy actions. A fully
 informed controller is given the same goals in the same rooms and goes the shortest way to each. Rows that the file
@@ -19,9 +19,8 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
-import torch
 import tyro
-from run_table import fill, in_millions
+from run_table import fill, in_millions, train
 
 from hierroom.agent import Agent
 from hierroom.assembly import make_turns
@@ -32,7 +31,6 @@ from hierroom.goals import EXIT_GOAL, NO_GOAL
 from hierroom.meta import MetaController, make_meta
 from hierroom.presets import TrainConfig, find_preset
 from hierroom.step import Step
-from hierroom.trainer import Trainer
 from hierroom.turns import Turns
 from hierroom.world.oracle import shortest_actions
 
@@ -117,10 +115,7 @@ class Informed:
 
 def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     """The numbers of one run."""
-    torch.set_num_threads(1)
-    trainer = Trainer(config)
-    while not trainer.is_done:
-        trainer.advance()
+    trainer = train(config)
     numbers = {name: value for name, value in trainer.summary().items() if name != "steps"}  # a whole number of updates
     rooms = min(100, episodes)
     for name in ("sampled", "greedy"):

@@ -40,22 +40,40 @@ class Agent:
         return cls(trainer.config, trainer.learner.policy(rooms, seed=seed), meta, is_greedy=is_greedy)
 
     @classmethod
-    def load(cls, run: RunFolder, rooms: int, *, seed: int = 0, is_greedy: bool = False) -> Agent:
-        """The agent of a run's newest checkpoint, for a number of rooms; it acts on the CPU, wherever it was trained.
+    def load(
+        cls,
+        run: RunFolder,
+        rooms: int,
+        *,
+        seed: int = 0,
+        is_greedy: bool = False,
+        meta: str | None = None,
+        steps: int | None = None,
+    ) -> Agent:
+        """The agent of a run, for a number of rooms; it acts on the CPU, wherever it was trained.
+
+        Args:
+            run: the run's folder.
+            rooms: how many rooms it will play in.
+            seed: fixes its actions.
+            is_greedy: see the class.
+            meta: another meta-controller than the run's, as `make_meta` takes it.
+            steps: which checkpoint, by its steps; None for the newest.
 
         Raises:
-            InputError: if the run has no checkpoint that fits its config.
+            InputError: if the run has no such checkpoint, or it does not fit its config, or there is no such
+                meta-controller.
         """
-        config, state = replace(run.config(), device="cpu"), run.load_checkpoint()
+        config, state = replace(run.config(), device="cpu"), run.load_checkpoint(steps)
         learner = make_learner(config, config.rooms)
-        meta = make_meta(config.meta_name, config)
+        chosen = make_meta(meta) if meta else make_meta(config.meta_name, config)
         try:
             learner.take_weights(state["learner"])
-            if "meta" in state:
-                meta.load_state_dict(state["meta"])  # pyright: ignore[reportAttributeAccessIssue]
+            if "meta" in state and not meta:
+                chosen.load_state_dict(state["meta"])  # pyright: ignore[reportAttributeAccessIssue]
         except (RuntimeError, KeyError, ValueError) as error:
-            raise InputError(f"the newest checkpoint of {run.path} does not fit its config.json") from error
-        return cls(config, learner.policy(rooms, seed=seed), at_play(meta, rooms, seed=seed), is_greedy=is_greedy)
+            raise InputError(f"the checkpoint of {run.path} does not fit its config.json") from error
+        return cls(config, learner.policy(rooms, seed=seed), at_play(chosen, rooms, seed=seed), is_greedy=is_greedy)
 
     def step(self, turns: Turns) -> Step:
         """Take the turns that are due, and one primitive step in every room."""

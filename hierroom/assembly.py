@@ -21,7 +21,7 @@ def make_turns(
 ) -> Turns:
     """The rooms that a config describes, and the turns taken in them; the last two arguments are those of `Turns`."""
     world = Batch(
-        GraphPool(config.graph, config.drop_key).everything,
+        GraphPool(config.graph, config.drop_key, rooms).everything,
         rooms,
         size=config.size,
         max_steps=config.max_steps,

@@ -1,4 +1,4 @@
-"""How every command ends: a wrong input is one line on standard error and exit code 2, as is too large a one."""
+"""How every command ends: what went wrong is one line on standard error, and a wrong or too large input exit code 2."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ def run(command: Callable[[], int]) -> None:
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         code = 2
+    except FloatingPointError as error:
+        print(f"error: {error}", file=sys.stderr)
+        code = 1
     except MemoryError as error:
         print(f"error: there is not memory enough: {error}", file=sys.stderr)
         code = 2

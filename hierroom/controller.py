@@ -53,9 +53,8 @@ def goal_reached(outcomes: np.ndarray, goals: NDArray[np.integer]) -> NDArray[np
 
 
 NOVELTY_BONUS = 0.03
-"""Size of the bonus for a novel state unless another is given: on graph c (one seed, entropy weight 0.03, 1.5M steps)
-0.03 escaped in 74% of the episodes and 0.1 in 10%, as the states that are left are then worth more than the exit.
-Leaving at once is certain to be worth more only up to (1 - gamma) / gamma, 0.02 at the default discount."""
+"""Size of the bonus for a novel state unless another is given. Leaving at once is certain to be worth more than the
+states that are left up to (1 - gamma) / gamma, 0.053 at the default discount."""
 
 
 @dataclass(frozen=True)

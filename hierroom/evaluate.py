@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated, Protocol
 
 import numpy as np
+import torch
 import tyro
 from numpy.typing import NDArray
 from rich.console import Console
@@ -136,24 +137,33 @@ class Arguments:
     """Another goal graph than the one trained on."""
     size: int | None = None
     """Another grid size than the one trained on."""
+    meta: str | None = None
+    """Another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point or
+    package.module:Class."""
+    goal_mask: str | None = None
+    """Other goals that may be chosen: reachable, existing, seen or none."""
+    checkpoint: int | None = None
+    """The steps of an earlier checkpoint than the newest."""
     json: bool = False
     """Print JSON for machines; what has no value, such as the mean step of a goal never reached, is null."""
 
 
 def main() -> int:
     """The command."""
+    torch.set_num_threads(1)  # as in training
     arguments = tyro.cli(Arguments, prog="python -m hierroom.evaluate")
     folder = RunFolder.open(arguments.run)
     config = folder.config()
     for name in ("episodes", "rooms"):
         if getattr(arguments, name) < 1:
             raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
-    for name in ("graph", "size"):
+    for name in ("graph", "size", "goal_mask"):
         if getattr(arguments, name) is not None:
             config = replace(config, **{name: getattr(arguments, name)})
     rooms, seed = min(arguments.rooms, arguments.episodes), arguments.seed
     turns = {name: make_turns(config, rooms, seed, measure_shortest=True) for name in ("sampled", "greedy")}
-    agents = {name: Agent.load(folder, rooms, seed=seed, is_greedy=name == "greedy") for name in turns}
+    chosen = {"seed": seed, "meta": arguments.meta, "steps": arguments.checkpoint}
+    agents = {name: Agent.load(folder, rooms, is_greedy=name == "greedy", **chosen) for name in turns}
     results: dict[str, Evaluation] = {}
     with Progress(console=Console(stderr=True), transient=True) as bar:
         for name, agent in agents.items():
@@ -164,7 +174,7 @@ def main() -> int:
     if arguments.json:
         print(to_json({name: asdict(result) for name, result in results.items()}))
     else:
-        Console().print(_table(results, f"{config.name}, {results['sampled'].episodes} episodes"))
+        Console().print(_table(results, f"{folder.path}, {results['sampled'].episodes} episodes"))
     return 0
 
 

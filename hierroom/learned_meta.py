@@ -15,7 +15,7 @@ from hierroom.goal_network import GoalNetwork
 from hierroom.goals import N_GOALS, NO_GOAL
 from hierroom.inputs import InputColumns
 from hierroom.learners import AgentSpace, Learner, Policy
-from hierroom.meta import MetaController, draw
+from hierroom.meta import MetaController, draw, meta_seed
 from hierroom.presets import TrainConfig
 from hierroom.situation import Situation, seen_goals
 from hierroom.step import Step
@@ -77,8 +77,7 @@ class LearnedMeta:
             AgentSpace(inputs.cardinalities, N_META_ACTIONS),
             config.rooms,
             config.meta_ppo,
-            # Other numbers than the controller's learner draws.
-            seed=int(np.random.SeedSequence([config.seed, 1]).generate_state(1)[0]),
+            seed=meta_seed(config.seed),
             device=config.device,
             threads=config.threads,
             network=GoalNetwork,
@@ -105,8 +104,8 @@ class LearnedMeta:
             self._finish(np.flatnonzero(step.option_over & self._learner.has_begun), step, turns)
         else:
             self._successes.extend(step.terminated[step.over].tolist())
-            enough = self._start_success * WINDOW
-            self.is_learning = len(self._successes) == WINDOW and sum(self._successes) >= enough
+            rate = sum(self._successes) / WINDOW
+            self.is_learning = len(self._successes) == WINDOW and rate >= self._start_success
         self._first_events[step.option_over] = NO_GOAL
         if self._learner.ready:
             self._updated = self._learner.update(min(self._steps / self._total_steps, 1.0))

@@ -53,7 +53,11 @@ class MetaController(Protocol):
 
 
 class LearningMeta(MetaController, Protocol):
-    """A meta-controller that learns while its controller does; training uses those of these methods that it has."""
+    """A meta-controller that learns while its controller does.
+
+    `learn`, and the two that save it, are needed, or what it learned would be lost; of the others training uses those
+    that it has. Where there is an attribute ``statistics`` too, its numbers by name go into the metrics.
+    """
 
     @classmethod
     def for_training(cls, config: TrainConfig) -> LearningMeta:
@@ -162,9 +166,14 @@ def make_meta(spec: str | MetaController, config: TrainConfig | None = None) -> 
     return _checked(meta, repr(spec))
 
 
+def meta_seed(seed: int) -> int:
+    """A seed for what a meta-controller draws, so that the controller, who has the run's own, draws other numbers."""
+    return int(np.random.SeedSequence([seed, 1]).generate_state(1)[0])
+
+
 def at_play(meta: MetaController, rooms: int, *, seed: int) -> MetaController:
     """What chooses for a meta-controller where nothing is learned: its ``for_play``, or where it has none itself."""
-    return meta.for_play(rooms, seed=seed) if hasattr(meta, "for_play") else meta  # pyright: ignore[reportAttributeAccessIssue]
+    return meta.for_play(rooms, seed=meta_seed(seed)) if hasattr(meta, "for_play") else meta  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _checked(meta: Any, name: str) -> MetaController:
@@ -172,6 +181,11 @@ def _checked(meta: Any, name: str) -> MetaController:
         raise InputError(f"a meta-controller is an object, not a class: make one of {meta.__name__}")
     if not callable(getattr(meta, "choose", None)):
         raise InputError(f"a meta-controller has a method choose(observations, legal, situation); {name} has none")
+    if hasattr(meta, "learn") and not (hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict")):
+        raise InputError(
+            f"a meta-controller that learns has the methods state_dict and load_state_dict too, or what it learned "
+            f"would be lost; {name} has not both"
+        )
     return meta
 
 

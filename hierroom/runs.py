@@ -7,17 +7,22 @@ import io
 import json
 import math
 import os
+import platform
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numba
+import numpy
 import torch
 
+import hierroom
 from hierroom.errors import InputError
 from hierroom.presets import TrainConfig
 
-CHECKPOINT_FORMAT = 3
+CHECKPOINT_FORMAT = 4
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -54,8 +59,9 @@ def to_json(value: Any) -> str:
 class RunFolder:
     """A training run on disk.
 
-    ``config.json``, ``metrics.csv`` (a row each time training is logged), ``checkpoints/`` (named by their steps),
-    ``summary.json``, TensorBoard events and pictures.
+    ``config.json``, ``versions.json`` (what the run began with), ``metrics.csv`` (a row each time training is logged),
+    ``checkpoints/`` (named by their steps), ``summary.json``, TensorBoard events and pictures; and where the goal graph
+    came from a file a copy of it, ``graph.toml``, which the run goes on with whatever becomes of that file.
 
     Args:
         path: the folder.
@@ -80,6 +86,10 @@ class RunFolder:
             raise InputError(f"{run.path} is already there; choose another --out, or --resume it") from None
         except OSError as error:
             raise InputError(f"cannot make the run folder {run.path}: {error.strerror}") from error
+        if Path(config.graph).is_file():
+            write_whole(run.path / "graph.toml", Path(config.graph).read_bytes())
+        versions = {module.__name__: str(module.__version__) for module in (hierroom, numba, numpy, torch)}
+        write_whole(run.path / "versions.json", to_json({"python": platform.python_version(), **versions}).encode())
         run.save_config(config)
         return run
 
@@ -116,9 +126,11 @@ class RunFolder:
         except (OSError, ValueError) as error:
             raise InputError(f"cannot read {path}: {error}") from error
         try:
-            return TrainConfig.from_dict(table)
+            config = TrainConfig.from_dict(table)
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
+        graph = self.path / "graph.toml"
+        return replace(config, graph=str(graph)) if graph.is_file() else config
 
     def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
         """Write what `Trainer.state_dict` gave; it is named by its steps."""
@@ -128,24 +140,27 @@ class RunFolder:
         write_whole(path, buffer.getvalue())
         return path
 
-    def load_checkpoint(self) -> dict[str, Any]:
-        """The newest checkpoint. Only tensors and plain types are read: nothing in it can run.
+    def load_checkpoint(self, steps: int | None = None) -> dict[str, Any]:
+        """The checkpoint after so many steps, by default the newest. Nothing that is read from it can run.
 
         Raises:
             InputError: if there is none, it is broken, or another version of hierroom wrote it in another format.
         """
-        paths = sorted(self.checkpoints.glob("*.pt"))
+        paths = {int(path.stem): path for path in sorted(self.checkpoints.glob("*.pt")) if path.stem.isdigit()}
         if not paths:
             raise InputError(f"{self.path} has no checkpoint in {self.checkpoints.name}/")
+        if steps is not None and steps not in paths:
+            raise InputError(f"{self.path} has checkpoints after {', '.join(map(str, paths))} steps, not {steps}")
+        path = paths[max(paths) if steps is None else steps]
         try:
-            state = torch.load(paths[-1], map_location="cpu", weights_only=True)
+            state = torch.load(path, map_location="cpu", weights_only=True)
         except Exception as error:  # torch raises many kinds for a broken file, among them plain RuntimeError
             lines = str(error).strip().splitlines() or [type(error).__name__]
             reason = lines[0].split(". ")[0]  # torch goes on with advice for its own users
-            raise InputError(f"cannot read the checkpoint {paths[-1]}: {reason}") from error
+            raise InputError(f"cannot read the checkpoint {path}: {reason}") from error
         found = state.get("format") if isinstance(state, dict) else None
         if found != CHECKPOINT_FORMAT:
-            raise InputError(f"the checkpoint {paths[-1]} has format {found}, this hierroom reads {CHECKPOINT_FORMAT}")
+            raise InputError(f"the checkpoint {path} has format {found}, this hierroom reads {CHECKPOINT_FORMAT}")
         return state
 
     def append_metrics(self, row: Mapping[str, float]) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hierroom.complexity import ComplexityReport, analyze
+from hierroom.controller import NOVELTY_BONUS
 from hierroom.goals import GoalGraph, as_goal_graph
 from hierroom.turns import Turns
 from hierroom.world.batch import Batch
@@ -24,6 +25,7 @@ class RoomSettings:
         max_steps: primitive steps after which an episode is truncated.
         drop_key: whether the controller has a sixth action that drops a key.
         pay: how the controller is paid: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty``.
+        novelty_bonus: what ``novelty`` pays for each state entered first in an episode; the exit pays 1.
         subgoal_horizon: primitive steps after which a goal's life ends unreached, or None for never.
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
         room_index: the number of the (first) room; with the seed it fixes the episodes.
@@ -34,6 +36,7 @@ class RoomSettings:
     max_steps: int = 1000
     drop_key: bool = False
     pay: str = "intrinsic"
+    novelty_bonus: float = NOVELTY_BONUS
     subgoal_horizon: int | None = None
     goal_mask: str = "reachable"
     room_index: int = 0
@@ -52,6 +55,7 @@ class RoomSettings:
         return Turns(
             world,
             pay=self.pay,
+            novelty_bonus=self.novelty_bonus,
             subgoal_horizon=self.subgoal_horizon,
             goal_mask=self.goal_mask,
             autoreset=autoreset,

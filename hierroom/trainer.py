@@ -41,7 +41,7 @@ class Trainer:
         if config.steps < 1:
             raise InputError(f"steps must be at least 1, not {config.steps}")
         self.config = config
-        self.pool = GraphPool(config.graph, config.drop_key, config.curriculum_stages)
+        self.pool = GraphPool(config.graph, config.drop_key, config.rooms, config.curriculum_stages)
         self.turns = make_turns(config, config.rooms, config.seed)
         self.turns.world.set_graphs(self.pool.graphs)
         self.turns.reset(config.seed)

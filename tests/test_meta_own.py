@@ -21,6 +21,13 @@ MINE = """
     class NoChoice:
         pass
 
+    class Forgetful(Mine):
+        def learn(self, step, turns):
+            pass
+
+        def state_dict(self):
+            return {}
+
     class Choosy:
         def __init__(self, taste):
             self.taste = taste
@@ -77,6 +84,7 @@ def test_a_meta_controller_itself():
         ("{outside}:", "the meta-controller '{outside}:' cannot be loaded: AttributeError: module '{outside}' has no"),
         ("{outside}:Yours", "the meta-controller '{outside}:Yours' cannot be loaded: AttributeError: module"),
         ("{outside}:NoChoice", "a meta-controller has a method choose(observations, legal, situation); '{outside}:No"),
+        ("{outside}:Forgetful", "a meta-controller that learns has the methods state_dict and load_state_dict too"),
         ("{outside}:Choosy", "the meta-controller '{outside}:Choosy' cannot be made: TypeError: "),
         ("{outside}:Broken", "the meta-controller '{outside}:Broken' cannot be made: RuntimeError: out of cheese"),
         (7, "a meta-controller has a method choose(observations, legal, situation); 7 has none"),

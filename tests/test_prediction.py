@@ -18,7 +18,8 @@ def prediction(monkeypatch):
 
 
 def rows(method, steps):
-    return [{"method": method, "graph": graph, "steps_to_95": text} for graph, text in steps]
+    settings = {"preset": "default", "meta": "none", "size": "19", "drop_key": "False", "steps": "10"}
+    return [{"method": method, "graph": graph, "steps_to_95": text, **settings} for graph, text in steps]
 
 
 def test_medians_by_hand(prediction):
@@ -33,6 +34,15 @@ def test_too_few_graphs_are_left_out(prediction):
 @pytest.mark.parametrize("table", [[], [{"graph": "a", "steps_to_95": "1"}]])
 def test_another_table_is_refused(prediction, table):
     with pytest.raises(InputError, match=r"no rows with .*method"):
+        prediction.training_steps(table)
+
+
+def test_rows_of_one_method_in_different_settings_are_refused(prediction):
+    table = [*rows("hippo", [("a", "1")]), *rows("ppo", [("a", "1")])]
+    table[1]["meta"] = "random"  # another method may have another meta-controller
+    prediction.training_steps(table)
+    table += [{**table[0], "steps": "20"}]
+    with pytest.raises(InputError, match="rows of one method differ in steps: 10, 20"):
         prediction.training_steps(table)
 
 

@@ -2,12 +2,15 @@
 
 import errno
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import torch
 
+import hierroom
 from hierroom.errors import InputError
+from hierroom.goals import GoalGraph, as_goal_graph
 from hierroom.presets import TrainConfig
 from hierroom.runs import CHECKPOINT_FORMAT, RunFolder, to_json
 
@@ -26,6 +29,30 @@ def test_dropping_metrics_keeps_the_rows_before_as_they_were(tmp_path):
     metrics.write_bytes(b"".join(first) + b"20,0")
     with pytest.raises(InputError, match="is broken"):
         folder.drop_metrics_after(10)
+
+
+def test_a_run_keeps_its_goal_graph_and_what_it_began_with(tmp_path):
+    own = tmp_path / "own.toml"
+    GoalGraph((0, 1), 2).to_toml(own)
+    folder = RunFolder.create(tmp_path / "run", replace(SMALL, graph=str(own)))
+    own.unlink()
+    moved = RunFolder.open(folder.path.rename(tmp_path / "elsewhere"))
+    assert as_goal_graph(moved.config().graph) == GoalGraph((0, 1), 2)
+    assert replace(moved.config(), graph="a") == SMALL
+    versions = json.loads((moved.path / "versions.json").read_text())
+    assert versions["hierroom"] == hierroom.__version__
+    assert versions["torch"] == torch.__version__
+
+
+def test_a_checkpoint_is_found_by_its_steps(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    for steps in (64, 128):
+        folder.save_checkpoint({"steps": steps})
+    (folder.checkpoints / "mine.pt").write_bytes(b"of no concern")
+    assert folder.load_checkpoint()["steps"] == 128
+    assert folder.load_checkpoint(64)["steps"] == 64
+    with pytest.raises(InputError, match="has checkpoints after 64, 128 steps, not 65"):
+        folder.load_checkpoint(65)
 
 
 def test_not_a_number_is_null_in_json():

@@ -271,7 +271,8 @@ class Learner:
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
         means = self._backend.train(in_hindsight(batch, advantages), advantages, parts, learning_rate)
         if not np.isfinite(means).all():
-            raise FloatingPointError(f"training diverged: {dict(zip(STATISTICS, means.tolist(), strict=True))}")
+            found = ", ".join(f"{name} {value:g}" for name, value in zip(STATISTICS, means, strict=True))
+            raise FloatingPointError(f"training diverged ({found}); a smaller learning rate may help")
         target_variance = np.var(advantages + batch.values)
         return {
             **dict(zip(STATISTICS, means.tolist(), strict=True)),
