@@ -1,7 +1,18 @@
 """What an evaluation counts."""
 
+import json
+import sys
+
+import pytest
+
+from hierroom import evaluate as command
+from hierroom.errors import InputError
 from hierroom.evaluate import evaluate
 from hierroom.goals import NAMED_GRAPHS
+from hierroom.learners import PPOConfig
+from hierroom.presets import TrainConfig
+from hierroom.runs import RunFolder
+from hierroom.trainer import Trainer
 from hierroom.turns import Turns
 from hierroom.world.batch import Batch
 
@@ -28,3 +39,45 @@ def test_the_table_has_the_goals_of_every_level_that_was_played():
         assert list(table) == [f"{kind} {r}" for kind in ("key", "door") for r in range(1, largest)] + ["exit"]
         tables[largest, int(turns.world.state.rooms["n_rooms"][0])] = table
     assert (4, 2) in tables  # a small level stands there at the end, and large ones were played
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A run with two checkpoints: before anything was learned and, as good as solved, at the end."""
+    config = TrainConfig(graph="b", size=11, max_steps=100, rooms=16, steps=60_000, ppo=PPOConfig(minibatches=2))
+    folder, trainer = RunFolder.create(tmp_path_factory.mktemp("evaluated") / "run", config), Trainer(config)
+    folder.save_checkpoint(trainer.state_dict())
+    while not trainer.is_done:
+        trainer.advance()
+    folder.save_checkpoint(trainer.state_dict())
+    return folder.path
+
+
+@pytest.fixture
+def evaluated(run, monkeypatch, capsys):
+    """A function from options to what the command says of sampled actions."""
+
+    def evaluated(*options):
+        monkeypatch.setattr(sys, "argv", ["evaluate", str(run), "--episodes", "100", "--json", *options])
+        assert command.main() == 0
+        return json.loads(capsys.readouterr().out)["sampled"]
+
+    return evaluated
+
+
+def test_an_earlier_checkpoint_is_worse(evaluated):
+    assert evaluated("--checkpoint", "0")["success_rate"] < 0.5 < evaluated()["success_rate"]
+    with pytest.raises(InputError, match="has checkpoints after 0, "):
+        evaluated("--checkpoint", "1")
+
+
+def test_another_meta_controller_gives_other_goals(evaluated):
+    """The oracle never asks for the key of the room without the exit, key 2; the fixed path does half the time."""
+    fixed, oracle = evaluated(), evaluated("--meta", "oracle")
+    assert oracle["steps_to_goals"]["key 2"][0] < fixed["steps_to_goals"]["key 2"][0] - 0.2  # it is taken by mistake
+    assert oracle["length"] < fixed["length"]
+    hindered = evaluated("--meta", "random", "--goal-mask", "existing")
+    assert hindered["success_rate"] < fixed["success_rate"]
+    for wrong in (["--meta", "learned"], ["--meta", "nobody"], ["--goal-mask", "all"]):
+        with pytest.raises(InputError, match=r"is made in training|a meta-controller is one of|goal_mask|goal mask"):
+            evaluated(*wrong)

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from turns_rooms import achieve, goal_ids, make
 
+from hierroom.presets import TrainConfig
 from hierroom.runs import RunFolder
+from hierroom.trainer import Trainer
 from hierroom.world.kernels import KEY
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -55,6 +57,23 @@ def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp
     assert counts["tried"].sum() > 1000
     assert rates[door_without_key] < 0.2 < rates[door_with_key]
     assert "success" in run("-m", "hierroom.evaluate", str(tmp_path / "run"), "--episodes", "20")
+
+
+def test_the_learning_meta_controller_of_ones_own_is_resumed_as_if_nothing_had_happened(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    config = TrainConfig(
+        meta="own_learning_meta:ReachedMostOften", goal_mask="existing", graph="c", size=11, rooms=8, steps=4096
+    )
+    through, before = Trainer(config), Trainer(config)
+    through.advance()
+    before.advance()
+    after = Trainer(config)
+    after.load_state_dict(before.state_dict())
+    for trainer in (through, after):
+        for _ in range(3):
+            trainer.advance()
+    for ours, theirs in zip(through.meta.state_dict().values(), after.meta.state_dict().values(), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
 
 
 def test_the_network_of_ones_own_trains(tmp_path):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 from same_state import equal
 
-from hierroom import evaluate, train
+from hierroom import commands, evaluate, train
 from hierroom.controller import PAYS
 from hierroom.errors import InputError
 from hierroom.learners import PPOConfig
@@ -157,6 +158,17 @@ def test_control_c_ends_the_update_saves_and_says_how_to_go_on(number, tmp_path,
     assert RunFolder.open(out).load_checkpoint()["steps"] == 4 * 8 * 16
     assert signal.getsignal(number) is before
     assert train.main(["--resume", str(out)]) == 0
+
+
+def test_a_diverged_run_ends_in_one_line_and_keeps_its_checkpoint(tmp_path, monkeypatch, capsys):
+    out = tmp_path / "run"
+    wild = [*FLAGS, "--steps", "4096", "--learning-rate", "1e30", "--out", str(out)]
+    with pytest.raises(SystemExit) as ended:
+        commands.run(lambda: train.main(wild))
+    assert ended.value.code == 1
+    said = capsys.readouterr().err
+    assert re.fullmatch(r"error: training diverged \(policy_loss .*\); a smaller learning rate may help\n", said)
+    assert RunFolder.open(out).load_checkpoint()["steps"] == 0
 
 
 def test_evaluate_prints_a_table_and_json(trained, monkeypatch, capsys):
