@@ -63,11 +63,7 @@ def _goal_cells(sight: Sight) -> NDArray:
 
 def _goal_place(sight: Sight) -> NDArray:
     """[M, 2] `_places` of the goal where it was seen last: nothing moves unseen; a key in hand stays where it lay."""
-    rooms, goals, m = sight.rooms, np.maximum(sight.goals, 0), np.arange(len(sight.goals))
-    branches = rooms["branches"][m, goals % N_COLOURS]
-    kinds = rooms["keys_at"][m, branches], rooms["doors_at"][m, branches], rooms["exit_at"]
-    is_known = (sight.goals != NO_GOAL) & (rooms["seen"] >> goals & 1 > 0)
-    return _places(rooms, (np.choose(goals[:, None] // N_COLOURS, kinds) * is_known[:, None])[:, None])
+    return _places(sight.rooms, _seen_at(sight.rooms, sight.goals))
 
 
 def _doorway_places(sight: Sight) -> NDArray:
@@ -78,6 +74,23 @@ def _doorway_places(sight: Sight) -> NDArray:
 def _frontier_places(sight: Sight) -> NDArray:
     """[M, 4] `_places` of what `nearest_frontiers` finds."""
     return _places(sight.rooms, nearest_frontiers(sight.rooms))
+
+
+@njit(cache=True)
+def _seen_at(rooms, goals):
+    """[M, 1, 2] (row, col) of the goals that were seen this episode, zeros for the others and for no goal."""
+    cells = np.zeros((len(goals), 1, 2), np.int64)
+    for m in range(len(goals)):
+        goal = goals[m]
+        if goal != NO_GOAL and (rooms[m].seen >> goal) & 1:
+            branch = rooms[m].branches[goal % N_COLOURS]
+            if goal < FIRST_DOOR_GOAL:
+                cells[m, 0] = rooms[m].keys_at[branch]
+            elif goal < EXIT_GOAL:
+                cells[m, 0] = rooms[m].doors_at[branch]
+            else:
+                cells[m, 0] = rooms[m].exit_at
+    return cells
 
 
 @njit(cache=True)
