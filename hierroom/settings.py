@@ -25,10 +25,10 @@ class RoomSettings:
         max_steps: primitive steps after which an episode is truncated.
         drop_key: whether the controller has a sixth action that drops a key.
         pay: how the controller is paid: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty``.
-        novelty_bonus: what ``novelty`` pays for each state entered first in an episode; the exit pays 1.
         subgoal_horizon: primitive steps after which a goal's life ends unreached, or None for never.
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
         room_index: the number of the (first) room; with the seed it fixes the episodes.
+        novelty_bonus: what ``novelty`` pays for each state entered first in an episode; the exit pays 1.
     """
 
     graph: GoalGraph | str | Path = "c"
@@ -36,10 +36,10 @@ class RoomSettings:
     max_steps: int = 1000
     drop_key: bool = False
     pay: str = "intrinsic"
-    novelty_bonus: float = NOVELTY_BONUS
     subgoal_horizon: int | None = None
     goal_mask: str = "reachable"
     room_index: int = 0
+    novelty_bonus: float = NOVELTY_BONUS
 
     def turns(self, batch_size: int = 1, *, autoreset: bool = False, threads: int = 1) -> Turns:
         """Rooms and the turns taken in them, with the shortest length of each episode measured."""

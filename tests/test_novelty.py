@@ -80,8 +80,9 @@ def test_the_size_of_the_bonus_is_a_hyperparameter():
         make("a", pay="novelty", novelty_bonus=-1)
 
 
-def test_every_face_can_pay_it():
-    env = hierroom.parallel_env(graph="a", size=11, pay="novelty")
+@pytest.mark.parametrize(("settings", "bonus"), [({}, NOVELTY_BONUS), ({"novelty_bonus": 0.25}, 0.25)])
+def test_every_face_can_pay_it(settings, bonus):
+    env = hierroom.parallel_env(graph="a", size=11, pay="novelty", **settings)
     env.reset(seed=0)
     paid = [env.step({"meta_0": 13, "controller_0": action})[1]["controller_0"] for action in [FORWARD, LEFT] * 10]
-    assert set(paid) == {0.0, NOVELTY_BONUS}
+    assert set(paid) == {0.0, bonus}
