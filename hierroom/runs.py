@@ -20,6 +20,7 @@ import torch
 
 import hierroom
 from hierroom.errors import InputError
+from hierroom.goals import NAMED_GRAPHS
 from hierroom.presets import TrainConfig
 
 CHECKPOINT_FORMAT = 4
@@ -86,7 +87,7 @@ class RunFolder:
             raise InputError(f"{run.path} is already there; choose another --out, or --resume it") from None
         except OSError as error:
             raise InputError(f"cannot make the run folder {run.path}: {error.strerror}") from error
-        if Path(config.graph).is_file():
+        if config.graph not in NAMED_GRAPHS and Path(config.graph).is_file():  # as `as_goal_graph` reads it
             write_whole(run.path / "graph.toml", Path(config.graph).read_bytes())
         versions = {module.__name__: str(module.__version__) for module in (hierroom, numba, numpy, torch)}
         write_whole(run.path / "versions.json", to_json({"python": platform.python_version(), **versions}).encode())

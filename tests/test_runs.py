@@ -44,6 +44,12 @@ def test_a_run_keeps_its_goal_graph_and_what_it_began_with(tmp_path):
     assert versions["torch"] == torch.__version__
 
 
+def test_a_file_that_is_called_as_a_named_graph_is_not_the_graph(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path(SMALL.graph).write_text("something else")
+    assert RunFolder.create(tmp_path / "run", SMALL).config() == SMALL
+
+
 def test_a_checkpoint_is_found_by_its_steps(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     for steps in (64, 128):
