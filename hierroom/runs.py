@@ -23,7 +23,7 @@ from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.presets import TrainConfig
 
-CHECKPOINT_FORMAT = 4
+CHECKPOINT_FORMAT = 5
 
 
 def write_whole(path: Path, content: bytes) -> None:

@@ -31,16 +31,20 @@ def run(n_rooms=5, length=4, ticks=60, seed=0):
         )
         terminated = random.random(n) < 0.2
         truncated = ~terminated & (random.random(n) < 0.2)
-        needed = rollout.needs_next_value(rooms, terminated, truncated)
-        bootstrap = np.where(needed, random.normal(size=n), 0).astype(np.float32)
+        bootstrap = np.where(truncated, random.normal(size=n), 0).astype(np.float32)
         rollout.finish(rooms, 100.0 * rooms + counts[rooms], 1 + counts[rooms], terminated, truncated, bootstrap)
         for i, room in enumerate(rooms):
             values[room].append(value[i])
             ends[room].append((terminated[i], truncated[i]))
-            bootstraps[room].append(bootstrap[i] if needed[i] else None)
+            bootstraps[room].append(bootstrap[i] if truncated[i] else None)
         ended_before[rooms] = terminated | truncated
         counts[rooms] += 1
         if rollout.n_full >= 3:
+            lacking = np.flatnonzero(rollout.awaiting >= 0)
+            following = random.normal(size=len(lacking)).astype(np.float32)
+            rollout.bootstrap(lacking, following)
+            for room, value_of_next in zip(lacking, following, strict=True):
+                bootstraps[room][-1] = value_of_next
             batches.append(rollout.take())
     return counts, values, ends, bootstraps, batches
 
@@ -72,9 +76,10 @@ def test_next_values_are_the_next_turns_value_or_the_bootstrap():
                 assert (batch.terminated[t, m], batch.truncated[t, m]) == (terminated, truncated)
                 if terminated:
                     expected = 0.0
-                elif truncated or t == 3:
+                elif bootstraps[room][turn] is not None:
                     expected = bootstraps[room][turn]
                 else:
+                    assert not truncated
                     expected = values[room][turn + 1]
                 assert batch.next_values[t, m] == expected
 

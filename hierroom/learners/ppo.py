@@ -10,8 +10,9 @@ Reinforcement Learning (2021).
     update. `gae.generalized_advantages`.
 3.  A turn of k primitive steps is discounted by ``gamma ** k`` (options: Sutton, Precup & Singh 1999).
 4.  Terminated and truncated are kept apart: a truncated return counts V of its final observation (Pardo et al. 2018).
-    That V, like the one after the last turn of a sequence, is computed with the recurrent state after the turn,
-    without moving the stored state.
+    That V is computed with the recurrent state after the turn, without moving the stored state. So is V of the next
+    observation where a sequence is full and its return goes on: the next turn gives it, or before an update the
+    learner computes it for all sequences at once.
 5.  A reached subgoal ends the return but not the episode: the advantage is cut, the recurrent state goes on.
 6.  Sequences hold the T turns of one agent in one room, whatever other agents did in between; nothing is padded.
 7.  A sequence is replayed from the recurrent state stored when it began, and episodes that begin inside it reset the
@@ -122,6 +123,7 @@ class Learner:
         self._initial_state = self._backend.initial_states(1)  # [1, S]
         self._states = np.repeat(self._initial_state, n_rooms, axis=0)  # [N, S]
         self._logits = np.zeros((n_rooms, space.n_actions), np.float32)  # [N, A] of the last turns begun
+        self._next_codes = np.zeros((n_rooms, space.n_columns), np.uint8)  # [N, K] after the last turns finished
         self._starts_episode = np.ones(n_rooms, bool)
         self._rollout = Rollout(
             n_rooms,
@@ -228,9 +230,10 @@ class Learner:
         if (over & ~(terminated | truncated)).any():
             raise InputError("an episode that is over must be terminated or truncated")
         next_values = np.zeros(len(rooms), np.float32)
-        needed = np.flatnonzero(self._rollout.needs_next_value(rooms, terminated, truncated))
-        if len(needed):
-            next_values[needed] = self._backend.step(next_codes[needed], self._states[rooms[needed]])[1]
+        cut = np.flatnonzero(truncated & ~terminated)
+        if len(cut):
+            next_values[cut] = self._backend.step(next_codes[cut], self._states[rooms[cut]])[1]
+        self._next_codes[rooms] = next_codes
         self._rollout.finish(rooms, rewards, elapsed, terminated, truncated, next_values)
         self._starts_episode[rooms[over]] = True
 
@@ -251,6 +254,9 @@ class Learner:
         if not self.ready:
             raise RuntimeError("update() was called before enough sequences were full; ask ready first")
         config = self.config
+        rooms = np.flatnonzero(self._rollout.awaiting >= 0)
+        if len(rooms):
+            self._rollout.bootstrap(rooms, self._backend.step(self._next_codes[rooms], self._states[rooms])[1])
         batch = self._rollout.take()
         advantages = generalized_advantages(
             batch.rewards,
@@ -292,6 +298,7 @@ class Learner:
             "rollout": self._rollout.state_dict(),
             "states": torch.from_numpy(self._states.copy()),
             "logits": torch.from_numpy(self._logits.copy()),
+            "next_codes": torch.from_numpy(self._next_codes.copy()),
             "starts_episode": torch.from_numpy(self._starts_episode.copy()),
             "action_random": self._action_random.bit_generator.state,
             "shuffle_random": self._shuffle_random.bit_generator.state,
@@ -307,6 +314,7 @@ class Learner:
         self._rollout.load_state_dict(state["rollout"])
         self._states[...] = state["states"].numpy()
         self._logits[...] = state["logits"].numpy()
+        self._next_codes[...] = state["next_codes"].numpy()
         self._starts_episode[...] = state["starts_episode"].numpy()
         self._action_random.bit_generator.state = state["action_random"]
         self._shuffle_random.bit_generator.state = state["shuffle_random"]

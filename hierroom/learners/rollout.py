@@ -69,6 +69,7 @@ class Rollout:
         self.columns = np.full(n_rooms, -1)  # [N] the column a room writes, -1: none yet
         self.turns = np.zeros(n_rooms, np.int64)  # [N] finished turns in that column
         self.is_open = np.zeros(n_rooms, bool)  # [N] a turn has begun and not finished
+        self.awaiting = np.full(n_rooms, -1)  # [N] the full column that lacks the value of the next turn, -1: none
         self._free = list(range(capacity))
         self._full: list[int] = []
 
@@ -113,6 +114,7 @@ class Rollout:
         before = turns - 1
         follows = (turns > 0) & ~(slots.terminated[before, columns] | slots.truncated[before, columns])
         slots.next_values[before[follows], columns[follows]] = values[follows]
+        self.bootstrap(rooms, values)
         self.is_open[rooms] = True
 
     def relabel(self, rooms: NDArray[np.integer], actions: NDArray[np.integer], log_probs: NDArray[np.float32]) -> None:
@@ -125,11 +127,12 @@ class Rollout:
         """The legal actions [M, A] of the open turns of ``rooms`` [M]."""
         return self.slots.masks[self.turns[rooms], self.columns[rooms]]
 
-    def needs_next_value(
-        self, rooms: NDArray[np.integer], terminated: NDArray[np.bool_], truncated: NDArray[np.bool_]
-    ) -> NDArray[np.bool_]:
-        """Which of ``rooms`` [M] need V of the next observation when their turn finishes: [M] bool."""
-        return ~terminated & (truncated | (self.turns[rooms] == self.length - 1))
+    def bootstrap(self, rooms: NDArray[np.integer], values: NDArray[np.float32]) -> None:
+        """Give the full columns of ``rooms`` [M] that lack it the value [M] of the turn that follows."""
+        columns = self.awaiting[rooms]
+        lacking = columns >= 0
+        self.slots.next_values[-1, columns[lacking]] = values[lacking]
+        self.awaiting[rooms] = -1
 
     def finish(
         self,
@@ -142,8 +145,8 @@ class Rollout:
     ) -> None:
         """Close the open turn of each of ``rooms`` [M].
 
-        ``next_values`` [M] matters where `needs_next_value` is True; elsewhere it must be zero. A column that this
-        fills joins the queue, in the order of ``rooms``.
+        ``next_values`` [M] are those of truncated turns; elsewhere they must be zero. A column that this fills joins
+        the queue, in the order of ``rooms``; where its return goes on, it lacks a value until `bootstrap` or `begin`.
         """
         columns, turns = self.columns[rooms], self.turns[rooms]
         slots = self.slots
@@ -154,8 +157,10 @@ class Rollout:
         slots.next_values[turns, columns] = next_values
         self.is_open[rooms] = False
         self.turns[rooms] = turns + 1
-        full = rooms[turns + 1 == self.length]
+        is_full = turns + 1 == self.length
+        full, goes_on = rooms[is_full], ~(terminated | truncated)[is_full]
         self._full.extend(self.columns[full].tolist())
+        self.awaiting[full[goes_on]] = self.columns[full[goes_on]]
         self.columns[full] = -1
         self.turns[full] = 0
 
@@ -178,4 +183,5 @@ class Rollout:
         self._free, self._full = list(state["free"]), list(state["full"])
 
     def _arrays(self) -> dict[str, NDArray]:
-        return {**vars(self.slots), "columns": self.columns, "turns": self.turns, "is_open": self.is_open}
+        by_room = {"columns": self.columns, "turns": self.turns, "is_open": self.is_open, "awaiting": self.awaiting}
+        return {**vars(self.slots), **by_room}
