@@ -18,9 +18,9 @@ from statistics import median
 import tyro
 from run_table import fill, in_millions, train
 
-from hierroom.commands import run
-from hierroom.learners import PPOConfig
-from hierroom.presets import PRESETS, TrainConfig
+from hierroom.cli import run
+from hierroom.learners.config import PPOConfig
+from hierroom.training.presets import PRESETS, TrainConfig
 
 DEFAULT = PRESETS["default"]
 UNCHANGED = "as it is"

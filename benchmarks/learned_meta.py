@@ -19,12 +19,12 @@ from statistics import median
 import tyro
 from run_table import fill, in_millions, read, train
 
-from hierroom.agent import Agent
-from hierroom.assembly import make_turns
-from hierroom.commands import run
+from hierroom.agents.player import Agent
+from hierroom.cli import run
 from hierroom.evaluate import evaluate
 from hierroom.meta import RandomGoals
-from hierroom.presets import TrainConfig, find_preset
+from hierroom.training.assembly import make_turns
+from hierroom.training.presets import TrainConfig, find_preset
 
 KEYS = ("graph", "goal_mask", "seed", "steps")
 

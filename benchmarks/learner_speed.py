@@ -13,7 +13,9 @@ import time
 import numpy as np
 import torch
 
-from hierroom.learners import AgentSpace, Learner, PPOConfig, RecurrentActorCritic
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.ppo import Learner
 
 SPACE = AgentSpace((22,) * 49 + (4, 7, 50, 14, 14, 4) + (2,) * 6 + (6,), 5)
 N_ROOMS = 128
@@ -29,8 +31,8 @@ class Run:
     def __init__(self, network, sequence_length, threads):
         random = np.random.default_rng(0)
         cardinalities = np.array(SPACE.cardinalities)
-        shape = N_ROOMS, SPACE.n_columns
-        self.codes = [
+        shape = N_ROOMS, SPACE.n_features
+        self.features = [
             (random.random(shape) * cardinalities * (random.random(shape) < 0.5)).astype(np.uint8) for _ in range(8)
         ]
         self.ends = [random.random(N_ROOMS) < 0.02 for _ in range(8)]
@@ -39,16 +41,16 @@ class Run:
 
     def seconds(self):
         """Time of one rollout and update, in seconds per turn: acting, finishing, updating."""
-        rooms, masks = np.arange(N_ROOMS), np.ones((N_ROOMS, 5), bool)
+        envs, masks = np.arange(N_ROOMS), np.ones((N_ROOMS, 5), bool)
         none, once = np.zeros(N_ROOMS, bool), np.ones(N_ROOMS, int)
         spent = np.zeros(3)
         turns = 0
         while not self.learner.ready:
             start = time.perf_counter()
-            self.learner.act(rooms, self.codes[turns % 8], masks)
+            self.learner.act(envs, self.features[turns % 8], masks)
             acted = time.perf_counter()
             ends = self.ends[turns % 8]
-            self.learner.finish(rooms, ends.astype(float), once, ends, none, ends, self.codes[(turns + 1) % 8])
+            self.learner.finish(envs, ends.astype(float), once, ends, none, ends, self.features[(turns + 1) % 8])
             spent += acted - start, time.perf_counter() - acted, 0
             turns += 1
         start = time.perf_counter()

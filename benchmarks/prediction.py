@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from run_table import read
 from scipy.stats import spearmanr
 
-from hierroom.commands import run
+from hierroom.cli import run
 from hierroom.complexity import analyze
 from hierroom.errors import InputError
 

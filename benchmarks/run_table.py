@@ -16,8 +16,8 @@ import torch
 from rich.progress import Progress
 
 from hierroom.errors import InputError
-from hierroom.presets import TrainConfig
-from hierroom.trainer import Trainer
+from hierroom.training.presets import TrainConfig
+from hierroom.training.trainer import Trainer
 
 Key = dict[str, str]
 """What tells a row from the others: column and text."""

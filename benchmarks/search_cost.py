@@ -17,12 +17,12 @@ from rich.progress import track
 from searching import Searching
 from success import Informed
 
-from hierroom.assembly import make_turns
-from hierroom.commands import run
+from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.evaluate import evaluate
 from hierroom.meta import make_meta
-from hierroom.presets import TrainConfig, find_preset
+from hierroom.training.assembly import make_turns
+from hierroom.training.presets import TrainConfig, find_preset
 
 
 @dataclass(frozen=True)

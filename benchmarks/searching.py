@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NO_GOAL
 from hierroom.meta import MetaController
-from hierroom.step import Step
+from hierroom.options import Step
 from hierroom.turns import Turns
 from hierroom.world import kernels
 from hierroom.world.kernels import COL_STEP, EMPTY, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, UNSEEN, VIEW
@@ -37,16 +37,16 @@ LAST_ACTION = kernels.PICKUP, kernels.OPEN, kernels.FORWARD
 
 
 @njit
-def remember(rooms, views, known):
+def remember(levels, views, known):
     """Copy what the views [N, 7, 7] show to where it is on the maps."""
-    for n in range(rooms.shape[0]):
-        room, seen = rooms[n], known[n]
-        ahead_row, ahead_col = ROW_STEP[room.direction], COL_STEP[room.direction]
+    for n in range(levels.shape[0]):
+        level, seen = levels[n], known[n]
+        ahead_row, ahead_col = ROW_STEP[level.direction], COL_STEP[level.direction]
         for i in range(VIEW):
             for j in range(VIEW):
                 right, ahead = i - VIEW // 2, VIEW - 1 - j
-                row = room.row + ahead * ahead_row + right * ahead_col
-                col = room.col + ahead * ahead_col - right * ahead_row
+                row = level.row + ahead * ahead_row + right * ahead_col
+                col = level.col + ahead * ahead_col - right * ahead_row
                 if right == ahead == 0:  # where the view shows what is carried
                     seen[row, col] = max(seen[row, col], EMPTY)
                 elif views[n, i, j] != UNSEEN:
@@ -128,7 +128,7 @@ def imagine(known, start, latest, kind, imagined):
 
 
 @njit
-def find_ways(room, known):
+def find_ways(level, known):
     """The shortest ways over known cells to every pose, keys picked up where they lie in the way.
 
     A node is ``cell << 3 | direction << 1 | whether the key ahead was just picked up``.
@@ -141,7 +141,7 @@ def find_ways(room, known):
     steps = (1, side, -1, -side)
     nodes, distances, actions = np.empty((3, 8 * known.size), np.int64)
     is_found = np.zeros(8 * known.size, np.bool_)
-    nodes[0], distances[0], actions[0] = (room.row * side + room.col) << 3 | room.direction << 1, 0, -1
+    nodes[0], distances[0], actions[0] = (level.row * side + level.col) << 3 | level.direction << 1, 0, -1
     is_found[nodes[0]] = True
     head, tail = 0, 1
     while head < tail:
@@ -190,12 +190,12 @@ def best_look(nodes, distances, imagined, agent):
 
 
 @njit
-def choose(room, known, start, latest, goal):
+def choose(level, known, start, latest, goal):
     """The first action on the shortest way to a goal that was seen, else to where most is to be seen for the way."""
     side = known.shape[1]
     steps = (1, side, -1, -side)
     kind = goal // N_COLOURS
-    nodes, distances, actions = find_ways(room, known)
+    nodes, distances, actions = find_ways(level, known)
     wanted = WANTED[kind] + goal % N_COLOURS
     if (known == wanted).any():
         for place in range(nodes.size):
@@ -203,15 +203,15 @@ def choose(room, known, start, latest, goal):
                 return actions[place] if place else LAST_ACTION[kind]
     imagined = np.empty_like(known)
     imagine(known, start, latest, kind, imagined)
-    place = best_look(nodes, distances, imagined, room)
+    place = best_look(nodes, distances, imagined, level)
     return actions[place] if place > 0 else kernels.LEFT  # no more to see: it is out of reach, and time runs out
 
 
 @njit
-def choose_all(rooms, known, starts, latest, goals, actions):
+def choose_all(levels, known, starts, latest, goals, actions):
     """Write what to do in every room; the rooms' records are scribbled on."""
-    for n in range(rooms.shape[0]):
-        actions[n] = choose(rooms[n], known[n], (starts[n, 0], starts[n, 1]), latest[n], goals[n])
+    for n in range(levels.shape[0]):
+        actions[n] = choose(levels[n], known[n], (starts[n, 0], starts[n, 1]), latest[n], goals[n])
 
 
 class Searching:
@@ -235,13 +235,13 @@ class Searching:
         self._begin(turns, np.arange(len(turns)))
 
     def _begin(self, turns: Turns, indices: NDArray[np.integer]) -> None:
-        rooms = turns.world.state.rooms[indices]
+        levels = turns.world.state.levels[indices]
         self.known[indices], self._latest[indices] = UNSEEN, -1
-        self._starts[indices] = np.stack((rooms["row"], rooms["col"]), axis=1)
+        self._starts[indices] = np.stack((levels["row"], levels["col"]), axis=1)
 
     def look(self, turns: Turns) -> None:
         """Put on the map what is to be seen now."""
-        remember(turns.world.state.rooms, turns.world.outcomes["tiles"], self.known)
+        remember(turns.world.state.levels, turns.world.outcomes["tiles"], self.known)
 
     def step(self, turns: Turns) -> Step:
         """Take the turns that are due, and one primitive step in every room.
@@ -254,13 +254,15 @@ class Searching:
             raise InputError("the searching controller needs a meta-controller that always gives a goal")
         self.look(turns)
         actions = np.empty(len(turns), np.int64)
-        agents = np.zeros_like(turns.world.state.rooms)  # where they are, and nothing else that the rooms' records tell
+        agents = np.zeros_like(
+            turns.world.state.levels
+        )  # where they are, and nothing else that the rooms' records tell
         for name in ("row", "col", "direction"):
-            agents[name] = turns.world.state.rooms[name]
+            agents[name] = turns.world.state.levels[name]
         agents["carried"] = -1  # else it would be seen on their cells
         choose_all(agents, self.known, self._starts, self._latest, turns.goals.astype(np.int64), actions)
         step = turns.step(actions)
         has_opened = (step.events >= FIRST_DOOR_GOAL) & (step.events < EXIT_GOAL)
         self._latest[has_opened] = step.events[has_opened] - FIRST_DOOR_GOAL
-        self._begin(turns, np.flatnonzero(step.over))
+        self._begin(turns, np.flatnonzero(step.episode_ended))
         return step

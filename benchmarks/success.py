@@ -22,15 +22,15 @@ import numpy as np
 import tyro
 from run_table import fill, in_millions, train
 
-from hierroom.agent import Agent
-from hierroom.assembly import make_turns
-from hierroom.commands import run
+from hierroom.agents.player import Agent
+from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.evaluate import evaluate
 from hierroom.goals import EXIT_GOAL, NO_GOAL
 from hierroom.meta import MetaController, make_meta
-from hierroom.presets import TrainConfig, find_preset
-from hierroom.step import Step
+from hierroom.options import Step
+from hierroom.training.assembly import make_turns
+from hierroom.training.presets import TrainConfig, find_preset
 from hierroom.turns import Turns
 from hierroom.world.oracle import shortest_actions
 

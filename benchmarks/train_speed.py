@@ -31,9 +31,9 @@ from sb3_contrib import RecurrentPPO
 from stable_baselines3.common.vec_env import DummyVecEnv
 
 import hierroom  # noqa: F401 - registers the rooms
-from hierroom.learners import PPOConfig
-from hierroom.presets import TrainConfig
-from hierroom.trainer import Trainer
+from hierroom.learners.config import PPOConfig
+from hierroom.training.presets import TrainConfig
+from hierroom.training.trainer import Trainer
 
 ROOMS, LENGTH, EPOCHS, MINIBATCHES = 128, 128, 4, 4
 THEIRS = "sb3-contrib RecurrentPPO"

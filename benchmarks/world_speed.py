@@ -23,8 +23,8 @@ from pathlib import Path
 import numpy as np
 
 from hierroom.goals import GoalGraph
-from hierroom.world.batch import Batch
 from hierroom.world.tiles import encode
+from hierroom.world.world import World
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 from minigrid_room import MiniGridRoom
@@ -35,7 +35,7 @@ MIN_RATIO, MAX_CALL_MICROSECONDS = 500, 2.0
 
 def our_stepper(rooms: int, threads: int, size: int) -> Callable[[int], None]:
     """A function that takes some steps in every room."""
-    batch = Batch([GoalGraph.named("c")], rooms, size=size, threads=threads)
+    batch = World([GoalGraph.named("c")], rooms, size=size, threads=threads)
     actions = list(np.random.default_rng(0).integers(batch.n_actions, size=(64, rooms)))
 
     def run(steps: int) -> None:
@@ -47,7 +47,7 @@ def our_stepper(rooms: int, threads: int, size: int) -> Callable[[int], None]:
 
 def minigrid_stepper(size: int) -> Callable[[int], None]:
     """The same in one MiniGrid environment."""
-    env = MiniGridRoom(Batch([GoalGraph.named("c")], size=size).state)
+    env = MiniGridRoom(World([GoalGraph.named("c")], size=size).state)
     env.reset()
     actions = np.random.default_rng(0).integers(5, size=1024).tolist()
 

@@ -6,7 +6,7 @@ import gymnasium
 
 import hierroom  # noqa: F401 - registers the ids
 
-env = gymnasium.make_vec("hierroom/EscapeRoom-c-v0", num_envs=64, meta="fixed-dfs", pay="intrinsic", max_steps=200)
+env = gymnasium.make_vec("hierroom/EscapeRoom-c-v0", num_envs=64, meta="fixed-dfs", reward="intrinsic", max_steps=200)
 observations, infos = env.reset(seed=0)
 goals_reached, episodes, started = 0, 0, time.perf_counter()
 for _ in range(500):

@@ -32,7 +32,7 @@ class ReachedMostOften:
 
     def choose(self, observations, legal, situation):
         """[M] goal ids; the draws make the choice the same in whatever batch it is made."""
-        kinds = kinds_of(observations, situation.state.rooms["seen"][:, None] >> np.arange(13) & 1)
+        kinds = kinds_of(observations, situation.state.levels["seen"][:, None] >> np.arange(13) & 1)
         draws, is_random = situation.draws[:, :13], situation.draws[:, 13:] < 0.1
         scores = np.where(is_random, draws, (self.reached / self.tried)[kinds] + 1e-6 * draws)
         goals = np.where(legal, scores, -1).argmax(axis=1)
@@ -41,9 +41,9 @@ class ReachedMostOften:
 
     def learn(self, step, turns):
         """Count the goals whose life is over, after every primitive step."""
-        over = np.flatnonzero(step.option_over & (step.goals >= 0))
-        np.add.at(self.tried, self.given[over], 1)
-        np.add.at(self.reached, self.given[over], step.reached[over])
+        episode_ended = np.flatnonzero(step.option_ended & (step.goals >= 0))
+        np.add.at(self.tried, self.given[episode_ended], 1)
+        np.add.at(self.reached, self.given[episode_ended], step.reached[episode_ended])
 
     def for_play(self, rooms, *, seed):
         """The same for other rooms, to play and learn no more."""

@@ -3,7 +3,7 @@
 import torch
 from torch import nn
 
-from hierroom.learners.encoder import ColumnEncoder
+from hierroom.learners.networks.encoder import FeatureEncoder
 
 
 class GatedMemory(nn.Module):
@@ -12,7 +12,7 @@ class GatedMemory(nn.Module):
     def __init__(self, space, hidden_size):
         """The space holds ``cardinalities`` (how many values each entry of an observation has) and ``n_actions``."""
         super().__init__()
-        self.encoder = ColumnEncoder(space.cardinalities, hidden_size)
+        self.encoder = FeatureEncoder(space.cardinalities, hidden_size)
         self.core = nn.GRUCell(hidden_size, hidden_size)
         self.heads = nn.Linear(hidden_size, space.n_actions + 1)
 

@@ -2,7 +2,7 @@
 
 import hierroom
 
-env = hierroom.parallel_env(graph="c", max_steps=300, pay="bonus")
+env = hierroom.parallel_env(graph="c", max_steps=300, reward="bonus")
 observations, infos = env.reset(seed=0)
 returns = dict.fromkeys(env.possible_agents, 0.0)
 while env.agents:

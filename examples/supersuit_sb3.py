@@ -6,7 +6,7 @@ from supersuit import concat_vec_envs_v1, pettingzoo_env_to_vec_env_v1
 
 import hierroom
 
-env = hierroom.box_view(hierroom.parallel_env(graph="a", size=11, max_steps=200))
+env = hierroom.wrappers(hierroom.parallel_env(graph="a", size=11, max_steps=200))
 env = concat_vec_envs_v1(pettingzoo_env_to_vec_env_v1(env), 4, base_class="stable_baselines3")
 env.venv.reset(seed=0)  # SuperSuit's wrapper has no seed of its own; each copy goes on from here
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from hierroom import train
-from hierroom.agent import Agent
-from hierroom.assembly import make_turns
+from hierroom.agents.player import Agent
 from hierroom.goals import GOAL_NAMES
-from hierroom.runs import RunFolder
+from hierroom.training.assembly import make_turns
+from hierroom.training.run_folder import RunFolder
 
 with tempfile.TemporaryDirectory() as folder:
     train.main(["--graph", "a", "--size", "11", "--rooms", "16", "--steps", "40000", "--out", f"{folder}/run"])
@@ -22,4 +22,4 @@ while episodes < 4:
     step = agent.step(rooms)
     for room in np.flatnonzero(step.events >= 0):
         print(f"room {room}, step {step.lengths[room]} of the episode: {GOAL_NAMES[step.events[room]]}")
-    episodes += step.over.sum()
+    episodes += step.episode_ended.sum()

@@ -1,16 +1,26 @@
 """EscapeRoom environments, exploration complexity and hierarchical PPO for goal-driven navigation."""
 
-from hierroom import complexity
-from hierroom.aec_env import env, raw_env
-from hierroom.box_view import box_view
-from hierroom.errors import InputError
-from hierroom.goals import GoalGraph, enumerate_graphs
-from hierroom.gym_env import register_envs
-from hierroom.parallel_env import parallel_env
+from __future__ import annotations
+
+import importlib
+import sys
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import gymnasium
+
+if TYPE_CHECKING:
+    from hierroom import complexity
+    from hierroom.aec_env import env, raw_env
+    from hierroom.errors import InputError
+    from hierroom.goals import GoalGraph, enumerate_graphs
+    from hierroom.parallel_env import parallel_env
+    from hierroom.wrappers import add_features, box_view
 
 __all__ = [
     "GoalGraph",
     "InputError",
+    "add_features",
     "box_view",
     "complexity",
     "enumerate_graphs",
@@ -20,4 +30,45 @@ __all__ = [
 ]
 __version__ = "0.1.0"
 
-register_envs()
+_HOMES = {
+    "GoalGraph": "goals",
+    "InputError": "errors",
+    "add_features": "wrappers",
+    "box_view": "wrappers",
+    "enumerate_graphs": "goals",
+    "env": "aec_env",
+    "parallel_env": "parallel_env",
+    "raw_env": "aec_env",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first asked for: a command must not wait for what it does not use."""
+    if name in _HOMES:
+        return getattr(importlib.import_module(f"hierroom.{_HOMES[name]}"), name)
+    if name == "complexity":
+        return importlib.import_module("hierroom.complexity")
+    raise AttributeError(f"module 'hierroom' has no attribute {name!r}")
+
+
+class _Package(ModuleType):
+    """The package, in which ``parallel_env`` is the class and not the file of that name."""
+
+    @property
+    def parallel_env(self) -> type:
+        return __getattr__("parallel_env")
+
+    @parallel_env.setter
+    def parallel_env(self, module: ModuleType) -> None:
+        """Keep the import system from putting the file there."""
+
+
+sys.modules[__name__].__class__ = _Package
+
+for _letter in "abcdefg":
+    gymnasium.register(
+        f"hierroom/EscapeRoom-{_letter}-v0",
+        entry_point="hierroom.gym_env:EscapeRoom",
+        vector_entry_point="hierroom.gym_env:EscapeRooms",
+        kwargs={"graph": _letter},
+    )

@@ -6,12 +6,12 @@
 | actions of meta_0 | 0-5 key of that colour, 6-11 door of that colour, 12 exit, 13 none: find something new |
 | actions of controller_0 | 0 forward, 1 left, 2 right, 3 pickup, 4 open, 5 drop (where enabled) |
 | observations | ``observation`` 7 x 7 x 3, ``goal``, ``direction``, ``keys_held``, ``doors_open``, ``action_mask`` |
-| and for meta_0 | ``outcome``: 0 no goal before, 1 it was reached, 2 its horizon ran out, 3 anything else ended it |
-| rewards | meta_0: 1 for the exit; controller_0: by ``pay`` |
+| and for meta_0 | ``outcome``: 0 no goal before, 1 it was reached, 2 its horizon ran out, 3 the episode ended |
+| rewards | meta_0: 1 for the exit; controller_0: by ``reward`` |
 | infos | ``goal_event``, ``elapsed``, ``illegal_actions``; at the end ``success``, ``length``, ``shortest_length`` |
 | ends | terminated at the exit, truncated after ``max_steps`` primitive steps; both agents at once |
 
-``meta_0`` acts at reset and whenever its goal's life is over, ``controller_0`` at every other moment. An action that
+``meta_0`` acts at reset and whenever its option ends, ``controller_0`` at every other moment. An action that
 is not legal is never an error: the meta-controller's counts as no goal, the controller's only costs the step.
 
 Version history: v0, the first.
@@ -19,7 +19,9 @@ Version history: v0, the first.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
 
 import numpy as np
 from gymnasium import spaces
@@ -27,15 +29,20 @@ from numpy.typing import NDArray
 from pettingzoo import AECEnv
 from pettingzoo.utils.wrappers import AssertOutOfBoundsWrapper, OrderEnforcingWrapper
 
+from hierroom.env_config import (
+    FRAMES_PER_SECOND,
+    NOVELTY_BONUS,
+    EnvConfig,
+    GoalMaskName,
+    P,
+    RewardName,
+    known_arguments,
+)
 from hierroom.errors import InputError
-from hierroom.room import AGENTS, CONTROLLER, META, Room
-from hierroom.settings import FRAMES_PER_SECOND, RoomSettings
+from hierroom.goals import GoalGraph
+from hierroom.options import AGENTS, CONTROLLER, META
+from hierroom.room import Room
 from hierroom.world.render import RENDER_MODES
-
-
-def env(render_mode: str | None = None, **settings: Any) -> AECEnv:
-    """The AEC environment with PettingZoo's checks of order and bounds; the arguments are `raw_env`'s."""
-    return OrderEnforcingWrapper(AssertOutOfBoundsWrapper(raw_env(render_mode, **settings)))
 
 
 class raw_env(AECEnv):
@@ -43,7 +50,6 @@ class raw_env(AECEnv):
 
     Args:
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
-        **settings: see `RoomSettings`.
 
     Attributes:
         complexity: the `ComplexityReport` of its goal graph.
@@ -56,12 +62,28 @@ class raw_env(AECEnv):
         "is_parallelizable": False,
     }
 
-    def __init__(self, render_mode: str | None = None, **settings: Any):
+    @known_arguments
+    def __init__(
+        self,
+        graph: GoalGraph | str | Path = "c",
+        *,
+        size: int = 19,
+        max_steps: int = 1000,
+        drop_key: bool = False,
+        reward: RewardName = "intrinsic",
+        novelty_bonus: float = NOVELTY_BONUS,
+        subgoal_horizon: int | None = None,
+        goal_mask: GoalMaskName = "reachable",
+        curriculum_stages: int = 1,
+        env_index: int = 0,
+        render_mode: str | None = None,
+    ):
+        config = EnvConfig.of_arguments(locals())
         super().__init__()
-        self.room = Room(RoomSettings(**settings), render_mode)
+        self.room = Room(config, render_mode)
         self.render_mode = render_mode
         self.complexity = self.room.complexity
-        self.possible_agents = AGENTS[:]
+        self.possible_agents = list(AGENTS)
         self.observation_spaces = self.room.observation_spaces
         self.action_spaces = self.room.action_spaces
 
@@ -81,7 +103,7 @@ class raw_env(AECEnv):
             options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
         """
         self.infos = self.room.reset(seed, options)
-        self.agents = AGENTS[:]
+        self.agents = list(AGENTS)
         self.rewards = dict.fromkeys(AGENTS, 0.0)
         self._cumulative_rewards = dict.fromkeys(AGENTS, 0.0)
         self.terminations = dict.fromkeys(AGENTS, False)
@@ -99,7 +121,7 @@ class raw_env(AECEnv):
             self._was_dead_step(action)
             return
         if action is None:
-            raise InputError(f"{agent} is to act; None is for agents whose episode is over")
+            raise InputError(f"{agent} is to act; None is for agents whose episode has ended")
         self._cumulative_rewards[agent] = 0.0
         if agent == META:
             self.room.choose(action)
@@ -112,9 +134,21 @@ class raw_env(AECEnv):
         self.agent_selection = META if has_ended or self.room.is_meta_turn else CONTROLLER
 
     def render(self) -> str | NDArray[np.uint8] | None:
-        """The room as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
+        """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
         return self.room.render()
 
     def close(self) -> None:
         """Close the window, if one is open."""
         self.room.close()
+
+
+def _with_checks(make: Callable[P, AECEnv]) -> Callable[P, AECEnv]:
+    @wraps(make, updated=())
+    def env(*args: P.args, **kwargs: P.kwargs) -> AECEnv:
+        """The AEC environment with PettingZoo's checks of order and bounds; the arguments are `raw_env`'s."""
+        return OrderEnforcingWrapper(AssertOutOfBoundsWrapper(make(*args, **kwargs)))
+
+    return env
+
+
+env = _with_checks(raw_env)

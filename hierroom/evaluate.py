@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Annotated, Protocol
+from typing import Annotated
 
 import numpy as np
 import torch
@@ -15,22 +16,15 @@ from rich.progress import Progress
 from rich.table import Table
 from scipy.stats import binomtest
 
-from hierroom.agent import Agent
-from hierroom.assembly import make_turns
-from hierroom.commands import run
+from hierroom.agents.player import Player, play
+from hierroom.cli import run
+from hierroom.env_config import GoalMaskName
 from hierroom.errors import InputError
+from hierroom.files import to_json
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS
-from hierroom.runs import RunFolder, to_json
-from hierroom.step import Step
+from hierroom.training.assembly import load_pair, make_turns
+from hierroom.training.run_folder import RunFolder
 from hierroom.turns import Turns
-
-
-class Player(Protocol):
-    """Whoever can be evaluated: a trained `Agent`, or anything else that plays in rooms."""
-
-    def step(self, turns: Turns) -> Step:
-        """Take the turns that are due, and one primitive step in every room."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -55,37 +49,32 @@ class Evaluation:
     steps_to_goals: dict[str, tuple[float, float]]
 
 
-def evaluate(agent: Player, turns: Turns, episodes: int, progress=lambda done: None) -> Evaluation:
-    """Let an agent play the first episodes of each room; rooms play equally many, so short ones do not count more.
+def evaluate(
+    player: Player, turns: Turns, episodes: int, progress: Callable[[int], object] = lambda done: None
+) -> Evaluation:
+    """Let a player play the first episodes of each environment.
 
     Args:
-        agent: who plays.
-        turns: N fresh rooms whose shortest lengths are measured.
+        player: who plays.
+        turns: N fresh environments whose shortest lengths are measured.
         episodes: at least so many in all.
         progress: called with the episodes done so far.
     """
-    n = len(turns)
-    per_room = -(-episodes // n)
-    levels = turns.world.state.rooms[["branches", "n_rooms"]].copy()
+    levels = turns.world.state.levels[["branches", "n_rooms"]].copy()
     n_rooms = 0
-    firsts = np.zeros((n, 2 * N_COLOURS + 1), np.int64)
-    played = np.zeros(n, np.int64)
+    firsts = np.zeros((len(turns), 2 * N_COLOURS + 1), np.int64)
     successes, lengths, shortest, goal_steps = [], [], [], []
-    while (played < per_room).any():
-        step = agent.step(turns)
+    for played in play(turns, player, episodes, progress):
+        step, counted = played.step, played.ended
         _note_goals(firsts, levels["branches"], step.events, step.lengths)
-        ended = np.flatnonzero(step.over)
-        counted = ended[played[ended] < per_room]
-        played[counted] += 1
         successes.append(step.terminated[counted])
         lengths.append(step.lengths[counted])
         shortest.append(step.shortest[counted])
         goal_steps.append(firsts[counted])
+        ended = np.flatnonzero(step.episode_ended)
         firsts[ended] = 0
         n_rooms = int(levels["n_rooms"][counted].max(initial=n_rooms))
-        levels[ended] = turns.world.state.rooms[["branches", "n_rooms"]][ended]
-        if len(counted):
-            progress(int(played.sum()))
+        levels[ended] = turns.world.state.levels[["branches", "n_rooms"]][ended]
     success, length, best = np.concatenate(successes), np.concatenate(lengths), np.concatenate(shortest)
     interval = binomtest(int(success.sum()), len(success)).proportion_ci(method="wilson")
     return Evaluation(
@@ -100,13 +89,13 @@ def evaluate(agent: Player, turns: Turns, episodes: int, progress=lambda done: N
 
 def _note_goals(firsts: NDArray, branches: NDArray, events: NDArray, lengths: NDArray) -> None:
     """Write the step of each goal's first time into ``firsts`` [N, 13]: keys and doors by room, the exit last."""
-    rooms = np.flatnonzero(events >= 0)
-    goals = events[rooms].copy()
+    envs = np.flatnonzero(events >= 0)
+    goals = events[envs].copy()
     is_object = goals < EXIT_GOAL
-    branch = branches[rooms[is_object], goals[is_object] % FIRST_DOOR_GOAL]
+    branch = branches[envs[is_object], goals[is_object] % FIRST_DOOR_GOAL]
     goals[is_object] = goals[is_object] // FIRST_DOOR_GOAL * FIRST_DOOR_GOAL + branch
-    is_first = firsts[rooms, goals] == 0
-    firsts[rooms[is_first], goals[is_first]] = lengths[rooms[is_first]]
+    is_first = firsts[envs, goals] == 0
+    firsts[envs[is_first], goals[is_first]] = lengths[envs[is_first]]
 
 
 def _goal_table(firsts: NDArray, n_rooms: int) -> dict[str, tuple[float, float]]:
@@ -129,8 +118,8 @@ class Arguments:
     """The run's folder."""
     episodes: int = 1000
     """Episodes to play, at least."""
-    rooms: int = 100
-    """Rooms to play in side by side."""
+    num_envs: int = 100
+    """Environments to play in side by side."""
     seed: int = 1_000_000
     """Fixes the levels and the actions; by default levels that training seeds below a million never saw."""
     graph: str | None = None
@@ -140,7 +129,7 @@ class Arguments:
     meta: str | None = None
     """Another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point or
     package.module:Class."""
-    goal_mask: str | None = None
+    goal_mask: GoalMaskName | None = None
     """Other goals that may be chosen: reachable, existing, seen or none."""
     checkpoint: int | None = None
     """The steps of an earlier checkpoint than the newest."""
@@ -154,22 +143,23 @@ def main() -> int:
     arguments = tyro.cli(Arguments, prog="python -m hierroom.evaluate")
     folder = RunFolder.open(arguments.run)
     config = folder.config()
-    for name in ("episodes", "rooms"):
+    for name in ("episodes", "num_envs"):
         if getattr(arguments, name) < 1:
             raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
-    for name in ("graph", "size", "goal_mask"):
-        if getattr(arguments, name) is not None:
-            config = replace(config, **{name: getattr(arguments, name)})
-    rooms, seed = min(arguments.rooms, arguments.episodes), arguments.seed
-    turns = {name: make_turns(config, rooms, seed, measure_shortest=True) for name in ("sampled", "greedy")}
+    named = {name: getattr(arguments, name) for name in ("graph", "size", "goal_mask")}
+    env = replace(config.env, **{name: value for name, value in named.items() if value is not None})
+    config = replace(config, env=env)
+    num_envs, seed = min(arguments.num_envs, arguments.episodes), arguments.seed
+    where = {"whole_interval": True, "measure_shortest": True}
+    turns = {name: make_turns(config, num_envs, seed, **where) for name in ("sampled", "greedy")}
     chosen = {"seed": seed, "meta": arguments.meta, "steps": arguments.checkpoint}
-    agents = {name: Agent.load(folder, rooms, is_greedy=name == "greedy", **chosen) for name in turns}
+    pairs = {name: load_pair(folder, num_envs, is_greedy=name == "greedy", **chosen) for name in turns}
     results: dict[str, Evaluation] = {}
     with Progress(console=Console(stderr=True), transient=True) as bar:
-        for name, agent in agents.items():
+        for name, pair in pairs.items():
             task = bar.add_task(f"{name} actions", total=arguments.episodes)
             results[name] = evaluate(
-                agent, turns[name], arguments.episodes, lambda done, t=task: bar.update(t, completed=done)
+                pair, turns[name], arguments.episodes, lambda done, t=task: bar.update(t, completed=done)
             )
     if arguments.json:
         print(to_json({name: asdict(result) for name, result in results.items()}))

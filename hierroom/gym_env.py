@@ -1,4 +1,4 @@
-"""The Gymnasium environments ``hierroom/EscapeRoom-{a..g}-v0``: the controller alone, in one room or in many.
+"""The Gymnasium environments ``hierroom/EscapeRoom-{a..g}-v0``: the controller alone, in one environment or in many.
 
 The goals come from a meta-controller inside the environment (none by default: flat). Observations, actions, ends and
 infos are those of ``controller_0`` in `hierroom.aec_env`.
@@ -8,6 +8,8 @@ Version history: v0, the first.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -16,22 +18,43 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from hierroom.goals import NAMED_GRAPHS, NO_GOAL
+from hierroom.env_config import (
+    FRAMES_PER_SECOND,
+    NOVELTY_BONUS,
+    EnvConfig,
+    GoalMaskName,
+    RewardName,
+    fresh_seed,
+    known_arguments,
+)
+from hierroom.goals import NO_GOAL, GoalGraph
 from hierroom.meta import MetaController, make_meta
-from hierroom.room import CONTROLLER, Room
-from hierroom.settings import FRAMES_PER_SECOND, RoomSettings, fresh_seed
-from hierroom.step import Step
+from hierroom.options import CONTROLLER, Step
+from hierroom.room import Room
+from hierroom.turns import Turns
 from hierroom.world.render import RENDER_MODES
+
+MetaSpec = str | MetaController | Callable[..., Any]
+"""Who picks the goals, as `make_meta` takes it."""
 
 
 class EscapeRoom(gymnasium.Env):
-    """One room, and in it the controller.
+    """One EscapeRoom, and in it the controller.
 
     Args:
+        graph: a letter ``"a"`` to ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, or
+            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between: each episode draws one.
+        size: cells of the grid's side, 11 to 63, outer walls included.
+        max_steps: primitive steps after which an episode is truncated.
+        drop_key: whether the controller has a sixth action that drops a key.
+        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`).
+        novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
+        subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
+        goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
+        curriculum_stages: parts into which an interval of graphs is cut, to go through from the easiest on.
+        env_index: the index of the (first) environment; with the seed it fixes the episodes.
         meta: who picks the goals: a name, ``package.module:Class`` or a meta-controller (see `hierroom.meta`).
-        pay: how the controller is paid: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty``.
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
-        **settings: see `RoomSettings`.
 
     Attributes:
         complexity: the `ComplexityReport` of its goal graph.
@@ -39,14 +62,24 @@ class EscapeRoom(gymnasium.Env):
 
     metadata = {"render_modes": RENDER_MODES, "render_fps": FRAMES_PER_SECOND}  # noqa: RUF012 - read from the class
 
+    @known_arguments
     def __init__(
         self,
-        meta: str | MetaController = "none",
-        pay: str = "extrinsic",
+        graph: GoalGraph | str | Path = "c",
+        *,
+        size: int = 19,
+        max_steps: int = 1000,
+        drop_key: bool = False,
+        reward: RewardName = "extrinsic",
+        novelty_bonus: float = NOVELTY_BONUS,
+        subgoal_horizon: int | None = None,
+        goal_mask: GoalMaskName = "reachable",
+        curriculum_stages: int = 1,
+        env_index: int = 0,
+        meta: MetaSpec = "none",
         render_mode: str | None = None,
-        **settings: Any,
     ):
-        self.room = Room(RoomSettings(pay=pay, **settings), render_mode)
+        self.room = Room(EnvConfig.of_arguments(locals()), render_mode)
         self.meta = make_meta(meta)
         self.render_mode = render_mode
         self.complexity = self.room.complexity
@@ -78,7 +111,7 @@ class EscapeRoom(gymnasium.Env):
         )
 
     def render(self) -> str | NDArray[np.uint8] | None:
-        """The room as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
+        """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
         return self.room.render()
 
     def close(self) -> None:
@@ -87,18 +120,27 @@ class EscapeRoom(gymnasium.Env):
 
 
 class EscapeRooms(VectorEnv):
-    """N rooms on the batch engine; a room whose episode ends begins its next one in the same step.
+    """N environments on the batch engine; where an episode ends the next one begins in the same step.
 
     Observations and infos are laid out as Gymnasium's own ``SyncVectorEnv`` lays out those of N `EscapeRoom` with
-    room indices 0, 1, ... in its same-step mode: where an episode ended, ``final_obs`` and ``final_info`` tell of its
+    ``env_index`` 0, 1, ... in its same-step mode: where an episode ended, ``final_obs`` and ``final_info`` tell of its
     last step, and everything else of the new episode.
 
     Args:
         num_envs: N.
+        graph: a letter ``"a"`` to ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, or
+            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between: each episode draws one.
+        size: cells of the grid's side, 11 to 63, outer walls included.
+        max_steps: primitive steps after which an episode is truncated.
+        drop_key: whether the controller has a sixth action that drops a key.
+        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`).
+        novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
+        subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
+        goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
+        curriculum_stages: parts into which an interval of graphs is cut, to go through from the easiest on.
+        env_index: the index of the (first) environment; with the seed it fixes the episodes.
         meta: who picks the goals, as for `EscapeRoom`.
-        pay: how the controller is paid.
-        threads: most threads to step the rooms with.
-        **settings: see `RoomSettings`.
+        threads: most threads to step with.
 
     Attributes:
         complexity: the `ComplexityReport` of its goal graph.
@@ -106,30 +148,40 @@ class EscapeRooms(VectorEnv):
 
     metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012 - Gymnasium reads it from the class
 
+    @known_arguments
     def __init__(
         self,
         num_envs: int = 1,
-        meta: str | MetaController = "none",
-        pay: str = "extrinsic",
+        graph: GoalGraph | str | Path = "c",
+        *,
+        size: int = 19,
+        max_steps: int = 1000,
+        drop_key: bool = False,
+        reward: RewardName = "extrinsic",
+        novelty_bonus: float = NOVELTY_BONUS,
+        subgoal_horizon: int | None = None,
+        goal_mask: GoalMaskName = "reachable",
+        curriculum_stages: int = 1,
+        env_index: int = 0,
+        meta: MetaSpec = "none",
         threads: int = 1,
-        **settings: Any,
     ):
-        room = RoomSettings(pay=pay, **settings)
-        self.turns = room.turns(num_envs, autoreset=True, threads=threads)
-        self.complexity = room.complexity()
+        config = EnvConfig.of_arguments(locals())
+        self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads)
+        self.complexity = self.turns.complexity
         self.meta = make_meta(meta)
         self.num_envs = num_envs
-        self.single_observation_space = self.turns.controller_space()
-        self.single_action_space = gymnasium.spaces.Discrete(self.turns.world.n_actions)
+        self.single_observation_space = self.turns.observation_space(CONTROLLER)
+        self.single_action_space = self.turns.action_space(CONTROLLER)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._is_seeded = False
 
     def reset(self, *, seed: int | None = None, options: dict | None = None):
-        """Begin an episode in every room: the first one of a seed, or without a seed each room's next.
+        """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
 
         Args:
-            seed: 0 to 2**63 - 1; one for all rooms, whose indices make their episodes differ.
+            seed: 0 to 2**63 - 1; one for all environments, whose indices make their episodes differ.
             options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
         """
         self.turns.reset(fresh_seed() if seed is None and not self._is_seeded else seed)
@@ -142,17 +194,17 @@ class EscapeRooms(VectorEnv):
         return self._observations(), infos
 
     def step(self, actions: NDArray[np.integer]):
-        """Act once in every room."""
+        """Act once in every environment."""
         step = self.turns.step(actions)
-        over = step.over
-        infos = self._infos(np.where(over, NO_GOAL, step.events), np.where(over, 0, 1))
-        if over.any():
+        episode_ended = step.episode_ended
+        infos = self._infos(np.where(episode_ended, NO_GOAL, step.events), np.where(episode_ended, 0, 1))
+        if episode_ended.any():
             infos |= self._final_infos(step)
         self.turns.ask(self.meta)
         return self._observations(), step.rewards, step.terminated, step.truncated, infos
 
     def _observations(self) -> dict[str, NDArray]:
-        return self.turns.controller_observations(self.turns.sight())
+        return self.turns.observe(CONTROLLER, self.turns.due(CONTROLLER)).as_dict()
 
     def _infos(self, events: NDArray[np.integer], elapsed: NDArray[np.integer]) -> dict[str, Any]:
         infos = {"goal_event": events, "elapsed": elapsed, "illegal_actions": self.turns.ledger.illegal_actions.copy()}
@@ -160,7 +212,7 @@ class EscapeRooms(VectorEnv):
 
     def _final_infos(self, step: Step) -> dict[str, Any]:
         """What there is to say of the episodes that a step ended."""
-        over = step.over
+        episode_ended = step.episode_ended
         info = {
             "goal_event": step.events,
             "elapsed": np.ones(self.num_envs, np.int64),
@@ -170,27 +222,17 @@ class EscapeRooms(VectorEnv):
             "shortest_length": step.shortest,
         }
         final_info = _masked(
-            {name: np.where(over, values, np.zeros_like(values)) for name, values in info.items()}, over
+            {name: np.where(episode_ended, values, np.zeros_like(values)) for name, values in info.items()},
+            episode_ended,
         )
         final_obs = np.full(self.num_envs, None, object)
-        ended = np.flatnonzero(over)
-        observations = self.turns.controller_observations(self.turns.final_sight(step, ended))
+        ended = np.flatnonzero(episode_ended)
+        observations = self.turns.final_observation(CONTROLLER, step, ended).as_dict()
         for m, n in enumerate(ended):
             final_obs[n] = {name: values[m] for name, values in observations.items()}
-        return _masked({"final_obs": final_obs, "final_info": final_info}, over)
+        return _masked({"final_obs": final_obs, "final_info": final_info}, episode_ended)
 
 
 def _masked(infos: dict[str, Any], where: NDArray[np.bool_]) -> dict[str, Any]:
-    """Infos with Gymnasium's entries that say which rooms they tell of."""
+    """Infos with Gymnasium's entries that say which environments they tell of."""
     return infos | {f"_{name}": where.copy() for name in infos}
-
-
-def register_envs() -> None:
-    """Register ``hierroom/EscapeRoom-{a..g}-v0``; ``import hierroom`` has done so."""
-    for letter in NAMED_GRAPHS:
-        gymnasium.register(
-            f"hierroom/EscapeRoom-{letter}-v0",
-            entry_point="hierroom.gym_env:EscapeRoom",
-            vector_entry_point="hierroom.gym_env:EscapeRooms",
-            kwargs={"graph": letter},
-        )

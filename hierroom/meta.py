@@ -2,79 +2,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.errors import InputError
 from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL
+from hierroom.options import Transition
 from hierroom.plugins import in_one_line, load_plugin
 from hierroom.situation import Situation
 from hierroom.world import kernels
 from hierroom.world.layout import OUTCOME, State
+from hierroom.world.level import Goal, Level
 from hierroom.world.oracle import shortest_actions
 
-if TYPE_CHECKING:
-    from hierroom.presets import TrainConfig
-    from hierroom.step import Step
-    from hierroom.turns import Turns
-
 ENTRY_POINT_GROUP = "hierroom.meta_controllers"
+LEARNED = "learned"
+"""The name of the meta-controller that PPO trains beside the controller (the paper's Algorithm 1)."""
 
 
 @runtime_checkable
 class MetaController(Protocol):
     """Chooses goals. Any class with `choose` will do.
 
-    Where there is a method ``reset(indices)`` too, it is called with the places in the batch [M] of the rooms whose
+    Where there is a method ``reset(envs)`` too, it is called with the places in the batch [M] of the environments whose
     episode begins, before they are asked about for the first time.
     """
 
     def choose(
         self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
     ) -> NDArray[np.integer]:
-        """Choose a goal for each of the M rooms whose turn it is.
+        """Choose a goal for each of the M environments whose turn it is.
 
         Args:
             observations: the observations of ``meta_0`` in the AEC environment, batched: ``observation``
                 [M, 7, 7, 3] uint8, ``goal`` [M, 9] (the last one), ``action_mask`` [M, 14] and the rest.
             legal: [M, 13] bool, the goals that may be chosen; a row may be empty. Whether no goal is legal is the last
                 column of the action mask.
-            situation: everything else there is to know.
+            situation: everything else there is to know; ``situation.level(m)`` is the m-th environment in words.
 
         Returns:
             [M] goal ids 0 to 12, or -1 or 13 for no goal, which asks the controller for something new (see
-            `controller.goal_reached`); a goal that is not legal counts as no goal.
+            `options.goal_reached`); a goal that is not legal counts as no goal.
         """
         ...
 
 
 class LearningMeta(MetaController, Protocol):
-    """A meta-controller that learns while its controller does.
+    """A meta-controller of a user's own that learns while its controller does.
 
-    `learn`, and the two that save it, are needed, or what it learned would be lost; of the others training uses those
-    that it has. Where there is an attribute ``statistics`` too, its numbers by name go into the metrics.
+    `learn`, and the two methods that save it, are needed, or what it learned would be lost; of the others training uses
+    those that it has. Where there is an attribute ``statistics`` too, its numbers by name go into the metrics.
     """
 
     @classmethod
-    def for_training(cls, config: TrainConfig) -> LearningMeta:
-        """Make one for a training run (without this, the class is made without arguments)."""
+    def for_training(cls, num_envs: int) -> LearningMeta:
+        """Make one for training in a number of environments (without this, the class is made without arguments)."""
         ...
 
-    def learn(self, step: Step, turns: Turns) -> None:
-        """Learn from a primitive step; called after each one, before goals are asked for again.
-
-        Where ``step.option_over`` a goal's life is over: it was paid ``step.meta_rewards``, lasted
-        ``step.meta_elapsed`` primitive steps and ended as ``step.outcomes`` says; ``turns.final_sight`` is what was
-        seen then.
-        """
+    def learn(self, transition: Transition) -> None:
+        """Learn from the options that a primitive step ended; called after each step, before the next choice."""
         ...
 
-    def for_play(self, rooms: int, *, seed: int) -> MetaController:
-        """What it has learned as a meta-controller that learns no more, for a number of rooms of their own."""
+    def for_play(self, num_envs: int, *, seed: int) -> MetaController:
+        """What it has learned as a meta-controller that learns no more, for a number of other environments."""
         ...
 
     def state_dict(self) -> dict:
@@ -94,13 +88,13 @@ class FixedDFS:
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
         """The exit, else the door of a key held, else a key in the room opened last that still has one."""
-        rooms, n = situation.state.rooms, len(situation)
+        levels, n = situation.levels, len(situation)
         opened_at = np.zeros((n, 1 + N_COLOURS), np.int64)  # of every room; the centre is open from step 0
-        opened_at[:, 1:] = rooms["opened_at"]
+        opened_at[:, 1:] = levels["opened_at"]
         recency = opened_at[np.arange(n)[:, None], situation.key_rooms]  # [M, 6] of the room the key lies in
-        later = rooms["max_steps"].astype(np.int64) + 1
+        later = levels["max_steps"].astype(np.int64) + 1
         rank = situation.by_goal(recency, recency + later[:, None], 2 * later)
-        return _random_best(rank, legal & situation.reachable, situation.draws[:, :N_GOALS])
+        return _random_best(rank, legal & situation.reachable, situation.uniforms[:, :N_GOALS])
 
 
 class RandomGoals:
@@ -108,7 +102,7 @@ class RandomGoals:
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
         """Each legal goal, and no goal where that is legal, with the same probability."""
-        return draw(observations["action_mask"].astype(bool), situation.draws)
+        return random_choice(situation.masks, situation.uniforms)
 
 
 class OracleGoals:
@@ -123,42 +117,72 @@ class NoGoals:
     """Never a goal: the flat methods."""
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
-        """No goal in any room."""
+        """No goal in any environment."""
         return np.full(len(situation), NO_GOAL)
 
 
-META_CONTROLLERS: Mapping[str, type | str] = {
+class LevelMeta:
+    """A plain function from one level to one of its goals, as a meta-controller.
+
+    Args:
+        function: is given a `Level`, and returns a `Goal` of it, a goal id, or None for no goal.
+    """
+
+    def __init__(self, function: Callable[[Level], Goal | int | None]) -> None:
+        self._function = function
+
+    def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
+        """What the function says of each environment; no goal, and nothing is asked, where no goal is legal."""
+        return np.array([self._goal(situation.level(m)) if legal[m].any() else NO_GOAL for m in range(len(situation))])
+
+    def _goal(self, level: Level) -> int:
+        goal = self._function(level)
+        if isinstance(goal, Goal):
+            return goal.id
+        if goal is None:
+            return NO_GOAL
+        if isinstance(goal, (int, np.integer)) and not isinstance(goal, bool):
+            return int(goal)
+        name = getattr(self._function, "__name__", "a meta-controller's function")
+        raise InputError(f"{name} must return a goal of the level, a goal id or None, not {goal!r}")
+
+
+META_CONTROLLERS: Mapping[str, type] = {
     "fixed-dfs": FixedDFS,
     "random": RandomGoals,
     "oracle": OracleGoals,
     "none": NoGoals,
-    "learned": "hierroom.learned_meta:LearnedMeta",  # by name, as loading it loads torch
 }
-"""The meta-controllers that ship, by the name users type."""
+"""The meta-controllers that learn nothing, by the name users type; beside them there is `LEARNED`."""
 
 
-def make_meta(spec: str | MetaController, config: TrainConfig | None = None) -> MetaController:
+def make_meta(spec: str | MetaController | Callable[[Level], Any], num_envs: int | None = None) -> MetaController:
     """The meta-controller a user means.
 
     Args:
         spec: a name in `META_CONTROLLERS`; the name of an entry point in the group ``hierroom.meta_controllers``;
-            ``package.module:Class``, looked for in the current folder too; or a meta-controller itself.
-        config: of the training it is for, if any.
+            ``package.module:Class`` or ``package.module:function``, looked for in the current folder too; a
+            meta-controller itself; or a function from a `Level` to one of its goals.
+        num_envs: environments it is to be trained in; None outside training.
 
     Raises:
         InputError: if there is no such meta-controller, it cannot be made, or it has no method ``choose``.
     """
     if not isinstance(spec, str):
-        return _checked(spec, repr(spec))
-    make = META_CONTROLLERS.get(spec, spec)
-    if isinstance(make, str):
-        make = load_plugin(make, "meta-controller", META_CONTROLLERS, ENTRY_POINT_GROUP)
-    if hasattr(make, "for_training"):
-        if config is None:
-            raise InputError(f"the meta-controller {spec!r} is made in training: give the one of a trained agent")
-        make = partial(make.for_training, config)
+        return _checked(LevelMeta(spec) if inspect.isroutine(spec) else spec, repr(spec))
+    if spec == LEARNED:
+        raise InputError("the learned meta-controller is made in training: give that of a trained run")
+    known = (*META_CONTROLLERS, LEARNED)
+    make = META_CONTROLLERS.get(spec) or load_plugin(spec, "meta-controller", known, ENTRY_POINT_GROUP)
+    if inspect.isroutine(make):
+        return LevelMeta(make)
     try:
-        meta = make()
+        if not hasattr(make, "for_training"):
+            meta = make()
+        elif num_envs is None:
+            raise InputError(f"the meta-controller {spec!r} is made in training: give that of a trained run")
+        else:
+            meta = make.for_training(num_envs)
     except InputError:
         raise
     except Exception as error:  # whatever a user's own code may raise
@@ -166,14 +190,25 @@ def make_meta(spec: str | MetaController, config: TrainConfig | None = None) -> 
     return _checked(meta, repr(spec))
 
 
-def meta_seed(seed: int) -> int:
-    """A seed for what a meta-controller draws, so that the controller, who has the run's own, draws other numbers."""
-    return int(np.random.SeedSequence([seed, 1]).generate_state(1)[0])
+def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integer]:
+    """What a meta-controller chooses; it hears first of the environments whose episode begins.
+
+    Args:
+        meta: any meta-controller.
+        situation: of the M environments whose turn it is.
+
+    Returns:
+        [M] what it returns.
+    """
+    beginning = situation.envs[situation.meta_turns == 0]
+    if len(beginning) and hasattr(meta, "reset"):
+        meta.reset(beginning)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
+    return meta.choose(situation.as_dict(), situation.legal.copy(), situation)
 
 
-def at_play(meta: MetaController, rooms: int, *, seed: int) -> MetaController:
-    """What chooses for a meta-controller where nothing is learned: its ``for_play``, or where it has none itself."""
-    return meta.for_play(rooms, seed=meta_seed(seed)) if hasattr(meta, "for_play") else meta  # pyright: ignore[reportAttributeAccessIssue]
+def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
+    """One of the choices [M, 14] of each environment, all equally likely: [M] goal ids, 13 or -1 for no goal."""
+    return _random_best(np.zeros(choices.shape), choices, uniforms)
 
 
 def _checked(meta: Any, name: str) -> MetaController:
@@ -189,21 +224,16 @@ def _checked(meta: Any, name: str) -> MetaController:
     return meta
 
 
-def draw(choices: NDArray[np.bool_], draws: NDArray[np.float64]) -> NDArray[np.integer]:
-    """One of the choices [M, 14] in each room, each with the same probability: [M] goal ids, 13 or -1 for no goal."""
-    return _random_best(np.zeros(choices.shape), choices, draws)
-
-
-def _random_best(rank: NDArray, legal: NDArray[np.bool_], draws: NDArray[np.float64]) -> NDArray[np.integer]:
-    """[M] the legal goal of highest whole-numbered rank, ties broken by the draws; no goal where none is legal."""
-    best = np.where(legal, rank + draws, NO_GOAL)
+def _random_best(rank: NDArray, legal: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
+    """[M] the legal goal of highest whole-numbered rank, at random among equals; no goal where none is legal."""
+    best = np.where(legal, rank + uniforms, NO_GOAL)
     return np.where(legal.any(axis=1), best.argmax(axis=1), NO_GOAL)
 
 
 def _first_event(state: State) -> int:
     outcomes = np.zeros(1, OUTCOME)
     for action in shortest_actions(state):
-        kernels.step_rooms(state.rooms, state.grids, np.array([action], np.int64), outcomes)
+        kernels.step_levels(state.levels, state.grids, np.array([action], np.int64), outcomes)
         if outcomes["event"][0] >= 0:
             return int(outcomes["event"][0])
     return NO_GOAL

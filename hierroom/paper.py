@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from hierroom.commands import run
+from hierroom.cli import run
 from hierroom.complexity.table2 import WHAT_IS_OPEN, Cell, table_2
 
 

@@ -10,16 +10,18 @@ Version history: v0, the first.
 
 from __future__ import annotations
 
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
+from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, GoalMaskName, RewardName, known_arguments
 from hierroom.errors import InputError
-from hierroom.room import AGENTS, CONTROLLER, META, Room
-from hierroom.settings import FRAMES_PER_SECOND, RoomSettings
+from hierroom.goals import GoalGraph
+from hierroom.options import AGENTS, CONTROLLER, META
+from hierroom.room import Room
 from hierroom.world.render import RENDER_MODES
 
 
@@ -28,7 +30,6 @@ class parallel_env(ParallelEnv):
 
     Args:
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
-        **settings: see `RoomSettings`.
 
     Attributes:
         complexity: the `ComplexityReport` of its goal graph.
@@ -40,11 +41,26 @@ class parallel_env(ParallelEnv):
         "render_fps": FRAMES_PER_SECOND,
     }
 
-    def __init__(self, render_mode: str | None = None, **settings: Any):
-        self.room = Room(RoomSettings(**settings), render_mode)
+    @known_arguments
+    def __init__(
+        self,
+        graph: GoalGraph | str | Path = "c",
+        *,
+        size: int = 19,
+        max_steps: int = 1000,
+        drop_key: bool = False,
+        reward: RewardName = "intrinsic",
+        novelty_bonus: float = NOVELTY_BONUS,
+        subgoal_horizon: int | None = None,
+        goal_mask: GoalMaskName = "reachable",
+        curriculum_stages: int = 1,
+        env_index: int = 0,
+        render_mode: str | None = None,
+    ):
+        self.room = Room(EnvConfig.of_arguments(locals()), render_mode)
         self.render_mode = render_mode
         self.complexity = self.room.complexity
-        self.possible_agents = AGENTS[:]
+        self.possible_agents = list(AGENTS)
         self.agents: list[str] = []
         self.observation_spaces = self.room.observation_spaces
         self.action_spaces = self.room.action_spaces
@@ -68,7 +84,7 @@ class parallel_env(ParallelEnv):
             (observations, infos), each a dict by agent.
         """
         infos = self.room.reset(seed, options)
-        self.agents = AGENTS[:]
+        self.agents = list(AGENTS)
         return self._observations(), infos
 
     def step(self, actions: dict[str, int]):
@@ -92,7 +108,7 @@ class parallel_env(ParallelEnv):
         return self._observations(), rewards, terminations, truncations, self.room.infos()
 
     def render(self) -> str | NDArray[np.uint8] | None:
-        """The room as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
+        """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
         return self.room.render()
 
     def close(self) -> None:

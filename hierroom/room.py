@@ -8,51 +8,44 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from hierroom.env_config import EnvConfig, fresh_seed
 from hierroom.goals import NO_GOAL
 from hierroom.meta import MetaController
-from hierroom.settings import RoomSettings, fresh_seed
-from hierroom.step import Step
-from hierroom.turns import N_META_ACTIONS
+from hierroom.options import AGENTS, CONTROLLER, META
+from hierroom.turns import Turns
 from hierroom.world.render import Screen
 
-META, CONTROLLER = "meta_0", "controller_0"
-AGENTS = [META, CONTROLLER]
-_ROOM = np.zeros(1, np.int64)
+_ONLY = np.zeros(1, np.int64)
 
 
 class Room:
     """A batch of one, in the terms of PettingZoo.
 
     Args:
-        settings: what the environment is made of.
+        config: what the environment is made of.
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
 
     Attributes:
+        turns: the turns of the two agents.
         observation_spaces: the space of each agent's observations.
         action_spaces: the space of each agent's actions.
         complexity: the `ComplexityReport` of its goal graph.
     """
 
-    def __init__(self, settings: RoomSettings, render_mode: str | None):
-        self.turns = settings.turns()
-        self.complexity = settings.complexity()
+    def __init__(self, config: EnvConfig, render_mode: str | None):
+        self.turns = Turns(config, autoreset=False, measure_shortest=True)
+        self.complexity = self.turns.complexity
         self.observation_spaces: dict[str, spaces.Space] = {
-            META: self.turns.meta_space(),
-            CONTROLLER: self.turns.controller_space(),
+            agent: self.turns.observation_space(agent) for agent in AGENTS
         }
-        self.action_spaces: dict[str, spaces.Space] = {
-            META: spaces.Discrete(N_META_ACTIONS),
-            CONTROLLER: spaces.Discrete(self.turns.world.n_actions),
-        }
+        self.action_spaces: dict[str, spaces.Space] = {agent: self.turns.action_space(agent) for agent in AGENTS}
         self._screen = Screen(render_mode)
         self._is_seeded = False
-        self._last: Step | None = None
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
         """Begin an episode: the first one of a seed, or without a seed the next one; returns its first infos."""
         self.turns.reset(fresh_seed() if seed is None and not self._is_seeded else seed)
         self._is_seeded = True
-        self._last = None
         self._show()
         infos = self.infos()
         if (options or {}).get("complexity"):
@@ -66,21 +59,18 @@ class Room:
         return bool(self.turns.ledger.is_meta_turn[0])
 
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """What an agent sees now, in fresh arrays."""
-        turns = self.turns
-        if agent == META:
-            masks = turns.meta_masks(turns.situation(_ROOM))
-            observations = turns.meta_observations(turns.meta_sight(_ROOM), turns.ledger.last_outcomes[_ROOM], masks)
-        elif self._last is not None and self._last.over[0]:
-            observations = turns.controller_observations(turns.final_sight(self._last, _ROOM))
+        """What an agent observes now, in fresh arrays; the controller after the episode's end what it saw last."""
+        step = self.turns.last_step
+        if agent == CONTROLLER and step is not None and step.episode_ended[0]:
+            observation = self.turns.final_observation(CONTROLLER, step, _ONLY)
         else:
-            observations = turns.controller_observations(turns.sight(_ROOM))
-        return {name: values[0] for name, values in observations.items()}
+            observation = self.turns.observe(agent, _ONLY)
+        return {name: values[0] for name, values in observation.as_dict().items()}
 
     def choose(self, action: int) -> None:
         """Take the meta-controller's action; one that is not legal counts as no goal."""
         is_turn = self.is_meta_turn
-        self.turns.choose(_ROOM, [action], self.turns.meta_masks(self.turns.situation(_ROOM)))
+        self.turns.choose(self.turns.situation(_ONLY), [action])
         if is_turn:
             self._show()
 
@@ -96,7 +86,7 @@ class Room:
         Returns:
             (rewards, terminations, truncations), each a dict by agent.
         """
-        step = self._last = self.turns.step([action])
+        step = self.turns.step([action])
         self._show()
         rewards = {META: float(step.extrinsic[0]), CONTROLLER: float(step.rewards[0])}
         return (
@@ -113,11 +103,11 @@ class Room:
             since the agent's last turn; ``illegal_actions``, how many it took this episode; at the episode's end
             ``success``, ``length`` and ``shortest_length``.
         """
-        step, ledger = self._last, self.turns.ledger
+        step, ledger = self.turns.last_step, self.turns.ledger
         event, elapsed, ending = NO_GOAL, {META: 0, CONTROLLER: 0}, {}
         if step is not None:
             event, elapsed = int(step.events[0]), {META: int(step.meta_elapsed[0]), CONTROLLER: 1}
-            if step.over[0]:
+            if step.episode_ended[0]:
                 ending["success"] = bool(step.terminated[0])
                 ending["length"], ending["shortest_length"] = int(step.lengths[0]), int(step.shortest[0])
         illegal = {META: int(ledger.illegal_goals[0]), CONTROLLER: int(ledger.illegal_actions[0])}
@@ -127,7 +117,7 @@ class Room:
         }
 
     def render(self) -> str | NDArray[np.uint8] | None:
-        """The room as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
+        """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
         return self._screen.render(self.turns.world.state, int(self.turns.goals[0]))
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""What a meta-controller may know of the rooms whose turn it is, and which goals it may choose there."""
+"""What a meta-controller may know of the environments whose turn it is, and which goals it may choose there."""
 
 from __future__ import annotations
 
@@ -10,73 +10,86 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hierroom.controller import Sight
+from hierroom.controller import Observation
+from hierroom.env_config import GoalMaskName
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, GoalGraph
 from hierroom.world.layout import State
+from hierroom.world.level import Level
 
 _BRANCHES = np.arange(N_COLOURS)
 
 
 @dataclass(frozen=True)
-class Situation:
-    """What a meta-controller may know of the rooms whose turn it is.
+class Situation(Observation):
+    """What a meta-controller may know of M environments: an `Observation`, and besides it their exact state.
+
+    ``goals`` are the goals it gave last; ``masks`` [M, 14] the legal choices, 'no goal' the last.
 
     Args:
-        indices: [M] int, the rooms' places in the batch, for meta-controllers that remember.
-        state: the rooms' exact state, copied (M rooms).
-        last_goals: [M] int, the last goal id, or -1.
-        last_outcomes: [M] int, how it ended: ``NO_OUTCOME``, ``REACHED``, ``TIMED_OUT`` or ``OTHER`` of `step`.
-        draws: [M, 14] float in [0, 1), random numbers for this turn, one for each goal id and one for no goal. They are
-            fixed by seed, room, episode and turn: a choice made with them is the same in whatever batch it is made.
-        sight: what is to be seen from the rooms, the last goals as its goals; what `inputs` are made of.
+        grids: [M, side, side] uint8 tile codes of the levels, copied.
+        meta_turns: [M] int, turns it has taken this episode.
+        uniforms: [M, 14] float in [0, 1), random numbers for this turn, one for each goal id and one for no goal. They
+            are fixed by seed, environment, episode and turn: a choice made with them is the same in whatever batch.
     """
 
-    indices: NDArray[np.integer]
-    state: State
-    last_goals: NDArray[np.integer]
-    last_outcomes: NDArray[np.integer]
-    draws: NDArray[np.float64]
-    sight: Sight
+    grids: NDArray[np.uint8]
+    meta_turns: NDArray[np.integer]
+    uniforms: NDArray[np.float64]
 
-    def __len__(self) -> int:
-        return len(self.indices)
+    def as_dict(self) -> dict[str, NDArray]:
+        """As `Observation.as_dict`, and ``outcome`` [M] int64: how the last option ended."""
+        return {**super().as_dict(), "outcome": self.outcomes.astype(np.int64)}
+
+    @property
+    def state(self) -> State:
+        """The exact state of the M environments."""
+        return State(self.grids, self.levels)
+
+    @property
+    def legal(self) -> NDArray[np.bool_]:
+        """[M, 13] the goals that may be chosen; a row may be empty."""
+        return self.masks[:, :N_GOALS]
+
+    def level(self, m: int) -> Level:
+        """The m-th environment in words: its goals, its agent and its goal graph."""
+        return Level.of(self.state[m], self.legal[m], self.reachable[m])
 
     @cached_property
     def exists(self) -> NDArray[np.bool_]:
         """[M, 6] whether branch room 1, 2, ... is there."""
-        return self.state.rooms["n_rooms"][:, None] - 1 > _BRANCHES
+        return self.levels["n_rooms"][:, None] - 1 > _BRANCHES
 
     @cached_property
     def keys(self) -> NDArray[np.bool_]:
         """[M, 6] whether the key of branch room 1, 2, ... is held."""
-        return (self.state.rooms["keys"][:, None] >> _BRANCHES & 1).astype(bool)
+        return (self.levels["keys"][:, None] >> _BRANCHES & 1).astype(bool)
 
     @cached_property
     def doors(self) -> NDArray[np.bool_]:
         """[M, 6] whether the door of branch room 1, 2, ... is open."""
-        return (self.state.rooms["doors"][:, None] >> _BRANCHES & 1).astype(bool)
+        return (self.levels["doors"][:, None] >> _BRANCHES & 1).astype(bool)
 
     @property
     def colours(self) -> NDArray[np.integer]:
         """[M, 6] colour of branch room 1, 2, ...: the key's goal id; the door's is 6 more."""
-        return self.state.rooms["colours"]
+        return self.levels["colours"]
 
     @property
     def key_rooms(self) -> NDArray[np.integer]:
         """[M, 6] room in which the key of branch room 1, 2, ... lay at the start."""
-        return self.state.rooms["key_rooms"]
+        return self.levels["key_rooms"]
 
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
         """[M, 13] goals that can be achieved before anything else is: `GoalGraph.open_goals` by goal id."""
         goals = np.zeros((len(self), N_GOALS), bool)
-        write_reachable(self.state.rooms, goals)
+        write_reachable(self.levels, goals)
         return goals
 
     def graph(self, m: int) -> GoalGraph:
-        """The goal graph of the m-th room."""
-        room = self.state.rooms[m]
-        return GoalGraph(tuple(room.key_rooms[: room.n_rooms - 1].tolist()), int(room.exit_room))
+        """The goal graph of the m-th environment."""
+        level = self.levels[m]
+        return GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room))
 
     def by_goal(self, keys: NDArray, doors: NDArray, exits: NDArray) -> NDArray:
         """Values per branch room [M, 6], [M, 6] and per room [M] as values per goal id [M, 13]."""
@@ -89,16 +102,16 @@ class Situation:
 
 
 @njit(cache=True)
-def write_reachable(rooms, goals):
+def write_reachable(levels, goals):
     """Write which goals [M, 13] can be achieved now; compiled because every turn of the meta-controller asks."""
-    for m in range(rooms.shape[0]):
-        room = rooms[m]
-        for branch in range(room.n_rooms - 1):
-            home, is_held, is_open = room.key_rooms[branch], room.keys >> branch & 1, room.doors >> branch & 1
-            can_enter_home = home == 0 or room.doors >> (home - 1) & 1
-            goals[m, room.colours[branch]] = can_enter_home and not is_held and not is_open
-            goals[m, FIRST_DOOR_GOAL + room.colours[branch]] = is_held and not is_open
-        goals[m, EXIT_GOAL] = room.doors >> (room.exit_room - 1) & 1
+    for m in range(levels.shape[0]):
+        level = levels[m]
+        for branch in range(level.n_rooms - 1):
+            home, is_held, is_open = level.key_rooms[branch], level.keys >> branch & 1, level.doors >> branch & 1
+            can_enter_home = home == 0 or level.doors >> (home - 1) & 1
+            goals[m, level.colours[branch]] = can_enter_home and not is_held and not is_open
+            goals[m, FIRST_DOOR_GOAL + level.colours[branch]] = is_held and not is_open
+        goals[m, EXIT_GOAL] = level.doors >> (level.exit_room - 1) & 1
 
 
 def reachable_goals(situation: Situation) -> NDArray[np.bool_]:
@@ -114,7 +127,7 @@ def existing_goals(situation: Situation) -> NDArray[np.bool_]:
 
 def seen_goals(situation: Situation) -> NDArray[np.bool_]:
     """[M, 13] goals that came into view this episode and are not achieved yet."""
-    seen = situation.state.rooms["seen"][:, None] >> np.arange(N_GOALS) & 1
+    seen = situation.levels["seen"][:, None] >> np.arange(N_GOALS) & 1
     return existing_goals(situation) & seen.astype(bool)
 
 
@@ -128,7 +141,7 @@ class GoalMask:
     """Which goals a meta-controller may choose.
 
     Args:
-        goals: from the situation of M rooms to the legal goals, [M, 13] bool.
+        goals: from the situation of M environments to the legal goals, [M, 13] bool.
         may_explore: whether 'no goal' is legal beside them; where there are none it always is.
     """
 
@@ -136,7 +149,7 @@ class GoalMask:
     may_explore: bool = False
 
 
-GOAL_MASKS: Mapping[str, GoalMask] = {
+GOAL_MASKS: Mapping[GoalMaskName, GoalMask] = {
     "reachable": GoalMask(reachable_goals),
     "existing": GoalMask(existing_goals),
     "seen": GoalMask(seen_goals, may_explore=True),

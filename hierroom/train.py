@@ -16,18 +16,19 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from hierroom.agent import Agent
-from hierroom.assembly import make_turns
-from hierroom.commands import run
-from hierroom.episodes import MILESTONES, WINDOW
+from hierroom.cli import run
 from hierroom.errors import InputError
-from hierroom.interrupt import Interrupt
-from hierroom.plots import plot_learning_curve
-from hierroom.presets import PRESETS, TrainConfig, find_preset
-from hierroom.runs import RunFolder, unused_path
-from hierroom.trainer import Trainer
+from hierroom.options import META
+from hierroom.training.assembly import make_turns
+from hierroom.training.config import TrainConfig
+from hierroom.training.episode_log import MILESTONES, WINDOW
+from hierroom.training.interrupt import Interrupt
+from hierroom.training.plots import plot_learning_curve
+from hierroom.training.presets import PRESETS, find_preset
+from hierroom.training.run_folder import RunFolder, unused_path
+from hierroom.training.trainer import Trainer
 from hierroom.world.animation import animate
-from hierroom.world.render import draw
+from hierroom.world.render import draw_level
 
 ROWS_PER_RUN, CHECKPOINTS_PER_RUN = 500, 10
 _ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
@@ -165,28 +166,28 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
 
 
 def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
-    """The pictures of each successful episode among the first few of a fresh room."""
+    """The pictures of each successful episode among the first few of a fresh environment."""
     config = replace(trainer.config, threads=1)
-    agent = Agent.of(trainer, 1, seed=config.seed)
-    turns = make_turns(config, 1, config.seed + 1, autoreset=False)
+    pair = trainer.freeze(1, seed=config.seed)
+    turns = make_turns(config, 1, config.seed + 1, whole_interval=True, autoreset=False)
     for _ in range(episodes):
         turns.reset()
         moments = []
         step = None
-        while step is None or not step.over[0]:
-            turns.ask(agent.meta)
+        while step is None or not step.episode_ended[0]:
+            pair.choose(turns, META)
             moments.append((turns.world.get_state(), int(turns.goals[0])))
-            step = agent.step(turns)
+            step = pair.step(turns)
         moments.append((turns.world.get_state(), int(step.goals[0])))
         if step.terminated[0]:
-            yield [draw(state, goal, tile_size=16) for state, goal in moments]
+            yield [draw_level(state, goal, tile_size=16) for state, goal in moments]
 
 
 def _title(trainer: Trainer, folder: RunFolder) -> str:
     config = trainer.config
     return (
-        f"{config.method} with meta-controller {config.meta_name} on graph {config.graph}, seed {config.seed}: "
-        f"{config.steps:,} steps in {config.rooms} rooms, into {folder.path}"
+        f"{config.method} with meta-controller {config.pair.meta} on graph {config.env.graph}, seed {config.seed}: "
+        f"{config.steps:,} steps in {config.num_envs} environments, into {folder.path}"
     )
 
 

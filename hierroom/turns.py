@@ -1,28 +1,30 @@
-"""Two agents taking turns in N rooms: the rooms, the ledger of the turns, and what either agent is shown.
+"""Two agents taking turns in N environments: the world, the ledger of the turns, and what either agent observes.
 
 The AEC, parallel and Gymnasium environments and the trainer are views of this one class, so they cannot disagree.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.controller import NOVELTY_BONUS, PAYS, Sight, observation_spaces, observe
+from hierroom.complexity.graph_sampler import GraphSampler
+from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.controller import REWARDS, Observation, observation_spaces
+from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import N_GOALS, NO_GOAL
-from hierroom.ledger import Ledger, beginning
-from hierroom.meta import MetaController
+from hierroom.meta import MetaController, choose_goals
+from hierroom.options import META, N_OUTCOMES, Ledger, Step, Transition, reset_values, transitions
 from hierroom.situation import GOAL_MASKS, Situation
-from hierroom.step import N_OUTCOMES, Step
-from hierroom.world.batch import Batch
-from hierroom.world.kernels import turn_draws
+from hierroom.world.kernels import turn_uniforms
 from hierroom.world.layout import State
 from hierroom.world.oracle import shortest_lengths
+from hierroom.world.world import World
 
 NO_GOAL_ACTION = N_GOALS
 """The meta-controller's 14th action: no goal. While it is not its turn, this is the one it may take: wait."""
@@ -30,52 +32,70 @@ N_META_ACTIONS = N_GOALS + 1
 
 
 class Turns:
-    """Two agents taking turns in a batch of N rooms.
+    """Two agents taking turns in N environments.
 
     Args:
-        world: the rooms; the turns own their stepping from here on.
-        pay: how the controller is paid, a name in `PAYS`.
-        novelty_bonus: the size of the bonus, where the pay is for novelty.
-        subgoal_horizon: steps after which a goal's life ends unreached, or None for never.
-        goal_mask: which goals are legal, a name in `GOAL_MASKS`.
-        autoreset: whether a room whose episode ends begins its next one in the same step.
+        config: what the environments are made of.
+        num_envs: N.
+        seed: of their first episodes; None makes no level yet: call `reset` with a seed first.
+        autoreset: whether an environment whose episode ends begins its next one in the same step.
         measure_shortest: whether each episode's shortest length is found (about a millisecond an episode).
+        threads: most threads to step the world with.
+        memories: what levels remember of their episode beside what the reward needs, names in `layout.MEMORIES`.
 
     Attributes:
-        ledger: who is to act in each room, and what else there is to know of the turns.
+        world: the environments.
+        ledger: who is to act in each environment, and what else there is to know of the turns.
+        reward: how the controller is rewarded.
+        last_step: what the last step did, or None before the first one since a reset.
 
     Raises:
-        InputError: if a name is unknown, the bonus is negative or the horizon is not at least 1.
+        InputError: if an entry of the config or another argument cannot be used.
     """
 
     def __init__(
         self,
-        world: Batch,
+        config: EnvConfig,
+        num_envs: int = 1,
         *,
-        pay: str = "extrinsic",
-        novelty_bonus: float = NOVELTY_BONUS,
-        subgoal_horizon: int | None = None,
-        goal_mask: str = "reachable",
+        seed: int | None = None,
         autoreset: bool = True,
         measure_shortest: bool = False,
+        threads: int = 1,
+        memories: Iterable[str] = (),
     ):
-        for what, value, known in (("pay", pay, PAYS), ("goal_mask", goal_mask, GOAL_MASKS)):
+        reward, horizon = config.reward or "intrinsic", config.subgoal_horizon
+        for what, value, known in (("reward", reward, REWARDS), ("goal_mask", config.goal_mask, GOAL_MASKS)):
             if value not in known:
                 raise InputError(f"{what} is one of {', '.join(known)}, not {value!r}")
-        if subgoal_horizon is None:
-            subgoal_horizon = np.iinfo(np.int64).max
-        elif not isinstance(subgoal_horizon, (int, np.integer)) or subgoal_horizon < 1:
-            raise InputError(f"subgoal_horizon must be a whole number of at least 1 or None, not {subgoal_horizon!r}")
-        self.world = world
-        self.pay = replace(PAYS[pay], novelty_bonus=novelty_bonus)
-        self.ledger = Ledger.of_beginnings(len(world), world.n_actions)
-        self._subgoal_horizon = int(subgoal_horizon)
-        self._goal_mask = GOAL_MASKS[goal_mask]
+        if horizon is not None and (not isinstance(horizon, (int, np.integer)) or horizon < 1):
+            raise InputError(f"subgoal_horizon must be a whole number of at least 1 or None, not {horizon!r}")
+        self._sampler = GraphSampler(config.graph, config.drop_key, num_envs, config.curriculum_stages)
+        self.reward = replace(REWARDS[reward], novelty_bonus=config.novelty_bonus)
+        self.world = world = World(
+            self._sampler.graphs,
+            num_envs,
+            size=config.size,
+            max_steps=config.max_steps,
+            drop_key=config.drop_key,
+            seed=seed,
+            first_index=config.env_index,
+            threads=threads,
+            memories=(*self.reward.memories, *memories),
+        )
+        self.ledger = Ledger.at_reset(len(world), world.n_actions)
+        self.last_step: Step | None = None
+        self._subgoal_horizon = np.iinfo(np.int64).max if horizon is None else int(horizon)
+        self._goal_mask = GOAL_MASKS[config.goal_mask]
         self._autoreset = autoreset
         self._measure_shortest = measure_shortest
-        self._advance = world.step if autoreset else world.step_within_episode
-        self._finals = world.finals if autoreset else world.state.rooms
-        self._begin(np.arange(len(world)))
+        self._step_world = world.step if autoreset else world.step_within_episode
+        self._finals = world.finals if autoreset else world.state.levels
+        self._everywhere = np.arange(len(world))
+        self._all_legal = np.ones((len(world), world.n_actions), bool)
+        self._actions = np.zeros(len(world), np.int64)
+        if world.has_begun:
+            self._begin(self._everywhere)
 
     def __len__(self) -> int:
         return len(self.world)
@@ -85,79 +105,128 @@ class Turns:
         """[N] int, the goal ids pursued now, or -1."""
         return self.ledger.goals
 
+    @property
+    def complexity(self) -> ComplexityReport:
+        """How hard the environments are to explore; of several goal graphs, the hardest."""
+        return analyze(self._sampler.everything[-1], drop_key=self.world.n_actions == 6)
+
     def reset(self, seed: int | None = None) -> None:
-        """Begin an episode in every room: the first one of a seed, or without a seed each room's next."""
+        """Begin an episode in every environment: the first one of a seed, or without a seed each one's next."""
         self.world.reset(seed)
-        self._begin(np.arange(len(self)))
+        self.last_step = None
+        self._begin(self._everywhere)
 
-    def _begin(self, indices: NDArray[np.integer]) -> None:
-        self.ledger.put(beginning(self.world.n_actions), indices)
+    def _begin(self, envs: NDArray[np.integer]) -> None:
+        self.ledger.put(reset_values(self.world.n_actions), envs)
         if self._measure_shortest:
-            self.ledger.shortest[indices] = shortest_lengths(self.world.get_state(indices))
+            self.ledger.shortest[envs] = shortest_lengths(self.world.get_state(envs))
 
-    def situation(self, indices: NDArray[np.integer]) -> Situation:
-        """What meta-controllers may know of some rooms [M]."""
-        rooms, ledger = self.world.state.rooms[indices], self.ledger
-        draws = np.empty((len(indices), N_META_ACTIONS))
-        turn_draws(rooms, ledger.meta_turns[indices], draws)
-        state = State(self.world.state.grids[indices], rooms)
-        last = ledger.last_goals[indices], ledger.last_outcomes[indices]
-        return Situation(indices, state, *last, draws, self.meta_sight(indices))
-
-    def meta_masks(self, situation: Situation) -> NDArray[np.bool_]:
-        """[M, 14] the meta-controller's legal actions: on its turn as `GOAL_MASKS` says, else no goal."""
-        masks = np.zeros((len(situation), N_META_ACTIONS), bool)
-        is_turn = self.ledger.is_meta_turn[situation.indices]
-        if is_turn.any():  # a room stepped by itself mostly waits, and goals take long to find
-            masks[:, :N_GOALS] = self._goal_mask.goals(situation) & is_turn[:, None]
-        masks[:, NO_GOAL_ACTION] = ~masks[:, :N_GOALS].any(axis=1) | self._goal_mask.may_explore
-        return masks
-
-    def choose(self, indices: NDArray[np.integer], actions: ArrayLike, masks: NDArray[np.bool_]) -> None:
-        """Take the meta-controller's turn in some rooms [M]; in those whose turn it is not, nothing happens.
+    def due(self, agent: str) -> NDArray[np.integer]:
+        """[M] the environments in which an agent is to act now; the controller follows the meta-controller everywhere.
 
         Args:
-            indices: the rooms.
+            agent: ``"meta_0"`` or ``"controller_0"``.
+        """
+        return np.flatnonzero(self.ledger.is_meta_turn) if agent == META else self._everywhere
+
+    def observe(self, agent: str, envs: NDArray[np.integer]) -> Observation:
+        """What an agent observes now.
+
+        Args:
+            agent: ``"meta_0"`` or ``"controller_0"``.
+            envs: [M] the environments; where they are all there are, the next step overwrites the arrays.
+
+        Returns:
+            an `Observation`, for the meta-controller a `Situation`.
+        """
+        return self.situation(envs) if agent == META else self._observation(envs)
+
+    def act(self, agent: str, observation: Observation, actions: ArrayLike) -> None:
+        """Take an agent's turn: the meta-controller's goals hold at once, the controller's actions at `advance`.
+
+        Args:
+            agent: ``"meta_0"`` or ``"controller_0"``.
+            observation: what `observe` gave, of M environments.
+            actions: [M] whole numbers; see `choose`.
+
+        Raises:
+            InputError: if that is not what the actions are.
+        """
+        if isinstance(observation, Situation):
+            self.choose(observation, actions)
+        else:
+            self._actions[observation.envs] = actions
+
+    def advance(self) -> dict[str, Transition]:
+        """Take the primitive step that the agents' actions ask for; returns the turns that it ended, by agent."""
+        step = self.step(self._actions)
+        return transitions(step, lambda agent, envs: self.final_observation(agent, step, envs))
+
+    def situation(self, envs: NDArray[np.integer]) -> Situation:
+        """What meta-controllers may know of some environments [M].
+
+        On its turn its legal actions are as `GOAL_MASKS` says; elsewhere it can only wait.
+        """
+        levels, ledger = self.world.state.levels[envs], self.ledger
+        meta_turns = ledger.meta_turns[envs]
+        uniforms, masks = np.empty((len(envs), N_META_ACTIONS)), np.zeros((len(envs), N_META_ACTIONS), bool)
+        turn_uniforms(levels, meta_turns, uniforms)
+        situation = Situation(
+            envs,
+            self.world.outcomes["tiles"][envs],
+            levels,
+            ledger.last_goals[envs],
+            ledger.previous_actions[envs],
+            ledger.last_outcomes[envs],
+            masks,
+            self.world.state.grids[envs],
+            meta_turns,
+            uniforms,
+        )
+        is_turn = ledger.is_meta_turn[envs]
+        if is_turn.any():  # a single environment mostly waits, and goals take long to find
+            masks[:, :N_GOALS] = self._goal_mask.goals(situation) & is_turn[:, None]
+        masks[:, NO_GOAL_ACTION] = ~masks[:, :N_GOALS].any(axis=1) | self._goal_mask.may_explore
+        return situation
+
+    def choose(self, situation: Situation, actions: ArrayLike) -> None:
+        """Take the meta-controller's turn; in environments where it is not its turn, nothing happens.
+
+        Args:
+            situation: of M environments.
             actions: [M] whole numbers: goal ids, or no goal (13 or -1); one that is not legal counts as no goal, and
                 the ledger counts it.
-            masks: [M, 14] bool, from `meta_masks`.
 
         Raises:
             InputError: if the actions are not [M] whole numbers.
         """
-        given = np.asarray(actions)
-        if given.shape != indices.shape or given.dtype.kind not in "iu":
+        envs, given = situation.envs, np.asarray(actions)
+        if given.shape != envs.shape or given.dtype.kind not in "iu":
             raise InputError(
-                f"the meta-controller's choice must be {len(indices)} goal ids (whole numbers, one for each room whose "
-                f"turn it is), not an array of {given.dtype} and shape {given.shape}"
+                f"the meta-controller's choice must be {len(envs)} goal ids (whole numbers, one for each environment "
+                f"whose turn it is), not an array of {given.dtype} and shape {given.shape}"
             )
         actions = np.where(given == NO_GOAL, NO_GOAL_ACTION, given)
         in_range = (actions >= 0) & (actions < N_META_ACTIONS)
-        is_legal = in_range & masks[np.arange(len(indices)), np.where(in_range, actions, NO_GOAL_ACTION)]
-        self.ledger.illegal_goals[indices] += ~is_legal
+        is_legal = in_range & situation.masks[np.arange(len(envs)), np.where(in_range, actions, NO_GOAL_ACTION)]
+        self.ledger.illegal_goals[envs] += ~is_legal
         goals = np.where(is_legal & (actions < N_GOALS), actions, NO_GOAL)
-        is_turn = self.ledger.is_meta_turn[indices]
-        self.ledger.begin_options(indices[is_turn], goals[is_turn])
+        is_turn = self.ledger.is_meta_turn[envs]
+        self.ledger.begin_options(envs[is_turn], goals[is_turn])
 
     def ask(self, meta: MetaController) -> None:
-        """Let a meta-controller take its turn in every room where it is due.
+        """Let a meta-controller take its turn in every environment where it is due.
 
         Raises:
-            InputError: if it does not return one whole number a room.
+            InputError: if it does not return one whole number for each of them.
         """
-        indices = np.flatnonzero(self.ledger.is_meta_turn)
-        if not len(indices):
-            return
-        fresh = indices[self.ledger.meta_turns[indices] == 0]
-        if len(fresh) and hasattr(meta, "reset"):
-            meta.reset(fresh)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
-        situation = self.situation(indices)
-        masks = self.meta_masks(situation)
-        observations = self.meta_observations(situation.sight, situation.last_outcomes, masks)
-        self.choose(indices, meta.choose(observations, masks[:, :N_GOALS].copy(), situation), masks)
+        due = self.due(META)
+        if len(due):
+            situation = self.situation(due)
+            self.choose(situation, choose_goals(meta, situation))
 
     def step(self, actions: ArrayLike) -> Step:
-        """Take the controller's turn in every room; a room where the meta-controller has not chosen has no goal.
+        """Take the controller's turn everywhere; where the meta-controller has not chosen there is no goal.
 
         Args:
             actions: [N] whole numbers; one that does not apply only costs the step.
@@ -165,74 +234,75 @@ class Turns:
         Raises:
             InputError: if that is not what the actions are.
         """
-        outcomes = self._advance(actions)
-        step = self.ledger.record(
-            np.asarray(actions, np.int64), outcomes, self.pay, self._subgoal_horizon, self.world.n_actions
-        )
-        ended = np.flatnonzero(step.over)
+        outcomes = self._step_world(actions)
+        given = np.asarray(actions, np.int64)
+        step = self.ledger.record(given, outcomes, self.reward, self._subgoal_horizon, self.world.n_actions)
+        episode_ended = step.episode_ended
+        ended = np.flatnonzero(episode_ended)
         if len(ended) and self._autoreset:
             self._begin(ended)
         elif len(ended):
             self.ledger.is_meta_turn[ended] = False
+        if self._sampler.add(episode_ended, step.terminated):
+            self.world.set_graphs(self._sampler.graphs)
+        self.last_step = step
         return step
 
-    def sight(self, indices: NDArray[np.integer] | slice = slice(None)) -> Sight:
-        """What is to be seen now from some rooms; given as a slice, in arrays that the next step overwrites."""
-        ledger = self.ledger
-        return Sight(
-            self.world.outcomes["tiles"][indices],
-            self.world.state.rooms[indices],
-            ledger.goals[indices],
-            ledger.previous_actions[indices],
-            ledger.last_outcomes[indices],
-        )
+    def final_observation(self, agent: str, step: Step, envs: NDArray[np.integer]) -> Observation:
+        """What an agent observes of some environments [M] right after a step, before a reset or the next goal.
 
-    def final_sight(self, step: Step, indices: NDArray[np.integer]) -> Sight:
-        """What was to be seen from some rooms [M] right after a step, before a reset or the choice of a new goal.
-
-        Where the step ended an option it is what either agent sees last: the goal is the one whose life just ended.
+        Where the step ended an option it is what either agent observes last in it, with the goal of that option.
         """
-        over = step.over[indices]
-        tiles, rooms = self.world.outcomes["tiles"][indices], self.world.state.rooms[indices]
-        tiles[over] = self.world.outcomes["final_tiles"][indices[over]]
-        rooms[over] = self._finals[indices[over]]
-        return Sight(tiles, rooms, step.goals[indices], step.actions[indices], step.outcomes[indices])
+        ended = step.episode_ended[envs]
+        tiles, levels = self.world.outcomes["tiles"][envs], self.world.state.levels[envs]
+        tiles[ended] = self.world.outcomes["final_tiles"][envs[ended]]
+        levels[ended] = self._finals[envs[ended]]
+        if agent == META:
+            masks = np.zeros((len(envs), N_META_ACTIONS), bool)
+            masks[:, NO_GOAL_ACTION] = True
+        else:
+            masks = self._all_legal[: len(envs)]
+        return Observation(envs, tiles, levels, step.goals[envs], step.actions[envs], step.outcomes[envs], masks)
 
-    def meta_sight(self, indices: NDArray[np.integer]) -> Sight:
-        """What the meta-controller sees: as the controller, but with the goal it gave last."""
-        return replace(self.sight(indices), goals=self.ledger.last_goals[indices])
-
-    def meta_observations(
-        self, sight: Sight, outcomes: NDArray[np.integer], masks: NDArray[np.bool_]
-    ) -> dict[str, NDArray]:
-        """What ``meta_0`` is shown: `controller.observe`, and how its last goal's life ended."""
-        return {**observe(sight, masks), "outcome": outcomes.astype(np.int64)}
-
-    def controller_observations(self, sight: Sight) -> dict[str, NDArray]:
-        """What ``controller_0`` is shown; all its actions are always legal."""
-        return observe(sight, np.ones((len(sight.goals), self.world.n_actions), bool))
-
-    def meta_space(self) -> spaces.Dict:
-        """The observation space of ``meta_0``."""
-        return spaces.Dict({**observation_spaces(N_META_ACTIONS), "outcome": spaces.Discrete(N_OUTCOMES)})
-
-    def controller_space(self) -> spaces.Dict:
-        """The observation space of ``controller_0``."""
+    def observation_space(self, agent: str) -> spaces.Dict:
+        """The space of an agent's observations of one environment, as `Observation.as_dict` gives them."""
+        if agent == META:
+            return spaces.Dict({**observation_spaces(N_META_ACTIONS), "outcome": spaces.Discrete(N_OUTCOMES)})
         return spaces.Dict(observation_spaces(self.world.n_actions))
 
+    def action_space(self, agent: str) -> spaces.Discrete:
+        """The actions of an agent."""
+        return spaces.Discrete(N_META_ACTIONS if agent == META else self.world.n_actions)
+
     def get_state(self) -> dict[str, np.ndarray]:
-        """Everything that changes, as fresh arrays: the rooms' state and the ledger's."""
+        """Everything that changes, as fresh arrays: the world's state, the ledger's and the curriculum's."""
         state = self.world.get_state()
-        return {**self.ledger.get_state(), "grids": state.grids, "rooms": state.rooms}
+        return {**self.ledger.get_state(), **self._sampler.get_state(), "grids": state.grids, "levels": state.levels}
 
     def set_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Go back to a state taken earlier with `get_state`.
 
         Raises:
-            InputError: if it is not of as many rooms of the same size, or does not hold what `get_state` gives.
+            InputError: if it is not of as many environments of the same size, or not what `get_state` gives.
         """
-        ledger = dict(state)
-        if ledger.keys() != {*self.ledger.get_state(), "grids", "rooms"}:
+        ledger, sampler = dict(state), self._sampler.get_state()
+        if ledger.keys() != {*self.ledger.get_state(), *sampler, "grids", "levels"}:
             raise InputError(f"the state of turns does not hold what get_state gives, but {', '.join(sorted(state))}")
-        self.world.set_state(State(ledger.pop("grids"), ledger.pop("rooms")))
+        self.world.set_state(State(ledger.pop("grids"), ledger.pop("levels")))
+        self._sampler.set_state({name: ledger.pop(name) for name in sampler})
+        self.world.set_graphs(self._sampler.graphs)
         self.ledger.put(ledger)
+        self.last_step = None
+
+    def _observation(self, envs: NDArray[np.integer]) -> Observation:
+        where = slice(None) if len(envs) == len(self) else envs
+        ledger = self.ledger
+        return Observation(
+            envs,
+            self.world.outcomes["tiles"][where],
+            self.world.state.levels[where],
+            ledger.goals[where],
+            ledger.previous_actions[where],
+            ledger.last_outcomes[where],
+            self._all_legal[: len(envs)],
+        )

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hierroom.settings import RoomSettings
+from hierroom.env_config import EnvConfig
 from hierroom.world.oracle import shortest_actions
 
 META_NONSENSE, NONSENSE = (-7, 14, 99), (-1, 6, 77)  # what neither agent has among its actions
@@ -36,7 +36,7 @@ class Script:
                 episode, steps = (episode + 1, 0) if any(moment.ends) else (episode, steps + 1)
 
     def choose(self, observations, legal, situation):
-        rooms = situation.state.rooms
+        rooms = situation.state.levels
         when = zip(rooms["index"].tolist(), rooms["episode"].tolist(), rooms["steps"].tolist(), strict=True)
         return np.array([self.choices.get(moment, -1) for moment in when])
 
@@ -45,7 +45,7 @@ def row(observations, m):
     return {name: values[m] for name, values in observations.items()}
 
 
-def record(settings: RoomSettings, n_rooms=2, n_steps=160, seed=5):
+def record(settings: EnvConfig, n_rooms=2, n_steps=160, seed=5):
     """[N][T] moments of rooms played half well, half wildly, with nonsense in between."""
     rng = np.random.default_rng(seed)
     turns = settings.turns(n_rooms, autoreset=True)
@@ -56,24 +56,24 @@ def record(settings: RoomSettings, n_rooms=2, n_steps=160, seed=5):
         is_turn = turns.ledger.is_meta_turn.copy()
         situation = turns.situation(everyone)
         masks = turns.meta_masks(situation)
-        shown = turns.meta_observations(turns.meta_sight(everyone), situation.last_outcomes, masks)
+        shown = turns.meta_observations(turns.meta_observation(everyone), situation.last_outcomes, masks)
         choices = [choice(rng, mask) for mask in masks]
         turns.choose(everyone, choices, masks)
         illegal_goals = turns.ledger.illegal_goals.copy()
-        seen = turns.controller_observations(turns.sight())
+        seen = turns.controller_observations(turns.observation())
         actions = [action(rng, turns.world.get_state([n])) for n in everyone]
         step = turns.step(actions)
-        last_seen = turns.controller_observations(turns.final_sight(step, everyone))
+        last_seen = turns.controller_observations(turns.final_observation(step, everyone))
         no_goal_only = np.arange(14) == 13
         last_shown = turns.meta_observations(
-            turns.final_sight(step, everyone), step.outcomes, np.tile(no_goal_only, (n_rooms, 1))
+            turns.final_observation(step, everyone), step.outcomes, np.tile(no_goal_only, (n_rooms, 1))
         )
         for n in everyone:
             moment = Moment(choices[n], actions[n], row(shown, n) if is_turn[n] else None, row(seen, n))
             moment.rewards = {"meta_0": step.extrinsic[n], "controller_0": step.rewards[n]}
             moment.ends = (bool(step.terminated[n]), bool(step.truncated[n]))
             ending = {}
-            if step.over[n]:
+            if step.episode_ended[n]:
                 ending = {"success": moment.ends[0], "length": step.lengths[n], "shortest_length": step.shortest[n]}
                 moment.finals = {"meta_0": row(last_shown, n), "controller_0": row(last_seen, n)}
             common = {"goal_event": step.events[n], **ending}

@@ -15,14 +15,14 @@ class MiniGridRoom(MiniGridEnv):
 
     def __init__(self, state: State, **settings):
         self.start = state.copy()
-        room = self.start.rooms[0]
+        room = self.start.levels[0]
         self.can_drop = bool(room.can_drop)
         super().__init__(
             MissionSpace(lambda: "reach the exit"), grid_size=state.size, max_steps=int(room.max_steps), **settings
         )
 
     def _gen_grid(self, width, height):
-        room = self.start.rooms[0]
+        room = self.start.levels[0]
         self.grid = Grid(width, height)
         for row in range(height):
             for col in range(width):

@@ -7,23 +7,23 @@ import pytest
 
 from hierroom.complexity import AugmentedGraph, Node
 from hierroom.complexity.__main__ import Options, show
-from hierroom.complexity.estimate import NodeMap, acting, graph_of, measure, oracle_player, play, random_player
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, enumerate_graphs
-from hierroom.presets import TrainConfig
-from hierroom.runs import RunFolder
-from hierroom.trainer import Trainer
+from hierroom.measure import NodeMap, acting, graph_of, measure, oracle_player, play, random_player
+from hierroom.training.presets import TrainConfig
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
 from hierroom.turns import Turns
-from hierroom.world.batch import Batch
 from hierroom.world.oracle import shortest_lengths
+from hierroom.world.world import World
 
 
 def rooms_of(*graphs, n=20, seed=3, **settings):
-    return Turns(Batch(graphs, n, seed=seed, size=11, **settings))
+    return Turns(World(graphs, n, seed=seed, size=11, **settings))
 
 
 def node_by_hand(room):
-    """The mapping of `hierroom.complexity.estimate`, written down for one room with no arrays."""
+    """The mapping of `hierroom.measure`, written down for one room with no arrays."""
     branches = range(int(room["n_rooms"]) - 1)
     doors = tuple(b + 1 for b in branches if int(room["doors"]) >> b & 1)
     bag = [int(b) for b in room["bag"][: int(room["bag_size"])]]
@@ -51,7 +51,7 @@ def test_every_state_has_one_node(drop_key):
             steer(turns)
         for _ in range(150):
             turns.step(rng.choice([0, 0, 1, 2, 3, 4, 5], size=12))
-            rooms = turns.world.state.rooms
+            rooms = turns.world.state.levels
             nodes = node_of(rooms, np.zeros(12, bool))
             assert [augmented.nodes[i] for i in nodes] == [node_by_hand(room) for room in rooms]
             seen |= {augmented.nodes[i].kind for i in nodes}
@@ -93,7 +93,7 @@ def test_goals_on_the_way_take_the_measured_chain_as_long_as_the_episodes():
         for goal, times in first.items():
             bit = 1 << int(goal[-1]) - 1
             field = "found" if goal.startswith("key") else "doors"
-            has = np.where(step.over, turns.world.finals[field], turns.world.state.rooms[field]) & bit > 0
+            has = np.where(step.episode_ended, turns.world.finals[field], turns.world.state.levels[field]) & bit > 0
             new = has & ~done[goal]  # in the first episode of each room
             times.extend(step.lengths[new].tolist())
             done[goal] |= has

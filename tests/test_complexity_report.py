@@ -106,7 +106,7 @@ def test_no_module_of_the_package_knows_a_learner():
         "import importlib, pkgutil, sys, hierroom.complexity as package\n"
         "for module in pkgutil.iter_modules(package.__path__, package.__name__ + '.'):\n"
         "    importlib.import_module(module.name)\n"
-        "learners = ('torch', 'hierroom.agent', 'hierroom.learners', 'hierroom.trainer')\n"
+        "learners = ('torch', 'hierroom.agents.player', 'hierroom.learners', 'hierroom.training.trainer')\n"
         "print([name for name in learners if name in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -9,12 +9,12 @@ from hierroom import evaluate as command
 from hierroom.errors import InputError
 from hierroom.evaluate import evaluate
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.learners import PPOConfig
-from hierroom.presets import TrainConfig
-from hierroom.runs import RunFolder
-from hierroom.trainer import Trainer
+from hierroom.learners.config import PPOConfig
+from hierroom.training.presets import TrainConfig
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
 from hierroom.turns import Turns
-from hierroom.world.batch import Batch
+from hierroom.world.world import World
 
 
 class Turning:
@@ -24,7 +24,7 @@ class Turning:
         self.sizes = []
 
     def step(self, turns):
-        self.sizes.append(int(turns.world.state.rooms["n_rooms"][0]))
+        self.sizes.append(int(turns.world.state.levels["n_rooms"][0]))
         return turns.step([1])
 
 
@@ -33,11 +33,11 @@ def test_the_table_has_the_goals_of_every_level_that_was_played():
     tables = {}
     for seed in range(8):
         player.sizes.clear()
-        turns = Turns(Batch(graphs, 1, size=11, max_steps=3, seed=seed), measure_shortest=True)
+        turns = Turns(World(graphs, 1, size=11, max_steps=3, seed=seed), measure_shortest=True)
         table = evaluate(player, turns, 3).steps_to_goals
         largest = max(player.sizes)
         assert list(table) == [f"{kind} {r}" for kind in ("key", "door") for r in range(1, largest)] + ["exit"]
-        tables[largest, int(turns.world.state.rooms["n_rooms"][0])] = table
+        tables[largest, int(turns.world.state.levels["n_rooms"][0])] = table
     assert (4, 2) in tables  # a small level stands there at the end, and large ones were played
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from turns_rooms import achieve, goal_ids, make
 
-from hierroom.presets import TrainConfig
-from hierroom.runs import RunFolder
-from hierroom.trainer import Trainer
+from hierroom.training.presets import TrainConfig
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
 from hierroom.world.kernels import KEY
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -90,7 +90,7 @@ def test_the_meta_controller_of_ones_own_chooses_the_nearest_key(monkeypatch):
     turns.ask(NearestKeyFirst())
     state, n_unequal = turns.world.state, 0
     for m in range(50):
-        room, ways = state.rooms[m], {}
+        room, ways = state.levels[m], {}
         for colour in room.colours[:3].tolist():
             ((row, col),) = np.argwhere(state.grids[m] == KEY + colour)
             ways[colour] = abs(row - room.row) + abs(col - room.col)

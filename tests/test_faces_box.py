@@ -14,7 +14,7 @@ BOTH = ("meta_0", "controller_0")
 
 
 def make(**settings):
-    return hierroom.box_view(hierroom.parallel_env(**{"graph": "a", "size": 11, "max_steps": 60, **settings}))
+    return hierroom.wrappers(hierroom.parallel_env(**{"graph": "a", "size": 11, "max_steps": 60, **settings}))
 
 
 def test_spaces_are_equal_boxes_and_the_same_objects_at_every_call():
@@ -80,10 +80,10 @@ def test_supersuit_for_ten_thousand_steps():
         observations, rewards, terminated, truncated, infos = env.step(rng.integers(6, size=4))
         assert observations.shape == (4, 191)
         assert np.isfinite(rewards).all()
-        over = (terminated | truncated).astype(bool)
-        assert (over[::2] == over[1::2]).all()
-        ends += int(over[::2].sum())
-        assert [("success" in info) for info in infos] == over.tolist()
+        episode_ended = (terminated | truncated).astype(bool)
+        assert (episode_ended[::2] == episode_ended[1::2]).all()
+        ends += int(episode_ended[::2].sum())
+        assert [("success" in info) for info in infos] == episode_ended.tolist()
     assert ends >= 2 * (5_000 // 60)
     env.close()
 

@@ -82,7 +82,7 @@ def test_both_agents_end_on_the_same_step(max_steps):
 
 
 def test_flags_rewards_and_infos_are_plain_python():
-    for entry in play(make(2, pay="bonus"), np.random.default_rng(0), 2):
+    for entry in play(make(2, reward="bonus"), np.random.default_rng(0), 2):
         assert [type(value) for value in entry[2:5]] == [float, bool, bool]
         assert {type(value) for value in entry[5].values()} <= {int, bool}
     env = hierroom.parallel_env(size=11, max_steps=5)
@@ -220,7 +220,7 @@ def test_settings_reach_the_room():
     assert env.action_space("controller_0").n == 6
     assert observations["meta_0"]["action_mask"].tolist() == [1] * 13 + [0]
     state = env.room.turns.world.state
-    assert (state.size, state.rooms[0].max_steps, state.rooms[0].n_rooms) == (15, 7, 4)
+    assert (state.size, state.levels[0].max_steps, state.levels[0].n_rooms) == (15, 7, 4)
 
 
 def test_the_end_is_told_with_the_shortest_length():

@@ -8,22 +8,22 @@ from face_scripts import Script, record
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import hierroom
+from hierroom.env_config import EnvConfig
 from hierroom.goals import GOAL_VECTORS
 from hierroom.gym_env import EscapeRoom, EscapeRooms
-from hierroom.settings import RoomSettings
 
 AGENTS = ("meta_0", "controller_0")
 SEED = 5
-PAYS = ("intrinsic", "extrinsic", "bonus")
+REWARDS = ("intrinsic", "extrinsic", "bonus")
 MASKS = ("reachable", "existing", "seen", "none", "reachable")
 CASES = [
-    RoomSettings(graph, 11, 90, drop_key, PAYS[i % 3], horizon, MASKS[i % 5])
+    EnvConfig(graph, 11, 90, drop_key, REWARDS[i % 3], horizon, MASKS[i % 5])
     for i, (graph, drop_key, horizon) in enumerate(itertools.product("abcdefg", (False, True), (None, 7)))
 ]
 
 
 @pytest.fixture(
-    scope="module", params=CASES, ids=lambda s: f"{s.graph}{s.drop_key:d}-{s.pay}-{s.goal_mask}-{s.subgoal_horizon}"
+    scope="module", params=CASES, ids=lambda s: f"{s.graph}{s.drop_key:d}-{s.reward}-{s.goal_mask}-{s.subgoal_horizon}"
 )
 def case(request):
     return request.param, record(request.param)
@@ -55,7 +55,7 @@ def is_legal(moment):
 def test_aec(case):
     settings, plays = case
     for n, play in enumerate(plays):
-        env = hierroom.raw_env(**keywords(settings, room_index=n))
+        env = hierroom.raw_env(**keywords(settings, env_index=n))
         env.reset(seed=SEED)
         illegal = 0
         for moment in play:
@@ -86,7 +86,7 @@ def test_aec(case):
 def test_parallel(case):
     settings, plays = case
     for n, play in enumerate(plays):
-        env = hierroom.parallel_env(**keywords(settings, room_index=n))
+        env = hierroom.parallel_env(**keywords(settings, env_index=n))
         observations, _ = env.reset(seed=SEED)
         for moment in play:
             if moment.meta is None:
@@ -113,7 +113,7 @@ def test_parallel(case):
 def test_gymnasium(case):
     settings, plays = case
     for n, play in enumerate(plays):
-        env = EscapeRoom(**keywords(settings, room_index=n, meta=Script(plays)))
+        env = EscapeRoom(**keywords(settings, env_index=n, meta=Script(plays)))
         observation, _ = env.reset(seed=SEED)
         for moment in play:
             same(observation, moment.controller)
@@ -129,7 +129,7 @@ def test_vector_as_gymnasium_makes_one_of_single_rooms(case):
     settings, plays = case
     ours = EscapeRooms(len(plays), **keywords(settings, meta=Script(plays)))
     theirs = SyncVectorEnv(
-        [lambda n=n: EscapeRoom(**keywords(settings, room_index=n, meta=Script(plays))) for n in range(len(plays))],
+        [lambda n=n: EscapeRoom(**keywords(settings, env_index=n, meta=Script(plays))) for n in range(len(plays))],
         autoreset_mode=AutoresetMode.SAME_STEP,
     )
     (observations, infos), (expected, expected_infos) = ours.reset(seed=SEED), theirs.reset(seed=[SEED] * len(plays))

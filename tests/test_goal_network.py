@@ -4,17 +4,17 @@ import numpy as np
 import torch
 from turns_rooms import goal_ids, make
 
-from hierroom.goal_network import GoalNetwork
+from hierroom.agents.features import FEATURES
+from hierroom.agents.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
-from hierroom.inputs import INPUTS
-from hierroom.learners import AgentSpace
-from hierroom.presets import find_preset
-from hierroom.step import NO_OUTCOME
+from hierroom.learners.networks.actor_critic import AgentSpace
+from hierroom.options import NO_OUTCOME
+from hierroom.training.presets import find_preset
 from hierroom.world.oracle import shortest_actions
 
 
 def test_permuting_colours_permutes_what_the_network_says():
-    inputs = [INPUTS[name].cardinalities(5) for name in find_preset("learned").meta_inputs]
+    inputs = [FEATURES[name].cardinalities(5) for name in find_preset("learned").meta_features]
     network = GoalNetwork(AgentSpace(sum(inputs, ()), 14), 8)
     with torch.no_grad():
         for head in (network.colour_head, network.exit_head):
@@ -45,8 +45,8 @@ def test_inputs_tell_what_was_seen_and_achieved_and_how_the_last_goal_ended():
     for name in ("k1", "d1"):
         for action in shortest_actions(turns.world.get_state(), *goal_ids(turns, name)):
             turns.step([action])
-    sight = turns.situation(room).sight
-    status = INPUTS["goal-status"].codes(sight)[0]
+    observation = turns.situation(room).observation
+    status = FEATURES["goal-status"].codes(observation)[0]
     assert status[[key, door]].tolist() == [2, 2]
     assert status[[g for g in range(N_COLOURS) if g != key]].tolist() == [0] * 5
-    assert INPUTS["goal-outcome"].codes(sight).tolist() == [[NO_OUTCOME] * N_GOALS]  # there was no goal
+    assert FEATURES["goal-outcome"].codes(observation).tolist() == [[NO_OUTCOME] * N_GOALS]  # there was no goal

@@ -4,19 +4,19 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from hierroom.graph_pool import EPISODES_PER_STAGE, GraphPool
+from hierroom.complexity.graph_sampler import EPISODES_PER_STAGE, GraphSampler
 
 N_ROOMS = 8
 
 
 def end(pool, is_escape, rooms=range(N_ROOMS)):
     """A step that ends the episodes of some rooms."""
-    over = np.isin(np.arange(N_ROOMS), rooms)
-    return pool.add(SimpleNamespace(over=over, terminated=over & is_escape))
+    episode_ended = np.isin(np.arange(N_ROOMS), rooms)
+    return pool.add(SimpleNamespace(episode_ended=episode_ended, terminated=episode_ended & is_escape))
 
 
 def test_episodes_that_began_in_another_stage_say_nothing_of_this_one():
-    pool = GraphPool("hitting_time:8..50", False, N_ROOMS, n_stages=3)
+    pool = GraphSampler("hitting_time:8..50", False, N_ROOMS, n_stages=3)
     first = pool.graphs
     moves = [end(pool, True) for _ in range(EPISODES_PER_STAGE // N_ROOMS)]
     assert moves == [False] * (len(moves) - 1) + [True]
@@ -25,7 +25,7 @@ def test_episodes_that_began_in_another_stage_say_nothing_of_this_one():
     assert not end(pool, True, [0, 1])  # begun in the first stage, as the six below
     for _ in range((EPISODES_PER_STAGE - 2) // 2):
         assert not end(pool, False, [0, 1])
-    again = GraphPool("hitting_time:8..50", False, N_ROOMS, n_stages=3)
+    again = GraphSampler("hitting_time:8..50", False, N_ROOMS, n_stages=3)
     again.load_state_dict(pool.state_dict())
     for each in (pool, again):
         assert not end(each, True, range(2, N_ROOMS))
@@ -35,6 +35,6 @@ def test_episodes_that_began_in_another_stage_say_nothing_of_this_one():
 
 
 def test_one_graph_has_no_stages():
-    pool = GraphPool("c", False, N_ROOMS)
+    pool = GraphSampler("c", False, N_ROOMS)
     assert not any(end(pool, True) for _ in range(EPISODES_PER_STAGE))
     assert pool.graphs == pool.everything

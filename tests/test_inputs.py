@@ -3,12 +3,12 @@
 import numpy as np
 from views import in_view
 
+from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NAMED_GRAPHS, NO_GOAL
-from hierroom.inputs import INPUTS, UNKNOWN_DISTANCE
 from hierroom.meta import make_meta
 from hierroom.turns import Turns
-from hierroom.world.batch import Batch
 from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, VIEW, WALL
+from hierroom.world.world import World
 
 N_ROOMS = 16
 OWN_CELL = VIEW // 2 * VIEW + VIEW - 1
@@ -39,17 +39,17 @@ def shown_goals(room, view):
 
 
 def test_the_goal_is_where_views_of_this_episode_showed_it_last():
-    world = Batch([NAMED_GRAPHS["a"], NAMED_GRAPHS["f"]], N_ROOMS, size=15, max_steps=300, drop_key=True, seed=3)
+    world = World([NAMED_GRAPHS["a"], NAMED_GRAPHS["f"]], N_ROOMS, size=15, max_steps=300, drop_key=True, seed=3)
     turns, meta = Turns(world, goal_mask="none", subgoal_horizon=7), make_meta("random")
     rng, memories = np.random.default_rng(0), [{} for _ in range(N_ROOMS)]
     compared = {"no goal": 0, "not there": 0, "not seen yet": 0, "in view": 0, "remembered": 0, "dropped": 0}
     for _ in range(2000):
         turns.ask(meta)
         turns.goals[rng.random(N_ROOMS) < 0.01] = NO_GOAL
-        sight = turns.sight()
-        places, in_view = INPUTS["goal-place"].codes(sight), INPUTS["goal-in-view"].codes(sight)
+        observation = turns.observation()
+        places, in_view = FEATURES["goal-place"].codes(observation), FEATURES["goal-in-view"].codes(observation)
         for room, memory, view, goal, place, cell in zip(
-            sight.rooms, memories, sight.tiles, sight.goals, places, in_view[:, 0], strict=True
+            observation.levels, memories, observation.tiles, observation.goals, places, in_view[:, 0], strict=True
         ):
             memory.update(shown_goals(room, view))
             if goal == NO_GOAL or goal not in memory:
@@ -65,25 +65,27 @@ def test_the_goal_is_where_views_of_this_episode_showed_it_last():
             found_not_held = room.found & ~room.keys
             compared["dropped"] += goal < FIRST_DOOR_GOAL and found_not_held >> room.branches[goal] & 1
         step = turns.step(rng.choice(6, N_ROOMS, p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1]))
-        for n in np.flatnonzero(step.over):
+        for n in np.flatnonzero(step.episode_ended):
             memories[n].clear()
     assert min(compared.values()) > 50, compared
 
 
 def test_the_doorways_are_the_two_opened_or_walked_through_last():
-    turns = Turns(Batch([NAMED_GRAPHS["c"], NAMED_GRAPHS["e"]], N_ROOMS, size=13, max_steps=500, seed=4))
+    turns = Turns(World([NAMED_GRAPHS["c"], NAMED_GRAPHS["e"]], N_ROOMS, size=13, max_steps=500, seed=4))
     rng, histories = np.random.default_rng(1), [[] for _ in range(N_ROOMS)]  # a cell each time a door is used
     compared = {"none yet": 0, "one": 0, "two": 0, "opened": 0, "walked through": 0}
     for _ in range(3000):
-        sight = turns.sight()
-        for room, history, places in zip(sight.rooms, histories, INPUTS["doorway-places"].codes(sight), strict=True):
+        observation = turns.observation()
+        for room, history, places in zip(
+            observation.levels, histories, FEATURES["doorway-places"].codes(observation), strict=True
+        ):
             latest = list(dict.fromkeys(reversed(history)))[:2]
             known = [code for cell in latest for code in codes_of(room, cell)]
             assert places.tolist() == known + [UNKNOWN_DISTANCE] * (4 - len(known))
             compared[["none yet", "one", "two"][len(latest)]] += 1
         step = turns.step(rng.choice(5, N_ROOMS, p=[0.4, 0.15, 0.15, 0.15, 0.15]))
-        for n, (room, grid) in enumerate(zip(turns.world.state.rooms, turns.world.state.grids, strict=True)):
-            if step.over[n]:
+        for n, (room, grid) in enumerate(zip(turns.world.state.levels, turns.world.state.grids, strict=True)):
+            if step.episode_ended[n]:
                 histories[n].clear()
             elif step.events[n] in range(FIRST_DOOR_GOAL, EXIT_GOAL):
                 ahead = room.row + ROW_STEP[room.direction], room.col + COL_STEP[room.direction]

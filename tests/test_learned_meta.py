@@ -10,18 +10,18 @@ from same_state import equal
 from turns_rooms import goal_ids, make
 
 from hierroom import train
-from hierroom.agent import Agent
-from hierroom.assembly import make_turns
+from hierroom.agents.player import Agent
+from hierroom.agents.ppo_agent import LearnedMeta
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, N_GOALS
 from hierroom.gym_env import EscapeRoom
-from hierroom.learned_meta import LearnedMeta
-from hierroom.learners import PPOConfig
+from hierroom.learners.config import PPOConfig
 from hierroom.learners.ppo import in_hindsight
-from hierroom.presets import TrainConfig, find_preset
-from hierroom.runs import RunFolder
-from hierroom.step import OTHER, REACHED, TIMED_OUT
-from hierroom.trainer import Trainer
+from hierroom.options import OTHER, REACHED, TIMED_OUT
+from hierroom.training.assembly import make_turns
+from hierroom.training.presets import TrainConfig, find_preset
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
 from hierroom.world.oracle import shortest_actions
 
 META_PPO = PPOConfig(sequence_length=4, sequences_per_update=4, minibatches=2, epochs=2, hidden_size=8)
@@ -176,11 +176,11 @@ def test_goals_are_drawn_at_random_until_enough_episodes_escape():
     meta, turns = learning(trainer), trainer.turns
     before = meta.state_dict()["learner"]["backend"]["network"]
     step = turns.step(np.ones(8, int))
-    over = np.ones(8, bool)
-    lost = replace(step, terminated=~over, truncated=over, option_over=over)
+    episode_ended = np.ones(8, bool)
+    lost = replace(step, terminated=~episode_ended, truncated=episode_ended, option_ended=episode_ended)
     for _ in range(12):
         meta.learn(lost, turns)
-    meta.learn(replace(lost, terminated=over, truncated=~over), turns)  # 8 of 104 escaped
+    meta.learn(replace(lost, terminated=episode_ended, truncated=~episode_ended), turns)  # 8 of 104 escaped
     assert meta.is_learning
     assert meta.statistics["is_learning"] == 1
     meta.learn(lost, turns)  # goals given before are none of its turns

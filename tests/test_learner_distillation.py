@@ -7,17 +7,16 @@ import pytest
 import torch
 
 from hierroom import InputError
-from hierroom.learners import RandomDistillation
-from hierroom.learners.distillation import GROWTH, whitening
-from hierroom.presets import TrainConfig
-from hierroom.trainer import Trainer
+from hierroom.learners.distillation import GROWTH, RandomNetworkDistillation, whitening
+from hierroom.training.presets import TrainConfig
+from hierroom.training.trainer import Trainer
 
 SIZES = (4, 3)
-SMALL = TrainConfig(method="ppo-rnd", graph="a", size=11, max_steps=60, rooms=8, steps=2048)
+SMALL = TrainConfig(method="ppo-rnd", graph="a", size=11, max_steps=60, envs=8, steps=2048)
 
 
-def make(n_rooms=6, seed=0):
-    return RandomDistillation(SIZES, n_rooms, gamma=0.9, seed=seed, hidden_size=16)
+def make(num_envs=6, seed=0):
+    return RandomNetworkDistillation(SIZES, num_envs, gamma=0.9, seed=seed, hidden_size=16)
 
 
 def draw(rng, n=6):
@@ -33,17 +32,17 @@ def test_whitening_by_hand():
 
 
 def test_features_are_those_of_whitened_one_hot_columns():
-    curiosity, codes = make(), draw(np.random.default_rng(0))
+    curiosity, features = make(), draw(np.random.default_rng(0))
     curiosity._counts[:] = [5, 1, 2, 8, 3, 3, 9]
     scale, shift = whitening(curiosity._counts, np.array(SIZES))
-    one_hot = np.concatenate([np.eye(n)[codes[:, k]] for k, n in enumerate(SIZES)], axis=1)
+    one_hot = np.concatenate([np.eye(n)[features[:, k]] for k, n in enumerate(SIZES)], axis=1)
     outputs = []
     for network in (curiosity.predictor, curiosity.target):
         hidden = torch.from_numpy(one_hot * scale + shift).float() @ network.weight + network.bias
         for layer in network.layers:
             hidden = layer(torch.relu(hidden))
         outputs.append(hidden)
-    torch.testing.assert_close(curiosity._errors(codes), (outputs[0] - outputs[1]).square().mean(-1))
+    torch.testing.assert_close(curiosity._errors(features), (outputs[0] - outputs[1]).square().mean(-1))
 
 
 def settled(curiosity, rng, n=6):
@@ -71,10 +70,10 @@ def test_rewards_are_errors_over_the_deviation_of_all_grown_returns():
     curiosity.learn()
     returns, counted = np.zeros(6), []
     for t in range(40):
-        codes = draw(rng)
-        errors = curiosity._errors(codes).detach().numpy().astype(np.float64)
+        features = draw(rng)
+        errors = curiosity._errors(features).detach().numpy().astype(np.float64)
         returns = 0.9 * returns + errors
-        rewards = curiosity.rewards(codes)
+        rewards = curiosity.rewards(features)
         if t >= 20:
             counted.extend(returns)
             np.testing.assert_allclose(rewards, errors / np.std(counted), rtol=1e-6)
@@ -82,7 +81,7 @@ def test_rewards_are_errors_over_the_deviation_of_all_grown_returns():
 
 def test_the_pay_of_its_first_steps_is_of_the_size_of_later_ones():
     """It was not, by a factor of ten, while the first returns grew from zero and sights had not been counted."""
-    curiosity, rng = make(n_rooms=32), np.random.default_rng(4)
+    curiosity, rng = make(num_envs=32), np.random.default_rng(4)
     settled(curiosity, rng, 32)
     first = np.mean([curiosity.rewards(draw(rng, 32)) for _ in range(20)])
     for _ in range(200):
@@ -93,20 +92,20 @@ def test_the_pay_of_its_first_steps_is_of_the_size_of_later_ones():
 
 def test_returns_without_discount_are_refused():
     with pytest.raises(InputError, match="gamma must be below 1, not 1"):
-        RandomDistillation(SIZES, 2, gamma=1.0, seed=0)
+        RandomNetworkDistillation(SIZES, 2, gamma=1.0, seed=0)
 
 
 def test_what_was_seen_often_is_not_new_and_the_rest_is():
-    curiosity, rng = make(n_rooms=32), np.random.default_rng(2)
-    rare, codes = np.tile(np.array([[3, 2]], np.uint8), (32, 1)), np.empty((32, 2), np.uint8)
+    curiosity, rng = make(num_envs=32), np.random.default_rng(2)
+    rare, features = np.tile(np.array([[3, 2]], np.uint8), (32, 1)), np.empty((32, 2), np.uint8)
     for _ in range(60):
         for _ in range(8):
-            codes[:] = rng.integers(0, (3, 2), (32, 2))
-            curiosity.rewards(codes)
+            features[:] = rng.integers(0, (3, 2), (32, 2))
+            curiosity.rewards(features)
         target = {name: tensor.clone() for name, tensor in curiosity.target.state_dict().items()}
         curiosity.learn()
         assert all(torch.equal(tensor, target[name]) for name, tensor in curiosity.target.state_dict().items())
-    assert curiosity.rewards(rare).mean() > 5 * curiosity.rewards(codes).mean()
+    assert curiosity.rewards(rare).mean() > 5 * curiosity.rewards(features).mean()
 
 
 def test_resumed_equals_uninterrupted_even_between_updates():
@@ -122,8 +121,8 @@ def test_resumed_equals_uninterrupted_even_between_updates():
     resumed.load_state_dict(torch.load(file, weights_only=True))
     for _ in range(3):
         for _ in range(4):
-            codes = draw(rng)
-            np.testing.assert_array_equal(through.rewards(codes), resumed.rewards(codes))
+            features = draw(rng)
+            np.testing.assert_array_equal(through.rewards(features), resumed.rewards(features))
         assert through.learn() == resumed.learn()
 
 
@@ -152,17 +151,17 @@ def test_what_is_new_of_the_room_pays():
             curiosity.learn()
     step = trainer.turns.step([0] * 8)
     assert (curiosity.rewards(step, trainer.turns) > 0).all()
-    while not step.over.any():
+    while not step.episode_ended.any():
         step = trainer.turns.step([1] * 8)
     curiosity.rewards(step, trainer.turns)
-    ended, found = np.flatnonzero(step.over), curiosity.state_dict()["pending"][-1].numpy()
-    final = curiosity.inputs.codes(trainer.turns.final_sight(step, ended))
-    assert not np.array_equal(final, curiosity.inputs.codes(trainer.turns.sight())[ended])
+    ended, found = np.flatnonzero(step.episode_ended), curiosity.state_dict()["pending"][-1].numpy()
+    final = curiosity.inputs.features(trainer.turns.final_observation(step, ended))
+    assert not np.array_equal(final, curiosity.inputs.features(trainer.turns.observation())[ended])
     np.testing.assert_array_equal(found[ended], final)
 
 
 def test_a_single_observation_is_learned_from():
-    distillation = RandomDistillation((3, 4), 1, gamma=0.9, seed=0)
+    distillation = RandomNetworkDistillation((3, 4), 1, gamma=0.9, seed=0)
     distillation.rewards(np.array([[1, 2]], np.uint8))
     assert np.isfinite(distillation.learn()["curiosity_error"])
     assert all(tensor.isfinite().all() for tensor in distillation.predictor.state_dict().values())

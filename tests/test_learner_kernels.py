@@ -7,12 +7,12 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from learner_rooms import SPACE, PlainTorchNetwork, RandomRooms, make_learner
+from learner_rooms import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
 from torch.nn.utils import parameters_to_vector
 
-from hierroom.learners import AgentSpace, Learner, PPOConfig, RecurrentActorCritic
-from hierroom.learners.adam_kernels import adam_step, sum_gradients
-from hierroom.learners.encoder_kernels import (
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.fused.adam_kernels import adam_step, sum_gradients
+from hierroom.learners.fused.encoder_kernels import (
     compare_rows,
     complete_table,
     encode,
@@ -21,11 +21,13 @@ from hierroom.learners.encoder_kernels import (
     most_common,
     rare_rows,
 )
-from hierroom.learners.fused_network import TapeMemory, Weights, backward, forward
-from hierroom.learners.loss_kernels import heads, loss_backward
-from hierroom.learners.product_kernels import add_product, add_transposed_product, pack
-from hierroom.learners.recurrent import ResetLSTM
-from hierroom.learners.recurrent_kernels import lstm_backward, lstm_forward
+from hierroom.learners.fused.loss_kernels import heads, loss_backward
+from hierroom.learners.fused.network import TapeMemory, Weights, backward, forward
+from hierroom.learners.fused.product_kernels import add_product, add_transposed_product, pack
+from hierroom.learners.fused.recurrent_kernels import lstm_backward, lstm_forward
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.networks.recurrent import ResetLSTM
+from hierroom.learners.ppo import Learner
 from hierroom.learners.torch_backend import ppo_loss
 
 RANDOM = np.random.default_rng(0)
@@ -42,8 +44,8 @@ def normal(*shape):
 
 @given(st.integers(1, 40), st.integers(1, 140), st.integers(1, 150), st.sampled_from([np.float32, np.float64]))
 @settings(deadline=None, max_examples=40)
-def test_products(n_rows, depth, n_columns, dtype):
-    a, b, c = (normal(*shape).astype(dtype) for shape in ((n_rows, depth), (depth, n_columns), (n_rows, n_columns)))
+def test_products(n_rows, depth, n_features, dtype):
+    a, b, c = (normal(*shape).astype(dtype) for shape in ((n_rows, depth), (depth, n_features), (n_rows, n_features)))
     tolerance = 1e-3 if dtype == np.float32 else 1e-10
     found = c.copy()
     add_product(a, pack(b), found)
@@ -56,34 +58,34 @@ def test_products(n_rows, depth, n_columns, dtype):
 def test_encoder_gradients():
     cardinalities = (5, 3, 1, 7, 2, 256)
     network = RecurrentActorCritic(AgentSpace(cardinalities, 2), 10).double()
-    codes = RANDOM.integers(0, cardinalities, (150, 6)).astype(np.uint8)
+    features = RANDOM.integers(0, cardinalities, (150, 6)).astype(np.uint8)
     table, offsets = network.encoder.weight.detach().numpy(), network.encoder.offsets.numpy()
     bias = network.encoder.bias.detach().numpy()
     bias += normal(10) / 10
-    features = np.zeros((150, 13))  # wider than needed, as in use
-    encode(codes, offsets, table, bias, features)
-    expected = network.encoder(torch.from_numpy(codes))
-    close(features[:, :10], expected)
-    common, differences, base = most_common(codes), np.empty((len(table) + 1, 10)), np.empty(10)
-    rows, counts = rare_rows(codes, offsets, common, len(table))
-    np.testing.assert_array_equal(counts, (codes != common).sum(axis=1))
+    encoded = np.zeros((150, 13))  # wider than needed, as in use
+    encode(features, offsets, table, bias, encoded)
+    expected = network.encoder(torch.from_numpy(features))
+    close(encoded[:, :10], expected)
+    common, differences, base = most_common(features), np.empty((len(table) + 1, 10)), np.empty(10)
+    rows, counts = rare_rows(features, offsets, common, len(table))
+    np.testing.assert_array_equal(counts, (features != common).sum(axis=1))
     compare_rows(table, bias, offsets, common, differences, base)
-    features[...] = 0
-    encode_rare(rows, counts, differences, base, features)
-    close(features[:, :10], expected)
-    d_features = normal(150, 13)
-    expected.backward(torch.from_numpy(d_features[:, :10].copy()))
+    encoded[...] = 0
+    encode_rare(rows, counts, differences, base, encoded)
+    close(encoded[:, :10], expected)
+    d_encoded = normal(150, 13)
+    expected.backward(torch.from_numpy(d_encoded[:, :10].copy()))
     d_table, d_bias = np.zeros_like(table), np.zeros(10)
     for half in (slice(70), slice(70, None)):
-        encode_backward(rows[half], counts[half], features[half], d_features[half], d_table, d_bias)
+        encode_backward(rows[half], counts[half], encoded[half], d_encoded[half], d_table, d_bias)
     complete_table(offsets, common, d_bias, d_table)
     close(d_table, network.encoder.weight.grad)
     close(d_bias, network.encoder.bias.grad)
 
 
 def test_the_most_common_value_of_each_column():
-    codes = np.array([[3, 0, 255], [3, 1, 255], [2, 1, 0], [3, 2, 255]], np.uint8)
-    np.testing.assert_array_equal(most_common(codes), [3, 1, 255])
+    features = np.array([[3, 0, 255], [3, 1, 255], [2, 1, 0], [3, 2, 255]], np.uint8)
+    np.testing.assert_array_equal(most_common(features), [3, 1, 255])
 
 
 @pytest.mark.parametrize(("n_turns", "n_rows", "size"), [(1, 3, 8), (6, 9, 8), (5, 4, 7)])
@@ -162,21 +164,21 @@ def test_the_whole_network_backwards():
     network = RecurrentActorCritic(SPACE, 16).double()
     vector = parameters_to_vector(network.parameters()).detach().numpy()
     weights, gradient = Weights.views(vector, network), np.zeros_like(vector)
-    codes = RANDOM.integers(0, SPACE.cardinalities, (7, 10, 4)).astype(np.uint8)
+    features = RANDOM.integers(0, SPACE.cardinalities, (7, 10, 4)).astype(np.uint8)
     resets, states = RANDOM.random((7, 10)) < 0.2, normal(10, 32)
     memory, d_hidden = TapeMemory(weights), normal(7, 10, 16)
     memory.tape(8, 12)
     tape = memory.tape(7, 10)
     table, offsets = weights.encoder_weight, network.encoder.offsets.numpy()
-    encode(codes.reshape(70, 4), offsets, table, weights.encoder_bias, tape.features)
+    encode(features.reshape(70, 4), offsets, table, weights.encoder_bias, tape.encoded)
     forward(weights, states, resets, tape)
     tape.d_hidden[...] = d_hidden
     parts = Weights.views(gradient, network)
     common = np.zeros(4, np.uint8)
-    rows, counts = rare_rows(codes.reshape(70, 4), offsets, common, len(table))
+    rows, counts = rare_rows(features.reshape(70, 4), offsets, common, len(table))
     backward(weights, rows, counts, resets, tape, parts, parts.encoder_weight)
     complete_table(offsets, common, parts.encoder_bias, parts.encoder_weight)
-    inputs = [torch.from_numpy(x) for x in (codes, states, resets)]
+    inputs = [torch.from_numpy(x) for x in (features, states, resets)]
     logits, values = network.sequence(*inputs)
     close(tape.logits.reshape(7, 10, 4), logits)
     close(tape.values.reshape(7, 10), values)
@@ -204,16 +206,16 @@ def test_adam_steps_like_torch():
 def with_numbers(base):
     """A network class whose second column is fed as two numbers."""
     vectors = [None, [[0.0, 1.0], [0.5, -1.0], [2.0, 0.0]], None, None]
-    return lambda space, hidden_size: base(space, hidden_size, column_vectors=vectors)
+    return lambda space, hidden_size: base(space, hidden_size, feature_vectors=vectors)
 
 
 @pytest.mark.parametrize("wrap", [lambda base: base, with_numbers], ids=["rows", "numbers"])
 def test_compiled_and_torch_updates_agree(wrap):
     learners = [make_learner(network=wrap(base)) for base in (RecurrentActorCritic, PlainTorchNetwork)]
-    rooms = [RandomRooms(6, seed=1) for _ in learners]
+    envs = [RandomEnvs(6, seed=1) for _ in learners]
     updates = 0
     while updates < 3:
-        turns = [room.tick(learner) for room, learner in zip(rooms, learners, strict=True)]
+        turns = [env.tick(learner) for env, learner in zip(envs, learners, strict=True)]
         np.testing.assert_array_equal(turns[0][2], turns[1][2])
         if turns[0][3]:
             updates += 1
@@ -226,14 +228,14 @@ def test_compiled_and_torch_updates_agree(wrap):
 
 @pytest.mark.parametrize("begun", [RecurrentActorCritic, PlainTorchNetwork])
 def test_either_goes_on_from_what_the_other_saved(begun):
-    learner, room = make_learner(network=begun), RandomRooms(6, seed=1)
-    while not room.tick(learner)[3]:
+    learner, env = make_learner(network=begun), RandomEnvs(6, seed=1)
+    while not env.tick(learner)[3]:
         pass
     weights = []
     for network in (RecurrentActorCritic, PlainTorchNetwork):
-        after, rooms = make_learner(network=network, seed=5), deepcopy(room)
+        after, envs = make_learner(network=network, seed=5), deepcopy(env)
         after.load_state_dict(learner.state_dict())
-        while not rooms.tick(after)[3]:
+        while not envs.tick(after)[3]:
             pass
         weights.append(parameters_to_vector(after.network.parameters()).detach())
     assert not torch.equal(weights[0], parameters_to_vector(learner.network.parameters()))
@@ -242,13 +244,13 @@ def test_either_goes_on_from_what_the_other_saved(begun):
 
 
 @pytest.mark.parametrize(("n_rooms", "many"), [(6, 2), (600, 2), (2400, 9)])
-def test_the_number_of_threads_changes_nothing(n_rooms, many):
+def test_the_number_of_threads_changes_nothing(num_envs, many):
     states = []
     for threads in (1, many):
         config = PPOConfig(sequence_length=4, minibatches=2, hidden_size=8)
-        learner, rooms = Learner(SPACE, n_rooms, config, seed=3, threads=threads), RandomRooms(n_rooms, seed=3)
+        learner, envs = Learner(SPACE, num_envs, config, seed=3, threads=threads), RandomEnvs(num_envs, seed=3)
         for _ in range(30):
-            rooms.tick(learner)
+            envs.tick(learner)
         states.append(parameters_to_vector(learner.network.parameters()))
     assert torch.equal(*states)
 
@@ -256,8 +258,8 @@ def test_the_number_of_threads_changes_nothing(n_rooms, many):
 def test_weights_loaded_into_the_network_are_used():
     learner, other = make_learner(seed=1), make_learner(seed=2)
     learner.network.load_state_dict(other.network.state_dict())
-    codes, states = np.ones((3, 4), np.uint8), np.zeros((3, 16), np.float32)
-    np.testing.assert_array_equal(learner._backend.step(codes, states)[1], other._backend.step(codes, states)[1])
+    features, states = np.ones((3, 4), np.uint8), np.zeros((3, 16), np.float32)
+    np.testing.assert_array_equal(learner._backend.step(features, states)[1], other._backend.step(features, states)[1])
 
 
 def test_means_of_rows_seen_no_more_reach_zero_and_stay_out_of_denormals():

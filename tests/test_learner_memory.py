@@ -4,8 +4,10 @@ import numpy as np
 import torch
 from torch import nn
 
-from hierroom.learners import AgentSpace, Learner, PPOConfig
-from hierroom.learners.encoder import ColumnEncoder
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.networks.actor_critic import AgentSpace
+from hierroom.learners.networks.encoder import FeatureEncoder
+from hierroom.learners.ppo import Learner
 
 LENGTH = 6
 SPACE = AgentSpace((3, LENGTH), 2)
@@ -16,45 +18,45 @@ class Memoryless(nn.Module):
 
     def __init__(self, space, hidden_size):
         super().__init__()
-        self.encoder = ColumnEncoder(space.cardinalities, hidden_size)
+        self.encoder = FeatureEncoder(space.cardinalities, hidden_size)
         self.heads = nn.Linear(hidden_size, space.n_actions + 1)
 
     def initial_state(self, n):
         return torch.zeros(n, 1)
 
-    def step(self, codes, state):
-        outputs = self.heads(self.encoder(codes))
+    def step(self, features, state):
+        outputs = self.heads(self.encoder(features))
         return outputs[..., :-1], outputs[..., -1], state
 
-    def sequence(self, codes, state, resets):
-        logits, values, _ = self.step(codes, state)
+    def sequence(self, features, state, resets):
+        logits, values, _ = self.step(features, state)
         return logits, values
 
 
-def success_rate(network, updates, seed=0, n_rooms=32):
+def success_rate(network, updates, seed=0, num_envs=32):
     """Train in rooms that show a cue (1 or 2) in their first turn and pay 1 if the last action is the cue's.
 
     Returns the share of paid episodes among the last ten updates'.
     """
     config = PPOConfig(sequence_length=2 * LENGTH, hidden_size=16, learning_rate=0.01, gamma=0.95)
-    learner = Learner(SPACE, n_rooms, config, seed=seed, network=network)
+    learner = Learner(SPACE, num_envs, config, seed=seed, network=network)
     random = np.random.default_rng(seed)
-    rooms, masks, none = np.arange(n_rooms), np.ones((n_rooms, 2), bool), np.zeros(n_rooms, bool)
-    clocks, cues, paid = np.arange(n_rooms) % LENGTH, random.integers(0, 2, n_rooms), []
+    envs, masks, none = np.arange(num_envs), np.ones((num_envs, 2), bool), np.zeros(num_envs, bool)
+    clocks, cues, paid = np.arange(num_envs) % LENGTH, random.integers(0, 2, num_envs), []
 
-    def codes():
+    def features():
         return np.stack([np.where(clocks == 0, 1 + cues, 0), clocks], axis=1).astype(np.uint8)
 
     done = 0
     while done < updates:
-        actions = learner.act(rooms, codes(), masks)
-        over = clocks == LENGTH - 1
-        rewards = (over & (actions == cues)).astype(float)
+        actions = learner.act(envs, features(), masks)
+        episode_ended = clocks == LENGTH - 1
+        rewards = (episode_ended & (actions == cues)).astype(float)
         if done >= updates - 10:
-            paid.extend(rewards[over])
+            paid.extend(rewards[episode_ended])
         clocks = (clocks + 1) % LENGTH
-        cues = np.where(over, random.integers(0, 2, n_rooms), cues)
-        learner.finish(rooms, rewards, np.ones(n_rooms, int), over, none, over, codes())
+        cues = np.where(episode_ended, random.integers(0, 2, num_envs), cues)
+        learner.finish(envs, rewards, np.ones(num_envs, int), episode_ended, none, episode_ended, features())
         if learner.ready:
             learner.update(0.0)
             done += 1

@@ -4,7 +4,10 @@ import pytest
 import torch
 
 from hierroom.errors import InputError
-from hierroom.learners import AgentSpace, Learner, ModularActorCritic, PPOConfig, RecurrentActorCritic
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.networks.modular import ModularActorCritic
+from hierroom.learners.ppo import Learner
 
 N_SYMBOLS, HIDDEN = 4, 8
 SPACE = AgentSpace((N_SYMBOLS, 5, 3), 6)
@@ -24,31 +27,31 @@ def codes_of(*shape, seed=1):
 
 
 def test_a_sequence_is_turns_one_after_the_other(network):
-    codes, resets = codes_of(7, 5), torch.rand(7, 5, generator=torch.Generator().manual_seed(2)) < 0.3
+    features, resets = codes_of(7, 5), torch.rand(7, 5, generator=torch.Generator().manual_seed(2)) < 0.3
     state = torch.randn(5, 2 * HIDDEN, dtype=torch.float64)
-    logits, values = network.sequence(codes, state, resets)
+    logits, values = network.sequence(features, state, resets)
     for t in range(7):
         state = torch.where(resets[t][:, None], network.initial_state(5), state)
-        step_logits, step_values, state = network.step(codes[t], state)
+        step_logits, step_values, state = network.step(features[t], state)
         torch.testing.assert_close(logits[t], step_logits)
         torch.testing.assert_close(values[t], step_values)
 
 
 def test_each_room_is_a_recurrent_actor_critic_of_its_symbol(network):
-    codes, state = codes_of(9), torch.randn(9, 2 * HIDDEN, dtype=torch.float64)
-    logits, values, states = network.step(codes, state)
+    features, state = codes_of(9), torch.randn(9, 2 * HIDDEN, dtype=torch.float64)
+    logits, values, states = network.step(features, state)
     for n in range(9):
-        part = network.parts[codes[n, 0]]
+        part = network.parts[features[n, 0]]
         assert isinstance(part, RecurrentActorCritic)
-        expected = part.step(codes[n : n + 1, 1:], state[n : n + 1])
+        expected = part.step(features[n : n + 1, 1:], state[n : n + 1])
         for found, right in zip((logits, values, states), expected, strict=True):
             torch.testing.assert_close(found[n : n + 1], right)
 
 
 def test_a_symbol_teaches_its_own_sub_policy_and_no_other(network):
-    codes = codes_of(4, 3)
-    codes[..., 0] = 2
-    logits, values = network.sequence(codes, network.initial_state(3), torch.zeros(4, 3).bool())
+    features = codes_of(4, 3)
+    features[..., 0] = 2
+    logits, values = network.sequence(features, network.initial_state(3), torch.zeros(4, 3).bool())
     (logits.sum() + values.sum()).backward()
     for symbol, part in enumerate(network.parts):
         taught = [p.grad is not None and bool(p.grad.any()) for p in part.parameters()]
@@ -56,14 +59,14 @@ def test_a_symbol_teaches_its_own_sub_policy_and_no_other(network):
 
 
 def test_nobody_is_shown_the_symbol(network):
-    assert all(part.encoder.offsets.shape == (SEEN.n_columns,) for part in network.parts)
+    assert all(part.encoder.offsets.shape == (SEEN.n_features,) for part in network.parts)
     for part in network.parts:
         part.load_state_dict(network.parts[0].state_dict())
-    codes = codes_of(6)
-    other = codes.clone()
+    features = codes_of(6)
+    other = features.clone()
     other[:, 0] = (other[:, 0] + 1) % N_SYMBOLS
     state = network.initial_state(6)
-    torch.testing.assert_close(network.step(codes, state), network.step(other, state))
+    torch.testing.assert_close(network.step(features, state), network.step(other, state))
 
 
 def test_columns_fed_as_numbers_reach_every_sub_policy():

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 import torch
-from learner_rooms import SPACE, PlainTorchNetwork, RandomRooms, make_learner
+from learner_rooms import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
 
 from hierroom.errors import InputError
-from hierroom.learners import AgentSpace, Learner, PPOConfig
-from hierroom.learners.networks import RecurrentActorCritic
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.ppo import Learner
 from hierroom.learners.torch_backend import TorchBackend
 
 both_paths = pytest.mark.parametrize("network", [None, PlainTorchNetwork], ids=["compiled", "torch"])
@@ -17,7 +18,7 @@ def recomputed_log_probs(network, batch):
     """Log-probabilities of a batch's actions, from `sequence`."""
     with torch.no_grad():
         logits, values = network.sequence(
-            torch.from_numpy(batch.codes), torch.from_numpy(batch.initial_states), torch.from_numpy(batch.resets)
+            torch.from_numpy(batch.features), torch.from_numpy(batch.initial_states), torch.from_numpy(batch.resets)
         )
     policy = logits.masked_fill(~torch.from_numpy(batch.masks), -1e9).log_softmax(-1)
     return policy.gather(-1, torch.from_numpy(batch.actions)[..., None])[..., 0].numpy(), values.numpy()
@@ -26,13 +27,13 @@ def recomputed_log_probs(network, batch):
 @both_paths
 def test_the_first_ratio_is_one_for_every_turn(network):
     learner = make_learner(network=network, sequences_per_update=11)
-    rooms = RandomRooms(6, seed=2)
+    envs = RandomEnvs(6, seed=2)
     with torch.no_grad():
         learner.network.policy_head.weight.normal_()  # far from uniform, so that agreement means something
     batches = []
     learner._backend.train = lambda batch, *rest: batches.append(batch) or np.zeros(6)  # ty: ignore
     while len(batches) < 3:
-        rooms.tick(learner)
+        envs.tick(learner)
     for batch in batches:
         assert batch.resets[1:].any(), "no episode began inside a sequence"
         log_probs, values = recomputed_log_probs(learner.network, batch)
@@ -43,12 +44,12 @@ def test_the_first_ratio_is_one_for_every_turn(network):
 @both_paths
 def test_a_turn_moves_only_its_own_rooms(network):
     learner = make_learner(network=network, sequence_length=100)
-    rooms = RandomRooms(6, seed=3)
+    envs = RandomEnvs(6, seed=3)
     for _ in range(5):
-        rooms.tick(learner)
+        envs.tick(learner)
     before = learner.state_dict()["states"].clone()
     acting = np.array([1, 4])
-    learner.act(acting, rooms.codes[acting], np.ones((2, 4), bool))
+    learner.act(acting, envs.features[acting], np.ones((2, 4), bool))
     after = learner.state_dict()["states"]
     others = [0, 2, 3, 5]
     assert torch.equal(after[others], before[others])
@@ -58,9 +59,9 @@ def test_a_turn_moves_only_its_own_rooms(network):
 @both_paths
 def test_no_masked_action_is_ever_sampled(network):
     learner = make_learner(network=network)
-    rooms = RandomRooms(6, seed=4)
+    envs = RandomEnvs(6, seed=4)
     for _ in range(200):
-        _, masks, actions, _ = rooms.tick(learner)
+        _, masks, actions, _ = envs.tick(learner)
         assert masks[np.arange(len(actions)), actions].all()
 
 
@@ -75,10 +76,10 @@ def test_a_room_without_a_legal_action_is_refused(network):
 
 @both_paths
 @pytest.mark.parametrize("codes", [[[0, 3, 0, 0]], [[0, 0, 0]], [[0, 0, 0, 0]] * 2])
-def test_observations_of_another_space_are_refused(network, codes):
+def test_observations_of_another_space_are_refused(network, features):
     learner = make_learner(network=network)
     with pytest.raises(InputError, match=r"column 1 has values below 3, but room 5 shows 3|codes of 1 rooms are"):
-        learner.act(np.array([5]), np.array(codes, np.uint8), np.ones((1, 4), bool))
+        learner.act(np.array([5]), np.array(features, np.uint8), np.ones((1, 4), bool))
 
 
 @both_paths
@@ -86,11 +87,11 @@ def test_no_room_at_all_is_a_turn_of_nobody(network):
     learner = make_learner(network=network)
     policy = learner.policy(2, seed=0)
     none, nobody = np.zeros(0, bool), np.zeros(0, int)
-    codes, masks = np.zeros((0, 4), np.uint8), np.zeros((0, 4), bool)
+    features, masks = np.zeros((0, 4), np.uint8), np.zeros((0, 4), bool)
     before = learner.state_dict()["action_random"]
     for act in (learner.act, policy.act, policy.act_greedily):
-        assert act(nobody, codes, masks).shape == (0,)
-    learner.finish(nobody, np.zeros(0), nobody, none, none, none, codes)
+        assert act(nobody, features, masks).shape == (0,)
+    learner.finish(nobody, np.zeros(0), nobody, none, none, none, features)
     assert learner.state_dict()["action_random"] == before
 
 
@@ -105,9 +106,9 @@ def test_a_learner_on_cuda_does_what_one_on_the_cpu_does():
         Learner(SPACE, 6, PPOConfig(sequence_length=5, minibatches=2, hidden_size=8), seed=1, device=device)
         for device in ("cpu", "cuda")
     ]
-    rooms = [RandomRooms(6, seed=1) for _ in learners]
+    envs = [RandomEnvs(6, seed=1) for _ in learners]
     for _ in range(10):
-        turns = [room.tick(learner) for room, learner in zip(rooms, learners, strict=True)]
+        turns = [env.tick(learner) for env, learner in zip(envs, learners, strict=True)]
         np.testing.assert_array_equal(turns[0][2], turns[1][2])
         if turns[0][3]:
             assert turns[0][3] == pytest.approx(turns[1][3], rel=1e-3, abs=1e-5)
@@ -115,16 +116,16 @@ def test_a_learner_on_cuda_does_what_one_on_the_cpu_does():
 
 def test_turns_are_opened_and_closed_in_pairs():
     learner = make_learner()
-    rooms, codes = np.arange(6), np.zeros((6, 4), np.uint8)
+    envs, features = np.arange(6), np.zeros((6, 4), np.uint8)
     none = np.zeros(6, bool)
     rest = (np.zeros(6), np.ones(6, int), none, none)
     with pytest.raises(RuntimeError, match="no turn has begun"):
-        learner.finish(rooms, *rest, none, codes)
-    learner.act(rooms, codes, np.ones((6, 4), bool))
+        learner.finish(envs, *rest, none, features)
+    learner.act(envs, features, np.ones((6, 4), bool))
     with pytest.raises(RuntimeError, match="has not finished"):
-        learner.act(rooms, codes, np.ones((6, 4), bool))
+        learner.act(envs, features, np.ones((6, 4), bool))
     with pytest.raises(InputError, match="terminated or truncated"):
-        learner.finish(rooms, *rest, ~none, codes)
+        learner.finish(envs, *rest, ~none, features)
     with pytest.raises(RuntimeError, match="ready"):
         learner.update(0.0)
 
@@ -132,13 +133,13 @@ def test_turns_are_opened_and_closed_in_pairs():
 @both_paths
 def test_a_final_observation_is_valued_with_the_state_after_the_turn(network):
     """The bootstrap of a truncated turn is V(final) one step on, and the stored state does not move for it."""
-    learner = make_learner(n_rooms=2, network=network)
-    rooms, codes = np.arange(2), np.array([[1, 2, 3, 1], [4, 0, 6, 0]], np.uint8)
-    learner.act(rooms, codes, np.ones((2, 4), bool))
+    learner = make_learner(num_envs=2, network=network)
+    envs, features = np.arange(2), np.array([[1, 2, 3, 1], [4, 0, 6, 0]], np.uint8)
+    learner.act(envs, features, np.ones((2, 4), bool))
     states = learner.state_dict()["states"]
     none, all_ = np.zeros(2, bool), np.ones(2, bool)
-    final = codes[::-1].copy()
-    learner.finish(rooms, np.zeros(2), np.ones(2, int), none, all_, all_, final)
+    final = features[::-1].copy()
+    learner.finish(envs, np.zeros(2), np.ones(2, int), none, all_, all_, final)
     stored = learner._rollout.slots.next_values[0, :2]
     expected = learner.network.step(torch.from_numpy(final), states)[1].detach().numpy()
     np.testing.assert_allclose(stored, expected, rtol=1e-5, atol=1e-6)
@@ -153,14 +154,14 @@ def test_a_room_that_pays_one_is_worth_the_same_whatever_its_time_limit(network,
         gamma=gamma, hidden_size=8, sequence_length=8, learning_rate=0.03, final_learning_rate_fraction=0.01
     )
     learner = Learner(AgentSpace((1,), 2), n, config, seed=0, network=network)
-    rooms, codes, masks, none = np.arange(n), np.zeros((n, 1), np.uint8), np.ones((n, 2), bool), np.zeros(n, bool)
+    envs, features, masks, none = np.arange(n), np.zeros((n, 1), np.uint8), np.ones((n, 2), bool), np.zeros(n, bool)
     clocks, updates, values = np.arange(n) % time_limit, 0, []
     while updates < 80:
-        learner.act(rooms, codes, masks)
+        learner.act(envs, features, masks)
         clocks += 1
         late = clocks == time_limit
         clocks[late] = 0
-        learner.finish(rooms, np.ones(n), np.ones(n, int), none, late, late, codes)
+        learner.finish(envs, np.ones(n), np.ones(n, int), none, late, late, features)
         if learner.ready:
             values = learner._rollout.slots.values.mean()
             learner.update(updates / 80)
@@ -171,13 +172,13 @@ def test_a_room_that_pays_one_is_worth_the_same_whatever_its_time_limit(network,
 def test_the_learning_rate_is_annealed_linearly():
     learner = make_learner(learning_rate=0.1, final_learning_rate_fraction=0.2)
     rates = []
-    rooms = RandomRooms(6, seed=5)
+    envs = RandomEnvs(6, seed=5)
     learner_update = learner.update
     for progress in (0.0, 0.5, 1.0):
         learner.update = lambda _, p=progress: learner_update(p)  # ty: ignore
         statistics = None
         while statistics is None:
-            *_, statistics = rooms.tick(learner)
+            *_, statistics = envs.tick(learner)
         rates.append(statistics["learning_rate"])
     np.testing.assert_allclose(rates, [0.1, 0.06, 0.02])
 
@@ -190,8 +191,8 @@ def test_nothing_global_is_touched_and_the_seed_decides():
     np.random.seed(0)  # noqa: NPY002
     actions = []
     for seed in (7, 7, 8):
-        learner, rooms = make_learner(seed=seed), RandomRooms(6, seed=6)
-        actions.append(np.concatenate([rooms.tick(learner)[2] for _ in range(60)]))
+        learner, envs = make_learner(seed=seed), RandomEnvs(6, seed=6)
+        actions.append(np.concatenate([envs.tick(learner)[2] for _ in range(60)]))
     assert (torch.rand(1), np.random.rand()) == expected  # noqa: NPY002
     np.testing.assert_array_equal(actions[0], actions[1])
     assert (actions[0] != actions[2]).any()
@@ -202,17 +203,17 @@ def test_a_policy_acts_like_the_learner_and_leaves_it_alone():
     policy = learner.policy(6, seed=0)
     policy._random = np.random.default_rng(0)
     learner._action_random, twin._action_random = np.random.default_rng(0), np.random.default_rng(0)
-    codes = RandomRooms(6, seed=7).draw_codes(6)
-    rooms, masks, none = np.arange(6), np.ones((6, 4), bool), np.zeros(6, bool)
+    features = RandomEnvs(6, seed=7).draw_features(6)
+    envs, masks, none = np.arange(6), np.ones((6, 4), bool), np.zeros(6, bool)
     for turn in range(8):
-        over = none if turn != 4 else rooms == 2
-        sampled = policy.act(rooms, codes, masks)
-        actions = [agent.act(rooms, codes, masks) for agent in (learner, twin)]
+        episode_ended = none if turn != 4 else envs == 2
+        sampled = policy.act(envs, features, masks)
+        actions = [agent.act(envs, features, masks) for agent in (learner, twin)]
         np.testing.assert_array_equal(actions[0], actions[1])
         np.testing.assert_array_equal(actions[0], sampled)
         for agent in (learner, twin):
-            agent.finish(rooms, np.zeros(6), np.ones(6, int), over, none, over, codes)
-        policy.reset(rooms[over])
+            agent.finish(envs, np.zeros(6), np.ones(6, int), episode_ended, none, episode_ended, features)
+        policy.reset(envs[episode_ended])
 
 
 def test_greedy_is_the_best_legal_action():
@@ -246,4 +247,4 @@ def test_wrong_spaces_and_networks_are_refused():
     with pytest.raises(InputError, match="4 minibatches need as many sequences"):
         Learner(SPACE, 3, PPOConfig(), seed=0)
     with pytest.raises(InputError, match=r"column 1 has 3 values, so its vectors are \[3, d\]"):
-        RecurrentActorCritic(AgentSpace((2, 3), 2), 8, column_vectors=[None, [[0.0], [1.0]]])
+        RecurrentActorCritic(AgentSpace((2, 3), 2), 8, feature_vectors=[None, [[0.0], [1.0]]])

@@ -5,7 +5,7 @@ from copy import deepcopy
 
 import pytest
 import torch
-from learner_rooms import PlainTorchNetwork, RandomRooms, make_learner
+from learner_rooms import PlainTorchNetwork, RandomEnvs, make_learner
 
 
 def flattened(state, prefix=""):
@@ -20,19 +20,19 @@ def flattened(state, prefix=""):
 @pytest.mark.parametrize("network", [None, PlainTorchNetwork], ids=["compiled", "torch"])
 @pytest.mark.parametrize("ticks", [3, 37])
 def test_resumed_equals_uninterrupted_bit_for_bit(network, ticks):
-    learner, rooms = make_learner(network=network), RandomRooms(6, seed=1)
+    learner, envs = make_learner(network=network), RandomEnvs(6, seed=1)
     for _ in range(ticks):
-        rooms.tick(learner)
-    open_rooms, _, _ = rooms.begin(learner)
+        envs.tick(learner)
+    open_rooms, _, _ = envs.begin(learner)
     file = io.BytesIO()
     torch.save(learner.state_dict(), file)
     file.seek(0)
-    resumed, rooms_then = make_learner(network=network, seed=99), deepcopy(rooms)
+    resumed, rooms_then = make_learner(network=network, seed=99), deepcopy(envs)
     resumed.load_state_dict(torch.load(file, weights_only=True))
-    rooms.finish(learner, open_rooms)
+    envs.finish(learner, open_rooms)
     rooms_then.finish(resumed, open_rooms)
     for _ in range(40):
-        _, _, actions, statistics = rooms.tick(learner)
+        _, _, actions, statistics = envs.tick(learner)
         _, _, actions_after, statistics_after = rooms_then.tick(resumed)
         assert (actions == actions_after).all()
         assert statistics == statistics_after

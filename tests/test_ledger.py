@@ -5,14 +5,13 @@ import pytest
 from turns_rooms import make, well_or_wildly
 
 import hierroom
-from hierroom.controller import NOVELTY_BONUS, PAYS
+from hierroom.controller import NOVELTY_BONUS, REWARDS
 from hierroom.goals import EXIT_GOAL, N_GOALS, GoalGraph
-from hierroom.ledger import Ledger
 from hierroom.meta import make_meta
-from hierroom.step import OTHER, REACHED, TIMED_OUT
-from hierroom.world.batch import Batch
+from hierroom.options import OTHER, REACHED, TIMED_OUT, Ledger
 from hierroom.world.layout import OUTCOME
 from hierroom.world.oracle import shortest_actions
+from hierroom.world.world import World
 
 BOTH = ("meta_0", "controller_0")
 
@@ -51,14 +50,14 @@ ENDINGS = [
 
 @pytest.mark.parametrize("place", [0, 1, 2])
 @pytest.mark.parametrize("story", [STORY, TRUNCATED_AS_ITS_HORIZON_RUNS_OUT, *[[ending] for ending in ENDINGS]])
-@pytest.mark.parametrize("pay", PAYS)
-def test_a_story_told_by_hand(story, pay, place):
+@pytest.mark.parametrize("pay", REWARDS)
+def test_a_story_told_by_hand(story, reward, place):
     """In one of three rooms; the others pursue nothing and nothing happens in them."""
     ledger = Ledger.of_beginnings(3, n_actions=5)
     others = np.setdiff1d(np.arange(3), place)
     ledger.begin_options(others, np.full(2, -1))
     owed_before = 0
-    for goal, event, reward, end, extrinsic, bonus, intrinsic, reached, late, over, owed, elapsed in story:
+    for goal, event, reward, end, extrinsic, bonus, intrinsic, reached, late, episode_ended, owed, elapsed in story:
         assert ledger.is_meta_turn[place] == (goal is not None)
         if goal is not None:
             ledger.begin_options(np.array([place]), np.array([goal]))
@@ -67,13 +66,13 @@ def test_a_story_told_by_hand(story, pay, place):
         outcomes[place]["event"], outcomes[place]["is_first"], outcomes[place]["reward"] = event, event >= 0, reward
         if end:
             outcomes[place][end] = True
-        step = ledger.record(np.zeros(3, np.int64), outcomes, PAYS[pay], 4, 5)
-        expected = {"extrinsic": extrinsic, "bonus": bonus, "intrinsic": intrinsic, "novelty": extrinsic}[pay]
+        step = ledger.record(np.zeros(3, np.int64), outcomes, REWARDS[reward], 4, 5)
+        expected = {"extrinsic": extrinsic, "bonus": bonus, "intrinsic": intrinsic, "novelty": extrinsic}[reward]
         assert (step.rewards[place], step.extrinsic[place]) == (expected, extrinsic)
-        assert (step.reached[place], step.timed_out[place], step.option_over[place]) == (reached, late, over)
+        assert (step.reached[place], step.timed_out[place], step.option_ended[place]) == (reached, late, episode_ended)
         assert (step.meta_rewards[place], step.meta_elapsed[place]) == (owed, elapsed)
-        assert step.over[place] == bool(end)
-        if over:
+        assert step.episode_ended[place] == bool(end)
+        if episode_ended:
             assert (
                 step.outcomes[place] == ledger.last_outcomes[place] == [OTHER, TIMED_OUT, REACHED][2 * reached + late]
             )
@@ -85,8 +84,8 @@ def test_a_story_told_by_hand(story, pay, place):
 
 
 def test_a_bonus_is_paid_once_for_each_key():
-    turns = make(drop_key=True, pay="bonus")
-    key = int(turns.world.state.rooms[0].colours[0])
+    turns = make(drop_key=True, reward="bonus")
+    key = int(turns.world.state.levels[0].colours[0])
     fetch = shortest_actions(turns.world.get_state(), key)
     paid = [turns.step([action]).rewards[0] for action in fetch]
     assert paid == [0.0] * (len(fetch) - 1) + [1.0]
@@ -95,13 +94,13 @@ def test_a_bonus_is_paid_once_for_each_key():
     assert (again.events[0], again.rewards[0]) == (key, 0.0)
 
 
-@pytest.mark.parametrize("pay", PAYS)
+@pytest.mark.parametrize("pay", REWARDS)
 @pytest.mark.parametrize("horizon", [None, 9])
-def test_rewards_are_conserved(pay, horizon):
+def test_rewards_are_conserved(reward, horizon):
     """What ``last`` gives each agent over an episode is what the parallel environment and a hand count give it."""
-    settings = {"graph": "b", "size": 11, "max_steps": 150, "pay": pay, "subgoal_horizon": horizon, "drop_key": True}
+    settings = {"graph": "b", "size": 11, "max_steps": 150, "pay": reward, "subgoal_horizon": horizon, "drop_key": True}
     aec, parallel = hierroom.env(**settings), hierroom.parallel_env(**settings)
-    world = Batch([GoalGraph.named("b")], size=11, max_steps=150, drop_key=True)
+    world = World([GoalGraph.named("b")], size=11, max_steps=150, drop_key=True)
     rng = np.random.default_rng(1)
     successes = 0
     for seed in range(12):
@@ -132,7 +131,7 @@ def test_rewards_are_conserved(pay, horizon):
                     "bonus": event >= 0 and event not in seen_before,
                     "intrinsic": event >= 0 and event == goal,
                     "novelty": (event == EXIT_GOAL) + NOVELTY_BONUS * float(outcome["is_novel"]),
-                }[pay]
+                }[reward]
                 seen_before.add(event)
                 successes += bool(outcome["terminated"])
         assert from_last == from_parallel == by_hand
@@ -140,7 +139,7 @@ def test_rewards_are_conserved(pay, horizon):
 
 
 def test_the_batch_owes_both_agents_what_it_pays():
-    turns, meta = make(n=32, seed=2, max_steps=60, subgoal_horizon=5, pay="extrinsic"), make_meta("fixed-dfs")
+    turns, meta = make(n=32, seed=2, max_steps=60, subgoal_horizon=5, reward="extrinsic"), make_meta("fixed-dfs")
     rng = np.random.default_rng(0)
     owed, earned, elapsed = np.zeros(32), np.zeros(32), np.zeros(32, np.int64)
     for t in range(1, 401):
@@ -148,8 +147,8 @@ def test_the_batch_owes_both_agents_what_it_pays():
         step = turns.step([well_or_wildly(rng, turns.world) if n == 0 else rng.integers(5) for n in range(32)])
         owed += step.meta_rewards
         earned += step.rewards
-        elapsed += np.where(step.option_over, step.meta_elapsed, 0)
-        np.testing.assert_array_equal(owed[step.option_over], earned[step.option_over])
-        np.testing.assert_array_equal(elapsed[step.option_over], t)
+        elapsed += np.where(step.option_ended, step.meta_elapsed, 0)
+        np.testing.assert_array_equal(owed[step.option_ended], earned[step.option_ended])
+        np.testing.assert_array_equal(elapsed[step.option_ended], t)
         assert (step.meta_elapsed <= 5).all()
     assert earned.sum() > 0

@@ -10,15 +10,15 @@ from scipy.stats import chisquare
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GoalGraph
 from hierroom.meta import make_meta
 from hierroom.turns import Turns
-from hierroom.world.batch import Batch
 from hierroom.world.oracle import shortest_actions, shortest_lengths
+from hierroom.world.world import World
 
 SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)
 GRAPHS = [*map(GoalGraph.named, "acdefg"), SEVEN_ROOMS]
 
 
 def make(graph, n=1, *, seed=0, first_index=0, **settings):
-    return Turns(Batch([graph], n, size=13, seed=seed, first_index=first_index), **settings)
+    return Turns(World([graph], n, size=13, seed=seed, first_index=first_index), **settings)
 
 
 def depth_first_paths(graph):
@@ -67,8 +67,8 @@ def test_fixed_dfs_is_uniform_over_depth_first_paths(graph, goal_mask):
     """In 3000 rooms of the same colours, where every goal is achieved as soon as it is chosen, by magic."""
     n = 3000
     turns, meta = make(graph, n, goal_mask=goal_mask), make_meta("fixed-dfs")
-    turns.world.state.rooms["colours"] = turns.world.state.rooms["branches"] = np.arange(6)
-    rooms, paths = turns.world.state.rooms, [() for _ in range(n)]
+    turns.world.state.levels["colours"] = turns.world.state.levels["branches"] = np.arange(6)
+    rooms, paths = turns.world.state.levels, [() for _ in range(n)]
     for turn in range(1, 2 * graph.n_rooms):
         turns.ask(meta)
         for i, goal in enumerate(turns.goals.tolist()):
@@ -94,16 +94,16 @@ def test_fixed_dfs_on_foot(graph):
     turns, meta, expected = make(graph), make_meta("fixed-dfs"), depth_first_paths(graph)
     walked = Counter()
     for _ in range(12):
-        path, has_tripped, is_over = (), False, False
-        while not is_over:
+        path, has_tripped, has_ended = (), False, False
+        while not has_ended:
             turns.ask(meta)
-            goal, rooms = int(turns.goals[0]), turns.world.state.rooms[0]
+            goal, rooms = int(turns.goals[0]), turns.world.state.levels[0]
             path += (name(rooms, goal),)
             for action in shortest_actions(turns.world.get_state(), goal):
                 step = turns.step([action])
                 has_tripped |= step.events[0] not in (-1, goal)
             assert step.reached[0]
-            is_over = step.over[0]
+            has_ended = step.episode_ended[0]
         assert step.terminated[0]
         walked[None if has_tripped else path] += 1
     assert walked.keys() - {None} <= expected.keys()
@@ -113,7 +113,7 @@ def test_fixed_dfs_on_foot(graph):
 def test_fixed_dfs_has_no_goal_where_it_may_choose_none():
     turns = make(SEVEN_ROOMS, 64, goal_mask="seen")
     turns.ask(make_meta("fixed-dfs"))
-    has_seen_a_key = (turns.world.state.rooms["seen"] & 63) > 0
+    has_seen_a_key = (turns.world.state.levels["seen"] & 63) > 0
     assert 0 < has_seen_a_key.sum() < 64
     assert ((turns.goals >= 0) <= has_seen_a_key).all()
     assert (turns.goals[~has_seen_a_key] == -1).all()
@@ -128,9 +128,9 @@ def test_where_no_goal_is_legal_none_is_chosen(spec):
 
 def test_random_goals_are_legal_and_uniform():
     turns = make(GoalGraph.named("e"), 3000)
-    turns.world.state.rooms["colours"] = turns.world.state.rooms["branches"] = np.arange(6)
+    turns.world.state.levels["colours"] = turns.world.state.levels["branches"] = np.arange(6)
     turns.ask(make_meta("random"))
-    colours = turns.world.state.rooms["colours"][:, :3]
+    colours = turns.world.state.levels["colours"][:, :3]
     chosen = (colours == turns.goals[:, None]).nonzero()
     assert len(chosen[0]) == 3000
     assert chisquare(np.bincount(chosen[1])).pvalue > 1e-3
@@ -148,7 +148,7 @@ def test_oracle_goals_lie_on_a_shortest_way(graph):
     turns, meta = make(graph, seed=2), make_meta("oracle")
     for _ in range(8):
         shortest, step = shortest_lengths(turns.world.get_state())[0], None
-        while step is None or not step.over[0]:
+        while step is None or not step.episode_ended[0]:
             turns.ask(meta)
             goal, step = turns.goals[0], None
             for action in shortest_actions(turns.world.get_state()):

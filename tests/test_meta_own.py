@@ -55,7 +55,7 @@ def test_a_class_in_the_current_folder(outside):
     assert isinstance(meta, MetaController)
     turns = make("a", 4)
     turns.ask(meta)
-    assert turns.goals.tolist() == turns.world.state.rooms["colours"][:, 0].tolist()
+    assert turns.goals.tolist() == turns.world.state.levels["colours"][:, 0].tolist()
 
 
 def test_an_entry_point_of_an_installed_package(outside, tmp_path, monkeypatch):
@@ -153,7 +153,7 @@ class Diary:
 
 def test_it_is_asked_when_a_goal_is_over_and_told_when_an_episode_begins():
     turns, diary = make("a", 3, max_steps=10, subgoal_horizon=4), Diary()
-    turns.world.state.rooms["steps"] = [0, 0, 6]
+    turns.world.state.levels["steps"] = [0, 0, 6]
     for _ in range(11):
         turns.ask(diary)
         turns.step([1, 1, 1])

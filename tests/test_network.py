@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from hierroom import InputError, train
+from hierroom.agents.networks import make_network
 from hierroom.goals import N_GOALS
-from hierroom.learners import AgentSpace, ModularActorCritic, RecurrentActorCritic
-from hierroom.network import make_network
-from hierroom.presets import TrainConfig
-from hierroom.trainer import Trainer
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.networks.modular import ModularActorCritic
+from hierroom.training.presets import TrainConfig
+from hierroom.training.trainer import Trainer
 
 SPACE = AgentSpace((5, 3), 4)
 SMALL = {"graph": "a", "size": 11, "max_steps": 60, "rooms": 8, "steps": 512}
@@ -105,10 +106,10 @@ def test_the_goal_picks_the_sub_policy(settings):
     trainer = Trainer(TrainConfig(**SMALL, **settings))
     assert isinstance(trainer.learner.network, ModularActorCritic)
     assert len(trainer.learner.network.parts) == N_GOALS + 1
-    codes = trainer.inputs.codes(trainer.turns.sight())
+    codes = trainer.inputs.codes(trainer.turns.observation())
     np.testing.assert_array_equal(codes[:, 0], trainer.turns.goals)
     trainer.turns.ledger.goals[:] = -1
-    assert (trainer.inputs.codes(trainer.turns.sight())[:, 0] == N_GOALS).all()
+    assert (trainer.inputs.codes(trainer.turns.observation())[:, 0] == N_GOALS).all()
     seen = trainer.inputs.names[1:]
     assert "symbol" not in seen
     assert ("goal" in seen) == (settings["method"] == "hippo")

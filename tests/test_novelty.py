@@ -6,13 +6,13 @@ from turns_rooms import achieve, make, well_or_wildly
 
 import hierroom
 from hierroom import InputError
-from hierroom.assembly import make_turns
 from hierroom.controller import NOVELTY_BONUS
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.presets import TrainConfig
-from hierroom.world.batch import Batch
+from hierroom.training.assembly import make_turns
+from hierroom.training.presets import TrainConfig
 from hierroom.world.kernels import DROP, FORWARD, LEFT, PICKUP
 from hierroom.world.oracle import shortest_actions
+from hierroom.world.world import World
 
 
 def state_of(room):
@@ -23,27 +23,27 @@ def state_of(room):
 @pytest.mark.parametrize("size", [11, 63])
 def test_novel_is_what_a_set_of_states_does_not_hold(size, drop_key):
     """The agent's cell with the keys it has found and the doors it has opened, kept in a plain set."""
-    world = Batch([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key)
+    world = World([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key)
     rng = np.random.default_rng(0)
     n_novel = 0
     for _ in range(6 if size == 11 else 2):
-        entered = {state_of(world.state.rooms[0])}
+        entered = {state_of(world.state.levels[0])}
         while True:
             outcome = world.step(
                 [well_or_wildly(rng, world) if size == 11 else rng.choice(5, p=[0.6, 0.1, 0.1, 0.1, 0.1])]
             )[0]
-            is_over = outcome.terminated or outcome.truncated
-            state = state_of(world.finals[0] if is_over else world.state.rooms[0])
+            has_ended = outcome.terminated or outcome.truncated
+            state = state_of(world.finals[0] if has_ended else world.state.levels[0])
             assert outcome.is_novel == (state not in entered)
             entered.add(state)
             n_novel += outcome.is_novel
-            if is_over:
+            if has_ended:
                 break
     assert n_novel > 100
 
 
 def test_it_pays_the_exit_and_each_new_state():
-    turns = make("a", pay="novelty", novelty_bonus=0.25)
+    turns = make("a", reward="novelty", novelty_bonus=0.25)
     achieve(turns, "k1")
     assert turns.step([LEFT]).rewards.tolist() == [0.0]  # another direction is not another state
     achieve(turns, "d1")
@@ -53,7 +53,7 @@ def test_it_pays_the_exit_and_each_new_state():
 
 
 def test_a_key_that_is_dropped_and_taken_again_makes_nothing_new():
-    turns = make("c", pay="novelty", drop_key=True)
+    turns = make("c", reward="novelty", drop_key=True)
     achieve(turns, "k1")
     for action in (DROP, PICKUP) * 3:
         step = turns.step([action])
@@ -62,7 +62,7 @@ def test_a_key_that_is_dropped_and_taken_again_makes_nothing_new():
 
 
 def test_what_was_visited_is_part_of_the_state():
-    turns, rng = make("b", 4, pay="novelty", max_steps=60), np.random.default_rng(2)
+    turns, rng = make("b", 4, reward="novelty", max_steps=60), np.random.default_rng(2)
     for actions in rng.choice(5, size=(50, 4), p=[0.6, 0.1, 0.1, 0.1, 0.1]):
         turns.step(actions)
     state, later = turns.get_state(), rng.choice(5, size=(100, 4), p=[0.6, 0.1, 0.1, 0.1, 0.1])
@@ -77,12 +77,12 @@ def test_the_size_of_the_bonus_is_a_hyperparameter():
     turns = make_turns(config, 64, seed=0)
     assert set(turns.step([FORWARD] * 64).rewards) == {0.0, 0.5}
     with pytest.raises(InputError, match="novelty_bonus must be a number of at least 0, not -1"):
-        make("a", pay="novelty", novelty_bonus=-1)
+        make("a", reward="novelty", novelty_bonus=-1)
 
 
 @pytest.mark.parametrize(("settings", "bonus"), [({}, NOVELTY_BONUS), ({"novelty_bonus": 0.25}, 0.25)])
 def test_every_face_can_pay_it(settings, bonus):
-    env = hierroom.parallel_env(graph="a", size=11, pay="novelty", **settings)
+    env = hierroom.parallel_env(graph="a", size=11, reward="novelty", **settings)
     env.reset(seed=0)
     paid = [env.step({"meta_0": 13, "controller_0": action})[1]["controller_0"] for action in [FORWARD, LEFT] * 10]
     assert set(paid) == {0.0, bonus}

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from hierroom.errors import InputError
-from hierroom.presets import PRESETS, TrainConfig
-from hierroom.trainer import Trainer
+from hierroom.training.presets import PRESETS, TrainConfig
+from hierroom.training.trainer import Trainer
 
 CONFIG = TrainConfig(graph="a", size=11, max_steps=60, rooms=8, steps=2048)
 
@@ -26,7 +26,7 @@ def test_a_config_is_not_filled_up_with_defaults():
 
 def test_the_paper_preset_is_section_3_to_the_letter():
     paper = PRESETS["paper"]
-    assert (paper.steps, paper.rooms, paper.max_steps) == (10_000_000, 128, 1000)
+    assert (paper.steps, paper.levels, paper.max_steps) == (10_000_000, 128, 1000)
     assert (paper.ppo.hidden_size, paper.ppo.learning_rate) == (64, 2.5e-4)
     assert (paper.ppo.gamma, paper.ppo.gae_lambda) == (0.9, 0.95)
     assert paper.inputs == ("view-ids", "goal")

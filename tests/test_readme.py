@@ -10,8 +10,8 @@ import pytest
 
 from hierroom.complexity import analyze
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.learners import PPOConfig
-from hierroom.presets import PRESETS
+from hierroom.learners.config import PPOConfig
+from hierroom.training.presets import PRESETS
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
@@ -104,7 +104,7 @@ def test_what_only_some_methods_use_is_documented_value_by_value():
     for config in PRESETS.values():
         of_meta = {f"meta_ppo.{n}": str(v) for n, v in vars(config.meta_ppo).items() if v != usual[n]}
         alone = {n: str(getattr(config, n)) for n in ("meta_start_success", "novelty_bonus", "curiosity_weight")}
-        assert documented == {**of_meta, **alone, "meta_inputs": ", ".join(config.meta_inputs)}
+        assert documented == {**of_meta, **alone, "meta_inputs": ", ".join(config.meta_features)}
 
 
 def test_what_the_other_presets_change_is_documented_value_by_value():

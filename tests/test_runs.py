@@ -11,8 +11,8 @@ import torch
 import hierroom
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, as_goal_graph
-from hierroom.presets import TrainConfig
-from hierroom.runs import CHECKPOINT_FORMAT, RunFolder, to_json
+from hierroom.training.presets import TrainConfig
+from hierroom.training.run_folder import CHECKPOINT_FORMAT, RunFolder, to_json
 
 SMALL = TrainConfig(graph="a", size=11)
 
@@ -73,7 +73,7 @@ def test_a_full_disk_is_one_line_and_the_old_file_stays(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("hierroom.runs.os.fsync", full)
+    monkeypatch.setattr("hierroom.training.run_folder.os.fsync", full)
     for write in (lambda: folder.save_summary({"steps": 2}), lambda: folder.save_checkpoint({"steps": 2})):
         with pytest.raises(InputError, match="No space left on device"):
             write()

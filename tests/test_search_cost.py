@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hierroom.assembly import make_turns
 from hierroom.errors import InputError
 from hierroom.evaluate import evaluate
 from hierroom.meta import make_meta
-from hierroom.presets import find_preset
+from hierroom.training.assembly import make_turns
+from hierroom.training.presets import find_preset
 from hierroom.world.kernels import EMPTY, KEY, OPEN_DOOR, UNSEEN, WALL
 from hierroom.world.oracle import shortest_lengths
 
@@ -53,9 +53,9 @@ def test_its_map_holds_exactly_what_was_shown_this_episode(search_cost, graph):
     n = 4
     turns = rooms_of(graph, n)
     searching = search_cost.Searching(make_meta("fixed-dfs"), turns)
-    shown, grids, rooms = np.zeros(searching.known.shape, bool), turns.world.state.grids, turns.world.state.rooms
-    over = np.zeros(n, int)
-    while over.min() < 3:
+    shown, grids, rooms = np.zeros(searching.known.shape, bool), turns.world.state.grids, turns.world.state.levels
+    episode_ended = np.zeros(n, int)
+    while episode_ended.min() < 3:
         searching.look(turns)
         for i in range(n):
             view, (top, left) = window(turns.world.outcomes["tiles"][i], rooms[i])
@@ -64,8 +64,8 @@ def test_its_map_holds_exactly_what_was_shown_this_episode(search_cost, graph):
         assert (searching.known[shown] == grids[shown]).all()
         assert 0 < shown.mean() < 0.5
         step = searching.step(turns)
-        shown[step.over] = False
-        over += step.over
+        shown[step.episode_ended] = False
+        episode_ended += step.episode_ended
 
 
 def test_it_goes_the_shortest_way_to_goals_it_saw(search_cost):
@@ -82,7 +82,7 @@ def test_it_goes_the_shortest_way_to_goals_it_saw(search_cost):
         done = step.reached & is_first_episode
         assert (step.meta_elapsed[done] == shortest[done]).all()
         reached += done.sum()
-        is_first_episode &= ~step.over
+        is_first_episode &= ~step.episode_ended
         turns.ask(make_meta("fixed-dfs"))
         shortest[done] = shortest_lengths(turns.world.get_state(), turns.goals)[done]
     assert reached >= 5 * n

@@ -10,16 +10,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from hierroom.training.methods import METHODS
 from same_state import equal
 
 from hierroom import commands, evaluate, train
-from hierroom.controller import PAYS
+from hierroom.controller import REWARDS
 from hierroom.errors import InputError
-from hierroom.learners import PPOConfig
-from hierroom.methods import METHODS
-from hierroom.presets import TrainConfig
-from hierroom.runs import RunFolder
-from hierroom.trainer import Trainer
+from hierroom.learners.config import PPOConfig
+from hierroom.training.presets import TrainConfig
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
 from hierroom.world.kernels import EXIT
 
 SMALL = TrainConfig(
@@ -95,7 +95,7 @@ def test_every_method_runs_and_pays_as_its_row_says(method):
     assert trainer.steps == 512
     assert ("goal" in trainer.inputs.names) == METHODS[method].sees_goal
     pays = {"hippo": "intrinsic", "ppo-bonus": "bonus", "ppo-novelty": "novelty"}
-    assert trainer.turns.pay == PAYS[pays.get(method, "extrinsic")]
+    assert trainer.turns.reward == REWARDS[pays.get(method, "extrinsic")]
     assert (trainer.curiosity is not None) == (method == "ppo-rnd")
 
 
@@ -280,7 +280,7 @@ def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
 def test_the_escape_ends_with_the_agent_on_the_exit(monkeypatch):
     monkeypatch.setattr(train, "draw", lambda state, goal, tile_size: state.copy())
     states = next(train.escapes(Trainer(replace(SMALL, seed=3, max_steps=1000)), episodes=20))
-    under = [int(state.grids[0, state.rooms[0].row, state.rooms[0].col]) for state in states]
+    under = [int(state.grids[0, state.levels[0].row, state.levels[0].col]) for state in states]
     assert under[-1] == EXIT
     assert EXIT not in under[:-1]
 

@@ -8,8 +8,8 @@ import hierroom
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS, GoalGraph, enumerate_graphs
 from hierroom.situation import GOAL_MASKS
 from hierroom.turns import NO_GOAL_ACTION, Turns
-from hierroom.world.batch import Batch
 from hierroom.world.kernels import EXIT, KEY, OPEN_DOOR, WALL
+from hierroom.world.world import World
 
 SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)
 BOTH = ("meta_0", "controller_0")
@@ -44,7 +44,7 @@ def test_a_dropped_key_is_a_goal_again():
     turns = make("a", drop_key=True)
     achieve(turns, "k1")
     assert legal(turns, "reachable") == goal_ids(turns, "d1")
-    while not (turns.step([5]).events[0] == -1 and turns.world.state.rooms[0].keys == 0):
+    while not (turns.step([5]).events[0] == -1 and turns.world.state.levels[0].keys == 0):
         turns.step([1])
     assert legal(turns, "reachable") == goal_ids(turns, "k1")
     assert legal(turns, "existing") == goal_ids(turns, "k1", "d1", "x")
@@ -64,7 +64,7 @@ def test_seen_goals_are_those_that_came_into_view():
             came_into_view |= {EXIT_GOAL} if tile == EXIT else set()
         assert legal(turns, "seen") == came_into_view & legal(turns, "existing"), t
         most = max(most, len(came_into_view))
-        if turns.step([well_or_wildly(rng, turns.world)]).over[0]:
+        if turns.step([well_or_wildly(rng, turns.world)]).episode_ended[0]:
             came_into_view = set()
     assert most == 5
 
@@ -100,8 +100,8 @@ def test_no_mask_is_ever_all_zero(mask, horizon):
 def test_reachable_goals_are_the_open_goals_of_the_graph(graph):
     """Whatever keys are held and doors are open, in rooms of other colours."""
     n = 200
-    turns, rng = Turns(Batch([graph], n, seed=1)), np.random.default_rng(0)
-    rooms, branches = turns.world.state.rooms, graph.n_rooms - 1
+    turns, rng = Turns(World([graph], n, seed=1)), np.random.default_rng(0)
+    rooms, branches = turns.world.state.levels, graph.n_rooms - 1
     keys, doors = rng.random((2, n, branches)) < 0.5
     rooms["keys"], rooms["doors"] = keys @ (1 << np.arange(branches)), doors @ (1 << np.arange(branches))
     expected = np.zeros((n, N_GOALS), bool)
@@ -115,7 +115,7 @@ def test_reachable_goals_are_the_open_goals_of_the_graph(graph):
 
 def test_no_goal_asks_for_something_new():
     """The controller is paid, once, for a goal event or for a key, door or exit that comes into view."""
-    turns = make("d", n=8, seed=2, goal_mask="seen", pay="intrinsic")
+    turns = make("d", n=8, seed=2, goal_mask="seen", reward="intrinsic")
     rng = np.random.default_rng(0)
     found_by_looking = 0
     for _ in range(600):
@@ -123,13 +123,13 @@ def test_no_goal_asks_for_something_new():
         masks = turns.meta_masks(turns.situation(indices))
         assert masks[turns.ledger.is_meta_turn, NO_GOAL_ACTION].all()  # beside the goals that were seen
         turns.choose(indices, np.full(8, NO_GOAL_ACTION), masks)
-        seen, found = turns.world.state.rooms["seen"].copy(), turns.world.state.rooms["found"].copy()
+        seen, found = turns.world.state.levels["seen"].copy(), turns.world.state.levels["found"].copy()
         step = turns.step([well_or_wildly(rng, turns.world, n) for n in indices])
-        went_on = ~step.over
-        now = turns.world.state.rooms[went_on]
+        went_on = ~step.episode_ended
+        now = turns.world.state.levels[went_on]
         is_new = (now["seen"] != seen[went_on]) | (now["found"] != found[went_on])
         is_new |= step.events[went_on] >= FIRST_DOOR_GOAL
-        assert step.reached[went_on].tolist() == step.option_over[went_on].tolist() == is_new.tolist()
+        assert step.reached[went_on].tolist() == step.option_ended[went_on].tolist() == is_new.tolist()
         assert step.rewards[went_on].tolist() == is_new.astype(float).tolist()
         found_by_looking += int((is_new & (step.events[went_on] < 0)).sum())
     assert found_by_looking > 20

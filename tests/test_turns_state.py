@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from turns_rooms import make, well_or_wildly
 
-from hierroom.controller import PAYS
+from hierroom.controller import REWARDS
 from hierroom.errors import InputError
 from hierroom.meta import make_meta
 from hierroom.world.oracle import shortest_actions
@@ -14,7 +14,7 @@ def played(turns, meta, actions):
     told = []
     for row in actions:
         turns.ask(meta)
-        told.append([*vars(turns.step(row)).values(), *turns.controller_observations(turns.sight()).values()])
+        told.append([*vars(turns.step(row)).values(), *turns.controller_observations(turns.observation()).values()])
     return told
 
 
@@ -70,9 +70,12 @@ def test_the_shortest_length_is_that_of_the_episode_that_ends():
         step = turns.step([well_or_wildly(rng, turns.world) if n == 0 else 1 for n in range(4)])
         for n in range(4):
             assert step.shortest[n] == len(shortest_actions(starts[n]))
-        over = step.over
-        ended += over.sum()
-        starts.rooms[over], starts.grids[over] = turns.world.state.rooms[over], turns.world.state.grids[over]
+        episode_ended = step.episode_ended
+        ended += episode_ended.sum()
+        starts.levels[episode_ended], starts.grids[episode_ended] = (
+            turns.world.state.levels[episode_ended],
+            turns.world.state.grids[episode_ended],
+        )
     assert ended > 10
     assert (make().step([0]).shortest == -1).all()
 
@@ -86,27 +89,27 @@ def test_the_final_sight_is_from_before_the_reset():
             each.ask(meta)
         actions = rng.integers(5, size=8)
         step, slow_step = turns.step(actions), slow.step(actions)
-        np.testing.assert_array_equal(step.over, slow_step.over)
+        np.testing.assert_array_equal(step.episode_ended, slow_step.episode_ended)
         everyone = np.arange(8)
-        final, expected = turns.final_sight(step, everyone), slow.final_sight(slow_step, everyone)
+        final, expected = turns.final_observation(step, everyone), slow.final_observation(slow_step, everyone)
         for name in ("tiles", "goals", "previous_actions"):
             np.testing.assert_array_equal(getattr(final, name), getattr(expected, name), err_msg=name)
         for name in ("row", "col", "direction", "steps", "keys", "doors", "episode"):
-            np.testing.assert_array_equal(final.rooms[name], expected.rooms[name], err_msg=name)
-        np.testing.assert_array_equal(turns.sight().previous_actions, np.where(step.over, 5, actions))
-        if step.over.any():
-            assert step.over.all()
-            assert (final.rooms["steps"] == 20).all()
-            assert (turns.sight().rooms["steps"] == 0).all()
+            np.testing.assert_array_equal(final.levels[name], expected.levels[name], err_msg=name)
+        np.testing.assert_array_equal(turns.observation().previous_actions, np.where(step.episode_ended, 5, actions))
+        if step.episode_ended.any():
+            assert step.episode_ended.all()
+            assert (final.levels["steps"] == 20).all()
+            assert (turns.observation().levels["steps"] == 0).all()
             assert not slow.ledger.is_meta_turn.any()
             slow.reset()
             assert t % 20 == 19
 
 
-@pytest.mark.parametrize("pay", PAYS)
-def test_what_a_step_tells_of_is_nobody_elses(pay):
+@pytest.mark.parametrize("pay", REWARDS)
+def test_what_a_step_tells_of_is_nobody_elses(reward):
     turns, meta, rng = (
-        make(n=4, max_steps=15, subgoal_horizon=4, pay=pay),
+        make(n=4, max_steps=15, subgoal_horizon=4, reward=reward),
         make_meta("random"),
         np.random.default_rng(0),
     )

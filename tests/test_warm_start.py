@@ -7,13 +7,14 @@ import pytest
 import torch
 
 from hierroom import InputError, train
-from hierroom.agent import Agent
-from hierroom.assembly import make_turns
-from hierroom.learners import PPOConfig, ppo
+from hierroom.agents.player import Agent
+from hierroom.learners import ppo
+from hierroom.learners.config import PPOConfig
 from hierroom.learners.torch_backend import TorchBackend
-from hierroom.presets import TrainConfig
-from hierroom.runs import RunFolder
-from hierroom.trainer import Trainer
+from hierroom.training.assembly import make_turns
+from hierroom.training.presets import TrainConfig
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
 
 SMALL = TrainConfig(graph="a", size=11, max_steps=60, rooms=8, steps=1024, ppo=PPOConfig(minibatches=2))
 
@@ -41,8 +42,8 @@ def test_weights_and_nothing_else(run):
     for name in ("action_random", "shuffle_random"):
         assert found[name] == fresh[name]
     assert warm.steps == 0
-    codes = warm.inputs.codes(warm.turns.sight())
-    assert (codes == cold.inputs.codes(cold.turns.sight())).all()
+    codes = warm.inputs.codes(warm.turns.observation())
+    assert (codes == cold.inputs.codes(cold.turns.observation())).all()
     for trainer in (warm, cold):
         trainer.advance()
     assert any(not torch.equal(weights[name], value) for name, value in cold.learner.network.state_dict().items())
@@ -53,7 +54,7 @@ def test_the_weights_act(run):
     warm = Trainer(replace(run.config(), seed=5, warm_start=str(run.path)))
     trained = Trainer(replace(run.config(), seed=5))
     trained.learner.load_state_dict(run.load_checkpoint()["learner"])
-    codes, masks = warm.inputs.codes(warm.turns.sight()), torch.ones(8, 5).bool().numpy()
+    codes, masks = warm.inputs.codes(warm.turns.observation()), torch.ones(8, 5).bool().numpy()
     policies = [trainer.learner.policy(8, seed=3) for trainer in (warm, trained)]
     rooms = torch.arange(8).numpy()
     for _ in range(5):

@@ -9,11 +9,11 @@ from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.world import batch as batch_module
 from hierroom.world import kernels
-from hierroom.world.batch import MIN_ROOMS_PER_THREAD, Batch
 from hierroom.world.kernels import FORWARD, LEFT
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.tiles import TRIPLES, encode
+from hierroom.world.world import MIN_ENVS_PER_THREAD, World
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]
 
@@ -28,7 +28,7 @@ def assert_same(one: np.ndarray, other: np.ndarray):
 
 
 def same_state(one: State, other: State) -> bool:
-    return np.array_equal(one.grids, other.grids) and same_records(one.rooms, other.rooms)
+    return np.array_equal(one.grids, other.grids) and same_records(one.levels, other.levels)
 
 
 def same_records(one: np.ndarray, other: np.ndarray) -> bool:
@@ -40,20 +40,20 @@ def same_records(one: np.ndarray, other: np.ndarray) -> bool:
 
 def test_a_room_is_the_same_alone_and_in_a_batch():
     settings = {"seed": 3, "max_steps": 40, "drop_key": True}
-    together = Batch(GRAPHS, 128, **settings)
-    alone = [Batch(GRAPHS, first_index=n, **settings) for n in range(128)]
+    together = World(GRAPHS, 128, **settings)
+    alone = [World(GRAPHS, first_index=n, **settings) for n in range(128)]
     for actions in actions_of(130, 128):
         one_by_one = np.concatenate([room.step(actions[n : n + 1]) for n, room in enumerate(alone)])
         assert_same(one_by_one, together.step(actions))
-    assert (together.state.rooms["episode"] >= 3).all()
+    assert (together.state.levels["episode"] >= 3).all()
     for n, room in enumerate(alone):
         assert same_state(room.state, together.state[n])
         assert same_records(room.finals, together.finals[n : n + 1])
 
 
 def test_two_threads_do_what_one_does(monkeypatch):
-    n_rooms = 2 * MIN_ROOMS_PER_THREAD + 1
-    one, two = (Batch(GRAPHS, n_rooms, size=11, seed=4, max_steps=30, threads=threads) for threads in (1, 2))
+    n_rooms = 2 * MIN_ENVS_PER_THREAD + 1
+    one, two = (World(GRAPHS, n_rooms, size=11, seed=4, max_steps=30, threads=threads) for threads in (1, 2))
     used, step = [], batch_module._compiled_step()
 
     def noted_step(*arrays):
@@ -66,18 +66,18 @@ def test_two_threads_do_what_one_does(monkeypatch):
     assert same_state(one.state, two.state)
     assert same_records(one.finals, two.finals)
     sizes = {size for thread, size in used if thread != threading.get_ident()}
-    assert sizes == {MIN_ROOMS_PER_THREAD, MIN_ROOMS_PER_THREAD + 1}
+    assert sizes == {MIN_ENVS_PER_THREAD, MIN_ENVS_PER_THREAD + 1}
 
 
 def test_a_small_batch_starts_no_threads():
-    assert Batch(GRAPHS, 2 * MIN_ROOMS_PER_THREAD - 1, size=11, threads=8)._pool is None
-    pool = Batch(GRAPHS, 3 * MIN_ROOMS_PER_THREAD, size=11, threads=2)._pool
+    assert World(GRAPHS, 2 * MIN_ENVS_PER_THREAD - 1, size=11, threads=8)._pool is None
+    pool = World(GRAPHS, 3 * MIN_ENVS_PER_THREAD, size=11, threads=2)._pool
     assert pool is not None
     assert pool._max_workers == 2
 
 
 def test_reset_with_a_seed_starts_over_and_without_goes_on():
-    batch = Batch(GRAPHS, 20, seed=5)
+    batch = World(GRAPHS, 20, seed=5)
     first = batch.get_state()
     batch.reset()
     second = batch.get_state()
@@ -91,7 +91,7 @@ def test_reset_with_a_seed_starts_over_and_without_goes_on():
 
 
 def test_seeds_rooms_and_episodes_differ():
-    batches = [Batch([NAMED_GRAPHS["c"]], 50, seed=seed) for seed in (0, 1, 2**63 - 1)]
+    batches = [World([NAMED_GRAPHS["c"]], 50, seed=seed) for seed in (0, 1, 2**63 - 1)]
     grids = [grid.tobytes() for batch in batches for grid in batch.state.grids]
     batches[0].reset()
     grids += [grid.tobytes() for grid in batches[0].state.grids]
@@ -99,11 +99,11 @@ def test_seeds_rooms_and_episodes_differ():
 
 
 def test_turn_draws_are_fixed_by_episode_and_turn():
-    rooms = Batch(GRAPHS, 1000, seed=6).state.rooms
+    rooms = World(GRAPHS, 1000, seed=6).state.levels
     draws, again, next_turn = (np.empty((1000, 13)) for _ in range(3))
-    kernels.turn_draws(rooms, np.zeros(1000, np.int64), draws)
-    kernels.turn_draws(rooms[:7], np.zeros(7, np.int64), again[:7])
-    kernels.turn_draws(rooms, np.ones(1000, np.int64), next_turn)
+    kernels.turn_uniforms(rooms, np.zeros(1000, np.int64), draws)
+    kernels.turn_uniforms(rooms[:7], np.zeros(7, np.int64), again[:7])
+    kernels.turn_uniforms(rooms, np.ones(1000, np.int64), next_turn)
     assert ((draws >= 0) & (draws < 1)).all()
     assert abs(draws.mean() - 0.5) < 0.01
     assert (draws[:7] == again[:7]).all()
@@ -111,9 +111,9 @@ def test_turn_draws_are_fixed_by_episode_and_turn():
 
 
 def test_clocks_can_be_staggered():
-    batch = Batch(GRAPHS, 10, max_steps=100)
+    batch = World(GRAPHS, 10, max_steps=100)
     batch.stagger_clocks()
-    assert batch.state.rooms["steps"].tolist() == list(range(0, 100, 10))
+    assert batch.state.levels["steps"].tolist() == list(range(0, 100, 10))
     lengths = []
     for _ in range(100):
         outcomes = batch.step(np.full(10, LEFT))
@@ -125,7 +125,7 @@ def test_clocks_can_be_staggered():
 
 
 def test_branch_replay_compare():
-    batch = Batch(GRAPHS, 30, seed=7, max_steps=60, drop_key=True)
+    batch = World(GRAPHS, 30, seed=7, max_steps=60, drop_key=True)
     actions = actions_of(150, 30)
     for action in actions[:50]:
         batch.step(action)
@@ -135,26 +135,26 @@ def test_branch_replay_compare():
     for action in actions[100:]:
         batch.step(action)
     batch.set_state(branch)
-    np.testing.assert_array_equal(batch.outcomes["length"], branch.rooms["steps"])
+    np.testing.assert_array_equal(batch.outcomes["length"], branch.levels["steps"])
     for expected, action in zip(first, actions[50:100], strict=True):
         outcomes = batch.step(action)
-        over = outcomes["terminated"] | outcomes["truncated"]
-        assert_same(outcomes[over], expected[over])
+        episode_ended = outcomes["terminated"] | outcomes["truncated"]
+        assert_same(outcomes[episode_ended], expected[episode_ended])
         assert_same(outcomes[[name for name in OUTCOME.names if name != "final_tiles"]], expected)
     assert same_state(batch.state, reached)
 
 
-def assert_same_view(batch: Batch, n: int):
+def assert_same_view(batch: World, n: int):
     """A room's outcome shows its current view, as a step that does nothing would."""
     shown = batch.outcomes["tiles"][n].copy()
-    probe = Batch(GRAPHS, size=batch.state.size)
+    probe = World(GRAPHS, size=batch.state.size)
     probe.set_state(batch.get_state(n))
     probe.step_within_episode([-1])
     np.testing.assert_array_equal(probe.outcomes["tiles"][0], shown)
 
 
 def test_some_rooms_can_be_put_back():
-    batch = Batch(GRAPHS, 10, seed=8)
+    batch = World(GRAPHS, 10, seed=8)
     start = batch.get_state([2, 5])
     for action in actions_of(30, 10):
         batch.step_within_episode(action)
@@ -170,7 +170,7 @@ def test_some_rooms_can_be_put_back():
 
 
 def test_a_state_is_a_copy():
-    batch = Batch(GRAPHS, 3, seed=9)
+    batch = World(GRAPHS, 3, seed=9)
     taken = batch.get_state()
     kept = taken.copy()
     batch.step(np.full(3, LEFT))
@@ -181,7 +181,7 @@ def test_a_state_is_a_copy():
 
 
 def test_actions_of_any_layout_and_kind_of_number():
-    batches = [Batch(GRAPHS, 5, seed=10) for _ in range(4)]
+    batches = [World(GRAPHS, 5, seed=10) for _ in range(4)]
     for actions in actions_of(40, 5):
         strided = np.zeros((5, 3), np.int64)
         strided[:, 1] = actions
@@ -195,7 +195,7 @@ def test_actions_of_any_layout_and_kind_of_number():
 
 @pytest.mark.parametrize("n_rooms", [1, 2, 50])
 def test_observations_of_views_in_any_layout(n_rooms):
-    batch = Batch(GRAPHS, n_rooms, seed=11)
+    batch = World(GRAPHS, n_rooms, seed=11)
     for actions in actions_of(30, n_rooms):
         field = batch.step(actions)["tiles"]
         observations = [encode(views) for views in (field, field.copy(), np.asfortranarray(field))]
@@ -208,25 +208,25 @@ def test_observations_of_views_in_any_layout(n_rooms):
 
 
 def test_truncation_keeps_the_final_view_and_begins_the_next_episode():
-    batch = Batch([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
-    twin = Batch([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
+    batch = World([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
+    twin = World([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
     for step, actions in enumerate(actions_of(5, 20), start=1):
         outcomes, unreset = batch.step(actions), twin.step_within_episode(actions)
         assert (outcomes["truncated"] == (step == 5)).all()
         assert (outcomes["length"] == step).all()
         assert not outcomes["terminated"].any()
     np.testing.assert_array_equal(outcomes["final_tiles"], unreset["tiles"])
-    assert same_records(batch.finals, twin.state.rooms)
+    assert same_records(batch.finals, twin.state.levels)
     twin.reset()
     assert same_state(batch.state, twin.state)
     np.testing.assert_array_equal(outcomes["tiles"], twin.outcomes["tiles"])
-    assert (batch.state.rooms["episode"] == 1).all()
+    assert (batch.state.levels["episode"] == 1).all()
 
 
 def test_the_exit_on_the_last_step_ends_both_ways():
     """As in MiniGrid, both flags are set."""
-    length = len(shortest_actions(Batch([NAMED_GRAPHS["a"]], seed=11).state))
-    batch = Batch([NAMED_GRAPHS["a"]], seed=11, max_steps=length)
+    length = len(shortest_actions(World([NAMED_GRAPHS["a"]], seed=11).state))
+    batch = World([NAMED_GRAPHS["a"]], seed=11, max_steps=length)
     for action in shortest_actions(batch.state):
         outcome = batch.step_within_episode([action])[0]
     assert (outcome.reward, outcome.terminated, outcome.truncated) == (1, True, True)
@@ -234,7 +234,7 @@ def test_the_exit_on_the_last_step_ends_both_ways():
 
 
 def test_after_the_end_nothing_happens_and_nothing_is_paid():
-    batch = Batch([NAMED_GRAPHS["a"]], seed=12)
+    batch = World([NAMED_GRAPHS["a"]], seed=12)
     for action in shortest_actions(batch.state):
         batch.step_within_episode([action])
     ended = batch.get_state()
@@ -265,22 +265,22 @@ def test_after_the_end_nothing_happens_and_nothing_is_paid():
 )
 def test_wrong_settings(settings, message):
     with pytest.raises(InputError, match=message.replace("**", r"\*\*")):
-        Batch(**{"graphs": [NAMED_GRAPHS["a"]], **settings})
+        World(**{"graphs": [NAMED_GRAPHS["a"]], **settings})
 
 
 @pytest.mark.parametrize("actions", [[0], [0, 0, 0], [[0, 0]], [0.0, 1.0], 0, ["left", "right"]])
 def test_wrong_actions(actions):
-    batch = Batch([NAMED_GRAPHS["a"]], 2)
+    batch = World([NAMED_GRAPHS["a"]], 2)
     for step in (batch.step, batch.step_within_episode):
         with pytest.raises(InputError, match="actions must be 2 whole numbers, one for each room"):
             step(actions)
 
 
 def test_wrong_states():
-    batch = Batch([NAMED_GRAPHS["a"]], 2)
+    batch = World([NAMED_GRAPHS["a"]], 2)
     with pytest.raises(InputError, match="must hold 2 rooms of size 19; it holds 1 of size 19"):
         batch.set_state(batch.get_state(0))
     with pytest.raises(InputError, match="must hold 2 rooms of size 19; it holds 2 of size 11"):
-        batch.set_state(Batch([NAMED_GRAPHS["a"]], 2, size=11).state)
+        batch.set_state(World([NAMED_GRAPHS["a"]], 2, size=11).state)
     with pytest.raises(InputError, match="rooms are numbered from 0 to 1; there is no 2"):
         batch.get_state(2)

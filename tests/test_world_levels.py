@@ -6,9 +6,9 @@ from scipy.ndimage import label
 from scipy.stats import chisquare
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NAMED_GRAPHS, GoalGraph
-from hierroom.world.batch import Batch
 from hierroom.world.kernels import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, MIN_CENTRE, MIN_SIDE, OPEN_DOOR, WALL
 from hierroom.world.oracle import shortest_lengths
+from hierroom.world.world import World
 
 CHAIN, STAR, MIXED = GoalGraph((0, 1, 2, 3, 4, 5), 6), GoalGraph((0,) * 6, 1), GoalGraph((0, 0, 1, 0, 2, 4), 5)
 SIX = GoalGraph((0, 1, 0, 2, 0), 4)
@@ -34,37 +34,37 @@ def assert_uniform_ranks(ranks, counts):
 @pytest.fixture(scope="module")
 def levels():
     """20,000 levels of graph f at the default size."""
-    return Batch([NAMED_GRAPHS["f"]], 20_000, seed=11).state
+    return World([NAMED_GRAPHS["f"]], 20_000, seed=11).state
 
 
 @pytest.mark.parametrize("letter", "abcdefg")
 def test_ten_thousand_levels_are_solvable(letter):
-    state = Batch([NAMED_GRAPHS[letter]], 10_000, seed=12).state
+    state = World([NAMED_GRAPHS[letter]], 10_000, seed=12).state
     lengths = shortest_lengths(state)
     assert lengths.min() > NAMED_GRAPHS[letter].exit_depth
-    for branch in range(state.rooms[0].n_rooms - 1):
+    for branch in range(state.levels[0].n_rooms - 1):
         some = state[:2_000]
-        colours = some.rooms["colours"][:, branch]
+        colours = some.levels["colours"][:, branch]
         keys, doors = shortest_lengths(some, colours), shortest_lengths(some, FIRST_DOOR_GOAL + colours)
         assert keys.min() > 0
         assert (doors > keys).all()
-        if branch == state.rooms[0].exit_room - 1:
+        if branch == state.levels[0].exit_room - 1:
             assert (lengths[:2_000] > doors).all()
 
 
 @pytest.mark.parametrize("size", [11, 12, 19, 63])
 @pytest.mark.parametrize("graph", [SIX, CHAIN, STAR, MIXED], ids=["six", "chain", "star", "mixed"])
 def test_levels_of_many_rooms_are_solvable(graph, size):
-    state = Batch([graph], 500 if size < 63 else 50, size=size, seed=13).state
-    for goals in (EXIT_GOAL, *state.rooms["colours"].T[: graph.n_rooms - 1]):
+    state = World([graph], 500 if size < 63 else 50, size=size, seed=13).state
+    for goals in (EXIT_GOAL, *state.levels["colours"].T[: graph.n_rooms - 1]):
         assert (shortest_lengths(state, goals) > 0).all()
 
 
 @pytest.mark.parametrize("size", [11, 19, 40])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_a_level_is_what_its_graph_says(graph, size):
-    state = Batch([graph], 100, size=size, seed=14).state
-    for grid, room in zip(state.grids, state.rooms, strict=True):
+    state = World([graph], 100, size=size, seed=14).state
+    for grid, room in zip(state.grids, state.levels, strict=True):
         # With its doors closed, a level falls into the rooms' rectangles.
         parts, n_parts = label(~np.isin(grid, [WALL, *range(LOCKED_DOOR, WALL)]))
         assert n_parts == graph.n_rooms
@@ -98,7 +98,7 @@ def sides_of(rooms):
 
 
 def test_rooms_lie_on_all_sides_alike(levels):
-    sides = sides_of(levels.rooms)[:, :3]
+    sides = sides_of(levels.levels)[:, :3]
     assert_uniform(sides[:, 0], 4)
     first, second = sides[:, 0], (sides[:, 1] - sides[:, 0]) % 4 - 1
     third = np.array([sorted(set(range(4)) - set(row[:2])).index(row[2]) for row in sides])
@@ -108,7 +108,7 @@ def test_rooms_lie_on_all_sides_alike(levels):
 @pytest.mark.parametrize("graph", [SIX, CHAIN], ids=["six", "seven"])
 def test_sides_are_shared_fairly(graph):
     """With more than four branch rooms, any room may be one of the two on a side, and any side may be shared."""
-    sides = sides_of(Batch([graph], 20_000, seed=15).state.rooms)[:, : graph.n_rooms - 1]
+    sides = sides_of(World([graph], 20_000, seed=15).state.levels)[:, : graph.n_rooms - 1]
     for branch in range(graph.n_rooms - 1):
         assert_uniform(sides[:, branch], 4)
     counts = np.stack([(sides == side).sum(axis=1) for side in range(4)], axis=1)
@@ -122,14 +122,14 @@ def test_sides_are_shared_fairly(graph):
 
 
 def test_colours_are_uniform_and_distinct(levels):
-    colours = levels.rooms["colours"]
+    colours = levels.levels["colours"]
     assert (np.sort(colours, axis=1) == np.arange(6)).all()
     assert_uniform((colours[:, 0] * 5 + (colours[:, 1] - colours[:, 0]) % 6 - 1), 30)
     assert_uniform(colours[:, 2], 6)
 
 
 def test_the_agent_starts_anywhere_facing_anywhere(levels):
-    rooms = levels.rooms
+    rooms = levels.levels
     assert_uniform(rooms["direction"], 4)
     ranks, counts = [], []
     for grid, room in zip(levels.grids, rooms, strict=True):
@@ -141,7 +141,7 @@ def test_the_agent_starts_anywhere_facing_anywhere(levels):
 
 
 def test_walls_and_doors_stand_anywhere(levels):
-    rooms = levels.rooms
+    rooms = levels.levels
     depths = (levels.size - 4 - MIN_CENTRE) // 2 - MIN_SIDE + 1
     low, high = MARGIN + MIN_SIDE + 2, MARGIN + levels.size - 3 - MIN_SIDE
     top, left, bottom, right = rooms["rectangles"][:, 0].T
@@ -156,9 +156,9 @@ def test_walls_and_doors_stand_anywhere(levels):
 
 
 def test_the_exit_stands_anywhere_but_behind_its_door():
-    state = Batch([NAMED_GRAPHS["a"]], 10_000, seed=16).state
+    state = World([NAMED_GRAPHS["a"]], 10_000, seed=16).state
     ranks, counts = [], []
-    for grid, room in zip(state.grids, state.rooms, strict=True):
+    for grid, room in zip(state.grids, state.levels, strict=True):
         top, left, bottom, right = room.rectangles[1]
         cells = [
             (row, col)
@@ -175,9 +175,9 @@ def test_the_exit_stands_anywhere_but_behind_its_door():
 
 @pytest.mark.parametrize(("letter", "branch"), [("a", 0), ("c", 1)])
 def test_keys_lie_anywhere_in_their_room(letter, branch):
-    state = Batch([NAMED_GRAPHS[letter]], 10_000, seed=17).state
+    state = World([NAMED_GRAPHS[letter]], 10_000, seed=17).state
     ranks, counts = [], []
-    for grid, room in zip(state.grids, state.rooms, strict=True):
+    for grid, room in zip(state.grids, state.levels, strict=True):
         top, left, bottom, right = room.rectangles[room.key_rooms[branch]]
         ((row, col),) = np.argwhere(grid == KEY + room.colours[branch])
         ranks.append((row - top) * (right - left + 1) + col - left)
@@ -187,7 +187,7 @@ def test_keys_lie_anywhere_in_their_room(letter, branch):
 
 def test_each_graph_of_a_mixture_is_as_likely():
     graphs = list(NAMED_GRAPHS.values())
-    rooms = Batch(graphs, 10_000, seed=18).state.rooms
+    rooms = World(graphs, 10_000, seed=18).state.levels
     drawn = [
         graphs.index(GoalGraph(tuple(room.key_rooms[: room.n_rooms - 1].tolist()), int(room.exit_room)))
         for room in rooms

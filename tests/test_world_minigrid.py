@@ -12,9 +12,9 @@ from minigrid_room import MiniGridRoom
 
 from hierroom.goals import COLOURS, NAMED_GRAPHS, GoalGraph
 from hierroom.world import kernels, tiles
-from hierroom.world.batch import Batch
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.render import draw
+from hierroom.world.world import World
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5)]
 
@@ -28,7 +28,7 @@ def expected(observation):
 
 
 def assert_equal(batch, env, observation):
-    room = batch.state.rooms[0]
+    room = batch.state.levels[0]
     np.testing.assert_array_equal(tiles.encode(batch.outcomes["tiles"])[0], expected(observation))
     assert (room.row - kernels.MARGIN, room.col - kernels.MARGIN) == (env.agent_pos[1], env.agent_pos[0])
     assert room.direction == env.agent_dir
@@ -54,7 +54,7 @@ def play(batch, env, actions):
 def bold_actions(batch, rng):
     """Random actions without end; half of the time one that does something to what is ahead, if there is one."""
     while True:
-        room = batch.state.rooms[0]
+        room = batch.state.levels[0]
         ahead = room.row + kernels.ROW_STEP[room.direction], room.col + kernels.COL_STEP[room.direction]
         tile = batch.state.grids[0][ahead]
         if rng.random() < 0.5 and kernels.KEY <= tile < kernels.OPEN_DOOR:
@@ -71,7 +71,7 @@ def bold_actions(batch, rng):
 def test_random_walks(graph, size, can_drop):
     """48 cases of 500 steps or more."""
     rng = np.random.default_rng(size)
-    batch = Batch([graph], size=size, seed=8, drop_key=can_drop, max_steps=150)
+    batch = World([graph], size=size, seed=8, drop_key=can_drop, max_steps=150)
     taken = 0
     while taken < 500:
         taken += play(batch, MiniGridRoom(batch.state), bold_actions(batch, rng))
@@ -81,7 +81,7 @@ def test_random_walks(graph, size, can_drop):
 @pytest.mark.parametrize("size", [11, 19, 31])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_episodes_solved_by_the_oracle(graph, size):
-    batch = Batch([graph], size=size, seed=9)
+    batch = World([graph], size=size, seed=9)
     for _ in range(3):
         path = shortest_actions(batch.state)
         assert play(batch, MiniGridRoom(batch.state), path) == len(path)
@@ -117,7 +117,7 @@ def test_ids_are_those_of_minigrid():
 @pytest.mark.parametrize(("size", "tile_size"), [(11, 32), (19, 12)])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_pictures(graph, size, tile_size):
-    batch = Batch([graph], size=size, seed=10)
+    batch = World([graph], size=size, seed=10)
     env = MiniGridRoom(batch.state, render_mode="rgb_array", tile_size=tile_size)
     env.reset()
     for action in [*shortest_actions(batch.state)[:-1], -1]:

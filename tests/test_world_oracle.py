@@ -6,9 +6,9 @@ import pytest
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.world import kernels
-from hierroom.world.batch import Batch
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.oracle import shortest_actions, shortest_lengths
+from hierroom.world.world import World
 
 EXIT_AMONG_KEYS = GoalGraph((0, 1), 1)
 """A key lies in the exit's room: its shortest path may have to go around the exit."""
@@ -18,7 +18,7 @@ GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5), EXIT_AMONG_K
 def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:
     """Fewest steps to each goal event, by breadth-first search over the real rules, one room at a time."""
     start = state.copy()
-    start.rooms["can_drop"], start.rooms["steps"] = can_drop, 0
+    start.levels["can_drop"], start.levels["steps"] = can_drop, 0
     outcome = np.zeros(1, OUTCOME)
     fields = ["row", "col", "direction", "keys", "doors", "bag", "bag_size"]
     frontier, seen, found, distance = [start], set(), {}, 0
@@ -28,10 +28,10 @@ def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:
         for node in frontier:
             for action in range(6 if can_drop else 5):
                 child = node.copy()
-                kernels.advance(child.rooms[0], child.grids[0], action, outcome[0])
+                kernels.advance(child.levels[0], child.grids[0], action, outcome[0])
                 if outcome[0].event >= 0:
                     found.setdefault(int(outcome[0].event), distance)
-                identity = (child.grids.tobytes(), *(child.rooms[name].tobytes() for name in fields))
+                identity = (child.grids.tobytes(), *(child.levels[name].tobytes() for name in fields))
                 if not outcome[0].terminated and identity not in seen:
                     seen.add(identity)
                     following.append(child)
@@ -39,9 +39,9 @@ def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:
     return found
 
 
-def check_against_search(batch: Batch, can_drop: bool) -> None:
+def check_against_search(batch: World, can_drop: bool) -> None:
     found = reachable_goals(batch.state, can_drop)
-    room = batch.state.rooms[0]
+    room = batch.state.levels[0]
     for goal in range(13):
         length = shortest_lengths(batch.state, goal)[0]
         branch = room.branches[goal % 6]
@@ -56,7 +56,7 @@ def check_against_search(batch: Batch, can_drop: bool) -> None:
             assert length == found[goal], (goal, length)
 
 
-def wander(batch: Batch, steps: int, rng: np.random.Generator) -> None:
+def wander(batch: World, steps: int, rng: np.random.Generator) -> None:
     """Act at random, and now and then as the oracle would for a random goal, so that something happens."""
     for _ in range(steps):
         goals = rng.integers(12, size=len(batch))
@@ -70,7 +70,7 @@ def wander(batch: Batch, steps: int, rng: np.random.Generator) -> None:
 @pytest.mark.parametrize("letter", ["a", "b", "c", "d"])
 @pytest.mark.parametrize("index", range(4))
 def test_no_path_is_shorter(letter, index):
-    batch = Batch([NAMED_GRAPHS[letter]], size=11, seed=1, first_index=index, drop_key=True)
+    batch = World([NAMED_GRAPHS[letter]], size=11, seed=1, first_index=index, drop_key=True)
     check_against_search(batch, can_drop=False)
     wander(batch, 40, np.random.default_rng(index))
     check_against_search(batch, can_drop=False)
@@ -79,9 +79,9 @@ def test_no_path_is_shorter(letter, index):
 def test_paths_to_keys_go_around_the_exit():
     n_around = 0
     for index in range(30):
-        batch = Batch([EXIT_AMONG_KEYS], size=11, seed=1, first_index=index)
+        batch = World([EXIT_AMONG_KEYS], size=11, seed=1, first_index=index)
         check_against_search(batch, can_drop=False)
-        key = batch.state.rooms[0].colours[1]
+        key = batch.state.levels[0].colours[1]
         free = batch.get_state()
         free.grids[free.grids == kernels.EXIT] = kernels.EMPTY
         n_around += shortest_lengths(free, key)[0] < shortest_lengths(batch.state, key)[0]
@@ -89,7 +89,7 @@ def test_paths_to_keys_go_around_the_exit():
 
 
 def test_dropping_keys_shortens_nothing():
-    batch = Batch([NAMED_GRAPHS["a"]], size=11, seed=3, drop_key=True)
+    batch = World([NAMED_GRAPHS["a"]], size=11, seed=3, drop_key=True)
     check_against_search(batch, can_drop=True)
     wander(batch, 20, np.random.default_rng(0))
     check_against_search(batch, can_drop=True)
@@ -98,13 +98,13 @@ def test_dropping_keys_shortens_nothing():
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 @pytest.mark.parametrize("size", [11, 19, 31])
 def test_paths_reach_their_goals_in_as_many_steps_as_stated(graph, size):
-    levels = Batch([graph], 10, size=size, seed=5)
+    levels = World([graph], 10, size=size, seed=5)
     for n in range(len(levels)):
         for goal in range(13):
-            batch = Batch([graph], size=size, seed=5, first_index=n)
+            batch = World([graph], size=size, seed=5, first_index=n)
             length = shortest_lengths(batch.state, goal)[0]
             if length < 0:
-                assert batch.state.rooms[0].branches[goal % 6] >= graph.n_rooms - 1
+                assert batch.state.levels[0].branches[goal % 6] >= graph.n_rooms - 1
                 continue
             path = shortest_actions(batch.state, goal)
             assert len(path) == length > 0
@@ -117,31 +117,31 @@ def test_paths_reach_their_goals_in_as_many_steps_as_stated(graph, size):
 def test_a_step_never_gains_more_than_one():
     """The regret of any walk is never negative: no action brings the exit nearer by more than one step."""
     rng = np.random.default_rng(0)
-    batch = Batch(GRAPHS, 100, seed=2, drop_key=True)
+    batch = World(GRAPHS, 100, seed=2, drop_key=True)
     lengths = shortest_lengths(batch.state)
     for _ in range(300):
         before = lengths
         wander(batch, 1, rng)
         lengths = shortest_lengths(batch.state)
         assert (before - lengths).max() <= 1
-        assert (lengths > 0).sum() == (~batch.state.rooms["is_over"]).sum()
-    assert (batch.state.rooms["found"] & ~batch.state.rooms["keys"]).any()  # keys were dropped
-    assert batch.state.rooms["doors"].any()
+        assert (lengths > 0).sum() == (~batch.state.levels["is_over"]).sum()
+    assert (batch.state.levels["found"] & ~batch.state.levels["keys"]).any()  # keys were dropped
+    assert batch.state.levels["doors"].any()
 
 
 def test_each_room_may_have_its_own_goal():
-    batch = Batch([NAMED_GRAPHS["c"]], 30, seed=4)
-    doors = 6 + batch.state.rooms["colours"][:, 1]
+    batch = World([NAMED_GRAPHS["c"]], 30, seed=4)
+    doors = 6 + batch.state.levels["colours"][:, 1]
     together = shortest_lengths(batch.state, doors)
     assert together.tolist() == [shortest_lengths(batch.state[n], doors[n])[0] for n in range(30)]
     assert (together > shortest_lengths(batch.state, doors - 6)).all()
 
 
 def test_a_goal_achieved_takes_no_action():
-    batch = Batch([NAMED_GRAPHS["a"]], seed=6)
-    key = int(batch.state.rooms[0].colours[0])
+    batch = World([NAMED_GRAPHS["a"]], seed=6)
+    key = int(batch.state.levels[0].colours[0])
     for action in shortest_actions(batch.state):
-        held = batch.state.rooms[0].keys
+        held = batch.state.levels[0].keys
         assert (shortest_lengths(batch.state, key)[0] == 0) == bool(held)
         batch.step_within_episode(np.array([action]))
     assert shortest_lengths(batch.state)[0] == 0
@@ -150,7 +150,7 @@ def test_a_goal_achieved_takes_no_action():
 
 
 def test_wrong_input():
-    batch = Batch([NAMED_GRAPHS["a"]], 2)
+    batch = World([NAMED_GRAPHS["a"]], 2)
     for goals in (13, -1, 0.5, [0, 13]):
         with pytest.raises(InputError, match="goals are whole numbers from 0 to 12"):
             shortest_lengths(batch.state, goals)
@@ -159,6 +159,6 @@ def test_wrong_input():
     for goal in (13, -1, "exit"):
         with pytest.raises(InputError, match="whole number from 0 to 12, not"):
             shortest_actions(batch.state[0], goal)  # type: ignore[arg-type]
-    missing = 6 + int(batch.state.rooms[0].colours[1])
+    missing = 6 + int(batch.state.levels[0].colours[1])
     with pytest.raises(InputError, match="door cannot be achieved: the level has none"):
         shortest_actions(batch.state[0], missing)

@@ -12,15 +12,15 @@ from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS
 from hierroom.world import kernels
 from hierroom.world.animation import animate
-from hierroom.world.batch import Batch
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.render import OUTLINE, Screen, draw, text
 from hierroom.world.window import Window
+from hierroom.world.world import World
 
 
 @pytest.fixture
 def batch():
-    return Batch([NAMED_GRAPHS["c"]], seed=1)
+    return World([NAMED_GRAPHS["c"]], seed=1)
 
 
 def where(state, tile):
@@ -29,7 +29,7 @@ def where(state, tile):
 
 
 def test_the_subgoal_is_outlined_and_named(batch):
-    plain, colour = draw(batch.state), int(batch.state.rooms[0].colours[0])
+    plain, colour = draw(batch.state), int(batch.state.levels[0].colours[0])
     for goal, tile in (
         (colour, kernels.KEY + colour),
         (6 + colour, kernels.LOCKED_DOOR + colour),
@@ -51,7 +51,7 @@ def test_the_subgoal_is_outlined_and_named(batch):
 
 
 def test_a_key_in_hand_is_outlined_nowhere(batch):
-    colour = int(batch.state.rooms[0].colours[0])
+    colour = int(batch.state.levels[0].colours[0])
     for action in shortest_actions(batch.state, colour):
         batch.step_within_episode([action])
     np.testing.assert_array_equal(draw(batch.state, colour)[:-32], draw(batch.state)[:-32])
@@ -59,16 +59,16 @@ def test_a_key_in_hand_is_outlined_nowhere(batch):
 
 def test_drawing_changes_nothing(batch):
     before = batch.get_state()
-    before.rooms["seen"] = 0
+    before.levels["seen"] = 0
     kept = before.copy()
     draw(before, 3)
     text(before, 3)
-    assert before.rooms["seen"] == kept.rooms["seen"]
+    assert before.levels["seen"] == kept.levels["seen"]
     assert (before.grids == kept.grids).all()
 
 
 def test_text_says_where_everything_is(batch):
-    room = batch.state.rooms[0]
+    room = batch.state.levels[0]
     path = shortest_actions(batch.state, int(room.colours[0]))
     for action in path:
         batch.step_within_episode([action])
@@ -162,7 +162,7 @@ def test_screens(batch, monkeypatch):
 
 
 def test_large_grids_fit_a_screen():
-    frame = Screen("rgb_array").render(Batch([NAMED_GRAPHS["c"]], size=63).state)
+    frame = Screen("rgb_array").render(World([NAMED_GRAPHS["c"]], size=63).state)
     assert isinstance(frame, np.ndarray)
     assert frame.shape == (756, 756, 3)
 
@@ -170,7 +170,7 @@ def test_large_grids_fit_a_screen():
 def test_wrong_input(batch):
     for show in (draw, text):
         with pytest.raises(InputError, match="shows one room; the state holds 2"):
-            show(Batch([NAMED_GRAPHS["a"]], 2).state)
+            show(World([NAMED_GRAPHS["a"]], 2).state)
         with pytest.raises(InputError, match="whole number from 0 to 12, or -1 for none, not 13"):
             show(batch.state, 13)
     with pytest.raises(InputError, match="tile_size must be a whole number of at least 1, not 0"):

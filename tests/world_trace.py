@@ -4,11 +4,11 @@ import hashlib
 
 import numpy as np
 
-from hierroom.frontier import nearest_frontiers
+from hierroom.agents.frontier import nearest_frontiers
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.world import kernels, tiles
-from hierroom.world.batch import Batch
 from hierroom.world.oracle import shortest_actions, shortest_lengths
+from hierroom.world.world import World
 
 GRAPHS = [NAMED_GRAPHS["a"], NAMED_GRAPHS["f"], GoalGraph((0, 1, 2, 0, 1, 2), 6)]
 
@@ -23,14 +23,14 @@ def main() -> None:
             digest.update(np.ascontiguousarray(array))
 
     for size, drop_key in ((11, True), (19, False)):
-        batch = Batch(GRAPHS, 6, size=size, max_steps=70, drop_key=drop_key, seed=2**63 - 1)
+        batch = World(GRAPHS, 6, size=size, max_steps=70, drop_key=drop_key, seed=2**63 - 1)
         rng = np.random.default_rng(size)
         for actions in rng.choice(6, size=(150, 6), p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1]):
             record(batch.step(actions))
             record(tiles.encode(batch.outcomes["tiles"]))
-            record(nearest_frontiers(batch.state.rooms))
+            record(nearest_frontiers(batch.state.levels))
         draws = np.empty((6, 3))
-        kernels.turn_draws(batch.state.rooms, np.arange(6), draws)
+        kernels.turn_uniforms(batch.state.levels, np.arange(6), draws)
         record(draws)
         for goal in range(0, 13, 3):
             record(shortest_lengths(batch.state, goal))
@@ -39,7 +39,7 @@ def main() -> None:
                 actions = np.full(6, -1)
                 actions[n] = action
                 record(batch.step_within_episode(actions))
-        record(batch.state.rooms)
+        record(batch.state.levels)
         record(batch.state.grids)
         record(batch.finals)
     print(digest.hexdigest())

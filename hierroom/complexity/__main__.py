@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
-import math
 import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -13,10 +11,11 @@ from typing import Annotated, Any
 
 import tyro
 
-from hierroom.commands import run
+from hierroom.cli import run
 from hierroom.complexity.difficulty import is_difficulty, parse_difficulty
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.errors import InputError
+from hierroom.files import to_json
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, as_goal_graph, enumerate_graphs
 
 MAX_LISTED_ROOMS = 8
@@ -99,7 +98,7 @@ def show(options: Options) -> None:
         _draw(reports, options.draw)
     if options.json:
         tables = [report.to_dict() for report in reports]
-        _print_json(tables if is_list else tables[0])
+        print(to_json(tables if is_list else tables[0]))
     elif options.csv:
         _print_csv(reports)
     elif is_list:
@@ -132,9 +131,9 @@ def _graphs(options: Options) -> Iterable[GoalGraph]:
 def _draw(reports: list[ComplexityReport], path: Path) -> None:
     if len(reports) != 1:
         raise InputError(f"--draw draws one graph, named by --graph, not {len(reports)}")
-    from hierroom.complexity.draw import draw  # matplotlib takes its time, and few commands draw
+    from hierroom.complexity.draw import draw_graph  # matplotlib takes its time, and few commands draw
 
-    draw(reports[0].augmented, path)
+    draw_graph(reports[0].augmented, path)
 
 
 def _show_play(options: Options, player: str) -> None:
@@ -143,26 +142,13 @@ def _show_play(options: Options, player: str) -> None:
         raise InputError(
             "--from-play measures one goal graph; beside it go --graph, --drop, --json, --episodes and --seed"
         )
-    from hierroom.from_play import measure_player  # it brings the worlds and the learners along
+    from hierroom.measure import measure_named  # it brings the worlds and the learners along
 
-    report = measure_player(player, options.graph, options.drop, options.episodes, options.seed)
+    report = measure_named(player, options.graph, options.drop, options.episodes, options.seed)
     if options.json:
-        _print_json(report.to_dict())
+        print(to_json(report.to_dict()))
     else:
         print(report)
-
-
-def _print_json(table: Any) -> None:
-    print(json.dumps(_finite(table), indent=2, allow_nan=False))
-
-
-def _finite(value: Any) -> Any:
-    """The same with null where a number is infinite, which JSON cannot say."""
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _print_csv(reports: list[ComplexityReport]) -> None:

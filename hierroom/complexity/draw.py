@@ -41,7 +41,7 @@ CAPTION = (
 )
 
 
-def draw(augmented: AugmentedGraph, path: str | Path) -> None:
+def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
     """Draw the goal graph beside the augmented graph and write the picture.
 
     Args:

@@ -17,9 +17,9 @@ class PPOConfig:
     """
 
     sequence_length: int = 32
-    """T, turns of one agent in one room that are learned from in a row; the recurrent gradient reaches as far."""
+    """T, turns of one agent in one environment that are learned from in a row; the recurrent gradient reaches as far."""
     sequences_per_update: int | None = None
-    """M, full sequences an update waits for; None: as many as there are rooms."""
+    """M, full sequences an update waits for; None: as many as there are environments."""
     minibatches: int = 4
     """Parts into which an epoch splits the sequences; a sequence is never cut."""
     epochs: int = 4

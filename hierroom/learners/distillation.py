@@ -7,7 +7,7 @@ After Burda, Edwards, Storkey & Klimov, Exploration by Random Network Distillati
   Rocktaeschel, RIDE, 2020). Their two value heads serve an intrinsic return that goes on over episode ends.
 - Observations are columns of categories. Their whitening (section 2.4: subtract the mean, divide by the deviation, clip
   to 5) is applied to each column's one-hot vector, so that rare values, such as a key in view, stand out. What is seen
-  before the predictor first learns stands for their random agent's observations: it is counted and not paid for.
+  before the predictor first learns stands for their random agent's observations: it is counted and not rewarded for.
 - Intrinsic rewards are divided by the running deviation of their returns, as in section 2.4, updated at every step
   instead of once a rollout, as rewards are handed over step by step. While the first returns are still growing from
   zero nothing is paid either.
@@ -33,16 +33,16 @@ GROWTH = 2
 """Horizons 1 / (1 - gamma) after which returns that began at zero are taken for grown: they lack 13% then."""
 
 
-class RandomDistillation:
-    r"""Curiosity of N rooms: :math:`r_t = \| \hat f(s_{t+1}) - f(s_{t+1}) \|^2 / H / \sigma_t`.
+class RandomNetworkDistillation:
+    r"""Curiosity of N environments: :math:`r_t = \| \hat f(s_{t+1}) - f(s_{t+1}) \|^2 / H / \sigma_t`.
 
     f is the fixed random network, f-hat its predictor, H their number of outputs and sigma the running standard
-    deviation of the returns :math:`R_t = \gamma R_{t-1} + \| \cdot \|^2 / H` of all rooms. Zero at first: until it
+    deviation of the returns :math:`R_t = \gamma R_{t-1} + \| \cdot \|^2 / H` of all environments. Zero at first: until it
     has learned once, and then for `GROWTH` horizons more.
 
     Args:
         cardinalities: number of values of each of the K columns of an observation.
-        n_rooms: rooms N.
+        num_envs: environments N.
         gamma: discount of the returns that rewards are scaled by, below 1.
         seed: of weights and minibatches.
         hidden_size: units H of each layer.
@@ -55,7 +55,7 @@ class RandomDistillation:
     def __init__(
         self,
         cardinalities: Sequence[int],
-        n_rooms: int,
+        num_envs: int,
         *,
         gamma: float,
         seed: int,
@@ -72,25 +72,25 @@ class RandomDistillation:
         self._random = np.random.default_rng(batch_seed)
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(int(weight_seed.generate_state(1)[0]))
-            self.target = _Features(sum(cardinalities), hidden_size, n_layers=1).requires_grad_(False).to(device)
-            self.predictor = _Features(sum(cardinalities), hidden_size, n_layers=3).to(device)
+            self.target = _Embedding(sum(cardinalities), hidden_size, n_layers=1).requires_grad_(False).to(device)
+            self.predictor = _Embedding(sum(cardinalities), hidden_size, n_layers=3).to(device)
         self._adam = torch.optim.Adam(self.predictor.parameters(), lr=LEARNING_RATE)
         self._counts = np.ones(sum(cardinalities))  # [R] of each value of each column
         self._has_learned = False
-        self._returns = np.zeros(n_rooms)
+        self._returns = np.zeros(num_envs)
         self._growing = round(GROWTH / (1 - gamma))  # steps until the returns count
         self._moments = np.zeros(3)  # number, mean and sum of squared differences of all returns that count
         self._pending: list[NDArray[np.uint8]] = []
 
-    def rewards(self, codes: NDArray[np.uint8]) -> NDArray[np.float64]:
+    def rewards(self, features: NDArray[np.uint8]) -> NDArray[np.float64]:
         """[N] the curiosity that a step leads to, and note what was seen to learn from it.
 
         Args:
-            codes: [N, K] uint8, what was seen after the step, of the same episode.
+            features: [N, K] uint8, what was seen after the step, of the same episode.
         """
         with torch.no_grad():
-            errors = self._errors(codes).cpu().numpy().astype(np.float64)
-        self._pending.append(codes.copy())
+            errors = self._errors(features).cpu().numpy().astype(np.float64)
+        self._pending.append(features.copy())
         if not self._has_learned:
             return np.zeros(len(errors))
         self._returns = self._gamma * self._returns + errors
@@ -103,14 +103,14 @@ class RandomDistillation:
 
     def learn(self) -> dict[str, float]:
         """Let the predictor learn from what was seen since it last did; returns its mean ``curiosity_error``."""
-        codes = np.concatenate(self._pending)
+        features = np.concatenate(self._pending)
         self._pending = []
-        self._counts += np.bincount((codes + self._offsets).ravel(), minlength=len(self._counts))
+        self._counts += np.bincount((features + self._offsets).ravel(), minlength=len(self._counts))
         losses = []
         for _ in range(EPOCHS):
-            chosen = self._random.permutation(len(codes))[: max(MINIBATCHES, int(SHARE * len(codes)))]
+            chosen = self._random.permutation(len(features))[: max(MINIBATCHES, int(SHARE * len(features)))]
             for part in np.array_split(chosen, min(MINIBATCHES, len(chosen))):
-                loss = self._errors(codes[part]).mean()
+                loss = self._errors(features[part]).mean()
                 self._adam.zero_grad()
                 loss.backward()
                 self._adam.step()
@@ -118,9 +118,9 @@ class RandomDistillation:
         self._has_learned = True
         return {"curiosity_error": float(np.mean(losses))}
 
-    def _errors(self, codes: NDArray[np.uint8]) -> Tensor:
+    def _errors(self, features: NDArray[np.uint8]) -> Tensor:
         """[M] mean squared error of each observation's prediction."""
-        rows = torch.from_numpy(codes + self._offsets).to(self._device)
+        rows = torch.from_numpy(features + self._offsets).to(self._device)
         scale, shift = (torch.from_numpy(a).float().to(self._device) for a in whitening(self._counts, self._sizes))
         return (self.predictor(rows, scale, shift) - self.target(rows, scale, shift)).square().mean(-1)
 
@@ -135,7 +135,7 @@ class RandomDistillation:
             "growing": self._growing,
             "returns": torch.from_numpy(self._returns.copy()),
             "moments": torch.from_numpy(self._moments.copy()),
-            "pending": [torch.from_numpy(codes) for codes in self._pending],
+            "pending": [torch.from_numpy(features) for features in self._pending],
             "random": self._random.bit_generator.state,
         }
 
@@ -147,11 +147,11 @@ class RandomDistillation:
         for array, name in ((self._counts, "counts"), (self._returns, "returns"), (self._moments, "moments")):
             array[...] = state[name].numpy()
         self._has_learned, self._growing = state["has_learned"], state["growing"]
-        self._pending = [codes.numpy().copy() for codes in state["pending"]]
+        self._pending = [features.numpy().copy() for features in state["pending"]]
         self._random.bit_generator.state = state["random"]
 
 
-class _Features(nn.Module):
+class _Embedding(nn.Module):
     """A layer on whitened one-hot columns and some more, all of H units, with ReLU in between; weights orthogonal."""
 
     def __init__(self, n_rows: int, hidden_size: int, n_layers: int) -> None:

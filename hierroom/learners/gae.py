@@ -30,7 +30,7 @@ def generalized_advantages(
     (Pardo et al. 2018).
 
     Args:
-        rewards: [T, M] float, paid for turn t: within the turn, rewards are already discounted or summed.
+        rewards: [T, M] float, rewarded for turn t: within the turn, rewards are already discounted or summed.
         values: [T, M] float, :math:`V_t` of the observation turn t acted on.
         next_values: [T, M] float, :math:`V'_t` of the observation after turn t: of the next turn, or where the
             return was truncated of the final one; not read where terminated.

@@ -10,11 +10,10 @@ Reinforcement Learning (2021).
     update. `gae.generalized_advantages`.
 3.  A turn of k primitive steps is discounted by ``gamma ** k`` (options: Sutton, Precup & Singh 1999).
 4.  Terminated and truncated are kept apart: a truncated return counts V of its final observation (Pardo et al. 2018).
-    That V is computed with the recurrent state after the turn, without moving the stored state. So is V of the next
-    observation where a sequence is full and its return goes on: the next turn gives it, or before an update the
-    learner computes it for all sequences at once.
+    That V, like the one after the last turn of a sequence, is computed with the recurrent state after the turn,
+    without moving the stored state.
 5.  A reached subgoal ends the return but not the episode: the advantage is cut, the recurrent state goes on.
-6.  Sequences hold the T turns of one agent in one room, whatever other agents did in between; nothing is padded.
+6.  Sequences hold the T turns of one agent in one environment, whatever other agents did in between; nothing is padded.
 7.  A sequence is replayed from the recurrent state stored when it began, and episodes that begin inside it reset the
     state there, so the first epoch sees exactly the probabilities the actions were drawn with (37 details, LSTM 2-5;
     Kapturowski et al. 2019 on stored states). Later epochs use the same, by then slightly stale, stored state.
@@ -52,9 +51,9 @@ from torch import nn
 
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.fused_backend import FusedBackend
+from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
-from hierroom.learners.networks import AgentSpace, PolicyNetwork, RecurrentActorCritic
+from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.policy import Policy
 from hierroom.learners.rollout import Batch, Rollout
 from hierroom.learners.sampling import log_probabilities, sample_actions
@@ -62,14 +61,14 @@ from hierroom.learners.torch_backend import STATISTICS, TorchBackend
 
 
 class Learner:
-    """Trains one agent, in N rooms, from that agent's own turns.
+    """Trains one agent, in N environments, from that agent's own turns.
 
-    A turn begins with `act` and ends with `finish`; any subset of the rooms may do either at a time. When `ready`,
+    A turn begins with `act` and ends with `finish`; any subset of the environments may do either at a time. When `ready`,
     call `update` before the next `act`.
 
     Args:
         space: what the agent sees and can do.
-        n_rooms: rooms N.
+        num_envs: environments N.
         config: hyperparameters.
         seed: of weights, actions and shuffles.
         device: where torch computes, such as ``"cpu"`` or ``"cuda"``.
@@ -78,13 +77,13 @@ class Learner:
             a function; None: `RecurrentActorCritic`.
 
     Raises:
-        InputError: if there is no room or thread, too few rooms for the minibatches, or the network lacks a method.
+        InputError: if there is no environment or thread, too few environments for the minibatches, or the network lacks a method.
     """
 
     def __init__(
         self,
         space: AgentSpace,
-        n_rooms: int,
+        num_envs: int,
         config: PPOConfig,
         *,
         seed: int,
@@ -92,14 +91,14 @@ class Learner:
         threads: int = 1,
         network: Callable[[AgentSpace, int], nn.Module] | None = None,
     ) -> None:
-        if n_rooms < 1:
-            raise InputError(f"a learner needs at least 1 room, not {n_rooms}")
+        if num_envs < 1:
+            raise InputError(f"a learner needs at least 1 environment, not {num_envs}")
         if threads < 1:
             raise InputError(f"a learner needs at least 1 thread, not {threads}")
         self.space = space
         self.config = config
-        self.n_rooms = n_rooms
-        self.sequences_per_update = config.sequences_per_update or n_rooms
+        self.num_envs = num_envs
+        self.sequences_per_update = config.sequences_per_update or num_envs
         if self.sequences_per_update < config.minibatches:
             raise InputError(
                 f"{config.minibatches} minibatches need as many sequences, but an update waits for "
@@ -121,16 +120,15 @@ class Learner:
         else:
             self._backend = TorchBackend(self.network, config, device)
         self._initial_state = self._backend.initial_states(1)  # [1, S]
-        self._states = np.repeat(self._initial_state, n_rooms, axis=0)  # [N, S]
-        self._logits = np.zeros((n_rooms, space.n_actions), np.float32)  # [N, A] of the last turns begun
-        self._next_codes = np.zeros((n_rooms, space.n_columns), np.uint8)  # [N, K] after the last turns finished
-        self._starts_episode = np.ones(n_rooms, bool)
+        self._states = np.repeat(self._initial_state, num_envs, axis=0)  # [N, S]
+        self._logits = np.zeros((num_envs, space.n_actions), np.float32)  # [N, A] of the last turns begun
+        self._starts_episode = np.ones(num_envs, bool)
         self._rollout = Rollout(
-            n_rooms,
+            num_envs,
             config.sequence_length,
-            # Below the threshold, one `finish` can fill a sequence in every room while every room has one.
-            capacity=self.sequences_per_update + n_rooms,
-            n_columns=space.n_columns,
+            # Below the threshold, one `finish` can fill a sequence in every environment while every environment has one.
+            capacity=self.sequences_per_update + num_envs,
+            n_features=space.n_features,
             n_actions=space.n_actions,
             state_size=self._states.shape[1],
         )
@@ -150,92 +148,113 @@ class Learner:
         """Memory of the stored turns in bytes; it never grows."""
         return self._rollout.n_bytes
 
-    def act(self, rooms: NDArray[np.integer], codes: NDArray[np.uint8], masks: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Begin a turn in some rooms: draw actions, store the turns, move these rooms' recurrent states.
+    def act(
+        self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
+    ) -> NDArray[np.int64]:
+        """Begin a turn in some environments: draw actions, store the turns, move these environments' recurrent states.
 
         Args:
-            rooms: [M] int, each once, or none at all; none may have a turn open.
-            codes: [M, K] uint8, each column below its cardinality.
-            masks: [M, A] bool, the legal actions, at least one for each room.
+            envs: [M] int, each once, or none at all; none may have a turn open.
+            features: [M, K] uint8, each column below its cardinality.
+            masks: [M, A] bool, the legal actions, at least one for each environment.
 
         Returns:
             [M] int64 actions, all legal.
 
         Raises:
-            InputError: if a room has no legal action, or a code is outside its column's range.
-            RuntimeError: if a room's last turn has not finished, or `update` is overdue.
+            InputError: if an environment has no legal action, or a feature is outside its column's range.
+            RuntimeError: if a environment's last turn has not finished, or `update` is overdue.
         """
-        self.space.check_codes(rooms, codes)
-        self.space.check_masks(rooms, masks)
-        if self._rollout.is_open[rooms].any():
-            raise RuntimeError("act() was called for a room whose last turn has not finished")
-        if len(rooms) == 0:
+        self.space.check_features(envs, features)
+        self.space.check_masks(envs, masks)
+        if self._rollout.is_open[envs].any():
+            raise RuntimeError("act() was called for an environment whose last turn has not finished")
+        if len(envs) == 0:
             return np.empty(0, np.int64)
-        resets = self._starts_episode[rooms]
-        states = self._states[rooms]
+        resets = self._starts_episode[envs]
+        states = self._states[envs]
         states[resets] = self._initial_state
-        logits, values, self._states[rooms] = self._backend.step(codes, states)
-        self._logits[rooms] = logits
-        actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(rooms)))
-        self._rollout.begin(rooms, states, resets, codes, masks, actions, log_probs, values)
-        self._starts_episode[rooms] = False
+        logits, values, self._states[envs] = self._backend.step(features, states)
+        self._logits[envs] = logits
+        actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(envs)))
+        self._rollout.begin(envs, states, resets, features, masks, actions, log_probs, values)
+        self._starts_episode[envs] = False
         return actions
 
-    def relabel(self, rooms: NDArray[np.integer], actions: NDArray[np.integer]) -> None:
-        """Say that the open turn of some rooms had the effect of another action than it took.
+    def relabel(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> None:
+        """Say that the open turn of some environments had the effect of another action than it took.
 
         Where its advantage comes out positive the turn is learned from as if that action had been taken. An action
         that was not legal when the turn began could not have been taken: nothing is noted.
 
         Args:
-            rooms: [M] int, each with a turn open.
+            envs: [M] int, each with a turn open.
             actions: [M] int, 0 to A - 1.
         """
-        masks = self._rollout.masks(rooms)
-        legal = np.flatnonzero(masks[np.arange(len(rooms)), actions])
-        rooms, actions = rooms[legal], actions[legal]
-        self._rollout.relabel(rooms, actions, log_probabilities(self._logits[rooms], masks[legal], actions))
+        masks = self._rollout.masks(envs)
+        legal = np.flatnonzero(masks[np.arange(len(envs)), actions])
+        envs, actions = envs[legal], actions[legal]
+        self._rollout.relabel(envs, actions, log_probabilities(self._logits[envs], masks[legal], actions))
 
     def finish(
         self,
-        rooms: NDArray[np.integer],
+        envs: NDArray[np.integer],
         rewards: NDArray[np.floating],
         elapsed: NDArray[np.integer],
         terminated: NDArray[np.bool_],
         truncated: NDArray[np.bool_],
-        over: NDArray[np.bool_],
-        next_codes: NDArray[np.uint8],
+        episode_ended: NDArray[np.bool_],
+        last_features: NDArray[np.uint8] | None = None,
     ) -> None:
-        """End the open turn of some rooms.
+        """End the open turn of some environments.
 
         Args:
-            rooms: [M] int, each with a turn open.
-            rewards: [M] float, paid for the turn.
+            envs: [M] int, each with a turn open.
+            rewards: [M] float, for the turn.
             elapsed: [M] int, primitive steps the turn lasted, at least 1.
-            terminated: [M] bool, the return ends here with nothing to come: the exit or the paid subgoal was reached.
-            truncated: [M] bool, the return ends here but would have gone on: a time limit; V(next_codes) stands for
-                the rest.
-            over: [M] bool, the episode ends here, so the next turn starts from the initial recurrent state.
-            next_codes: [M, K] uint8, where the return ends what was seen last in it (with the old goal), else what
-                the agent sees at its next turn.
+            terminated: [M] bool, the return ends here with nothing to come: the exit or the rewarded subgoal was
+                reached.
+            truncated: [M] bool, the return is cut here but would have gone on: a time limit.
+            episode_ended: [M] bool, the next turn starts from the initial recurrent state.
+            last_features: [C, K] uint8, what was observed last in each of the C turns that are truncated and not
+                terminated: its value stands for what would have come. None where there is no such turn.
 
         Raises:
-            RuntimeError: if a room has no turn open.
-            InputError: if an episode is over but its return neither terminated nor truncated, or a code is outside
-                its column's range.
+            RuntimeError: if an environment has no turn open.
+            InputError: if an episode ended but its return neither terminated nor was truncated, or a feature is
+                outside its range.
         """
-        if not self._rollout.is_open[rooms].all():
-            raise RuntimeError("finish() was called for a room in which no turn has begun")
-        self.space.check_codes(rooms, next_codes)
-        if (over & ~(terminated | truncated)).any():
+        if not self._rollout.is_open[envs].all():
+            raise RuntimeError("finish() was called for an environment in which no turn has begun")
+        if (episode_ended & ~(terminated | truncated)).any():
             raise InputError("an episode that is over must be terminated or truncated")
-        next_values = np.zeros(len(rooms), np.float32)
-        cut = np.flatnonzero(truncated & ~terminated)
+        next_values, cut = np.zeros(len(envs), np.float32), np.flatnonzero(truncated & ~terminated)
         if len(cut):
-            next_values[cut] = self._backend.step(next_codes[cut], self._states[rooms[cut]])[1]
-        self._next_codes[rooms] = next_codes
-        self._rollout.finish(rooms, rewards, elapsed, terminated, truncated, next_values)
-        self._starts_episode[rooms[over]] = True
+            if last_features is None:
+                raise InputError(f"{len(cut)} turns are truncated, but there are no last features of them")
+            self.space.check_features(envs[cut], last_features)
+            next_values[cut] = self._backend.step(last_features, self._states[envs[cut]])[1]
+        self._rollout.finish(envs, rewards, elapsed, terminated, truncated, next_values)
+        self._starts_episode[envs[episode_ended]] = True
+
+    def bootstrap(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
+        """Give full sequences whose return goes on the value of what the agent observes at its next turn.
+
+        `act` does so by itself; before an `update` it is to be called for the environments whose next turn has not
+        begun.
+
+        Args:
+            envs: [M] int, each once, none with a turn open.
+            features: [M, K] uint8, what the agent observes there.
+
+        Raises:
+            InputError: if a feature is outside its range.
+        """
+        lacking = np.flatnonzero(self._rollout.awaiting[envs] >= 0)
+        envs, features = envs[lacking], features[lacking]
+        if len(envs):
+            self.space.check_features(envs, features)
+            self._rollout.bootstrap(envs, self._backend.step(features, self._states[envs])[1])
 
     def update(self, progress: float) -> dict[str, float]:
         """Learn from all full sequences and drop them.
@@ -253,10 +272,9 @@ class Learner:
         """
         if not self.ready:
             raise RuntimeError("update() was called before enough sequences were full; ask ready first")
+        if (self._rollout.awaiting >= 0).any():
+            raise RuntimeError("update() was called before bootstrap() was for the next turns")
         config = self.config
-        rooms = np.flatnonzero(self._rollout.awaiting >= 0)
-        if len(rooms):
-            self._rollout.bootstrap(rooms, self._backend.step(self._next_codes[rooms], self._states[rooms])[1])
         batch = self._rollout.take()
         advantages = generalized_advantages(
             batch.rewards,
@@ -287,9 +305,9 @@ class Learner:
             "turns": float(length * n_sequences),
         }
 
-    def policy(self, n_rooms: int, *, seed: int) -> Policy:
-        """What acts in an evaluation: the current weights, but rooms, recurrent states and generator of its own."""
-        return Policy(self._backend, self.space, n_rooms, seed)
+    def policy(self, num_envs: int, *, seed: int) -> Policy:
+        """What acts in an evaluation: the current weights, but environments, recurrent states and generator of its own."""
+        return Policy(self._backend, self.space, num_envs, seed)
 
     def state_dict(self) -> dict:
         """Everything that decides what happens next, so that resumed equals uninterrupted; tensors and plain types."""
@@ -298,7 +316,6 @@ class Learner:
             "rollout": self._rollout.state_dict(),
             "states": torch.from_numpy(self._states.copy()),
             "logits": torch.from_numpy(self._logits.copy()),
-            "next_codes": torch.from_numpy(self._next_codes.copy()),
             "starts_episode": torch.from_numpy(self._starts_episode.copy()),
             "action_random": self._action_random.bit_generator.state,
             "shuffle_random": self._shuffle_random.bit_generator.state,
@@ -309,12 +326,11 @@ class Learner:
         self.network.load_state_dict(state["backend"]["network"])
 
     def load_state_dict(self, state: dict) -> None:
-        """Restore what `state_dict` gave, in a learner with the same space, rooms and config."""
+        """Restore what `state_dict` gave, in a learner with the same space, environments and config."""
         self._backend.load_state_dict(state["backend"])
         self._rollout.load_state_dict(state["rollout"])
         self._states[...] = state["states"].numpy()
         self._logits[...] = state["logits"].numpy()
-        self._next_codes[...] = state["next_codes"].numpy()
         self._starts_episode[...] = state["starts_episode"].numpy()
         self._action_random.bit_generator.state = state["action_random"]
         self._shuffle_random.bit_generator.state = state["shuffle_random"]

@@ -1,8 +1,8 @@
-"""Where finished turns wait for an update: sequences of each room's own turns.
+"""Where finished turns wait for an update: sequences of each environment's own turns.
 
-A room that acts rarely fills its sequence slowly; there is no row for a tick at which it waited. The store is a pool
-of columns ``[T, C]``. Each room writes its turns into one column; a column with T finished turns is full and waits
-for the update, and the room's next turn opens another one, whose initial state is the room's state at that moment.
+An environment that acts rarely fills its sequence slowly; there is no row for a tick at which it waited. The store is a pool
+of columns ``[T, C]``. Each environment writes its turns into one column; a column with T finished turns is full and waits
+for the update, and the environment's next turn opens another one, whose initial state is the environment's state at that moment.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class Batch:
     """Full sequences of turns, T turns by M sequences. All floats are float32."""
 
     initial_states: NDArray[np.float32]  # [M, S] before turn 0
-    codes: NDArray[np.uint8]  # [T, M, K] what the agent saw
+    features: NDArray[np.uint8]  # [T, M, K] what the agent saw
     masks: NDArray[np.bool_]  # [T, M, A] what it was allowed to do
     resets: NDArray[np.bool_]  # [T, M] this turn begins an episode
     actions: NDArray[np.int64]  # [T, M]
@@ -38,21 +38,21 @@ class Rollout:
     """The pool of columns and who writes where.
 
     Args:
-        n_rooms: rooms N, each with at most one turn open.
+        num_envs: environments N, each with at most one turn open.
         length: turns T in a sequence.
         capacity: columns C, at least N.
-        n_columns: entries K of an observation.
+        n_features: entries K of an observation.
         n_actions: actions A.
         state_size: entries S of a recurrent state.
     """
 
     def __init__(
-        self, n_rooms: int, length: int, capacity: int, n_columns: int, n_actions: int, state_size: int
+        self, num_envs: int, length: int, capacity: int, n_features: int, n_actions: int, state_size: int
     ) -> None:
         self.length = length
         self.slots = Batch(
             initial_states=np.zeros((capacity, state_size), np.float32),
-            codes=np.zeros((length, capacity, n_columns), np.uint8),
+            features=np.zeros((length, capacity, n_features), np.uint8),
             masks=np.zeros((length, capacity, n_actions), bool),
             resets=np.zeros((length, capacity), bool),
             actions=np.zeros((length, capacity), np.int64),
@@ -66,10 +66,10 @@ class Rollout:
             hindsight_actions=np.full((length, capacity), -1),
             hindsight_log_probs=np.zeros((length, capacity), np.float32),
         )
-        self.columns = np.full(n_rooms, -1)  # [N] the column a room writes, -1: none yet
-        self.turns = np.zeros(n_rooms, np.int64)  # [N] finished turns in that column
-        self.is_open = np.zeros(n_rooms, bool)  # [N] a turn has begun and not finished
-        self.awaiting = np.full(n_rooms, -1)  # [N] the full column that lacks the value of the next turn, -1: none
+        self.columns = np.full(num_envs, -1)  # [N] the column an environment writes, -1: none yet
+        self.turns = np.zeros(num_envs, np.int64)  # [N] finished turns in that column
+        self.is_open = np.zeros(num_envs, bool)  # [N] a turn has begun and not finished
+        self.awaiting = np.full(num_envs, -1)  # [N] the full column that lacks the value of the next turn, -1: none
         self._free = list(range(capacity))
         self._full: list[int] = []
 
@@ -85,26 +85,26 @@ class Rollout:
 
     def begin(
         self,
-        rooms: NDArray[np.integer],
+        envs: NDArray[np.integer],
         states: NDArray[np.float32],
         resets: NDArray[np.bool_],
-        codes: NDArray[np.uint8],
+        features: NDArray[np.uint8],
         masks: NDArray[np.bool_],
         actions: NDArray[np.int64],
         log_probs: NDArray[np.float32],
         values: NDArray[np.float32],
     ) -> None:
-        """Open a turn in each of ``rooms`` [M]; ``states`` [M, S] are those before the turn, the rest as in `Batch`."""
-        starting = np.flatnonzero(self.columns[rooms] < 0)
+        """Open a turn in each of ``envs`` [M]; ``states`` [M, S] are those before the turn, the rest as in `Batch`."""
+        starting = np.flatnonzero(self.columns[envs] < 0)
         if len(starting):
             if len(starting) > len(self._free):
                 raise RuntimeError("every sequence is full: the learner was ready but update() was not called")
-            self.columns[rooms[starting]] = [self._free.pop(0) for _ in starting]
-            self.slots.initial_states[self.columns[rooms[starting]]] = states[starting]
-        columns, turns = self.columns[rooms], self.turns[rooms]
+            self.columns[envs[starting]] = [self._free.pop(0) for _ in starting]
+            self.slots.initial_states[self.columns[envs[starting]]] = states[starting]
+        columns, turns = self.columns[envs], self.turns[envs]
         slots = self.slots
         slots.resets[turns, columns] = resets
-        slots.codes[turns, columns] = codes
+        slots.features[turns, columns] = features
         slots.masks[turns, columns] = masks
         slots.actions[turns, columns] = actions
         slots.log_probs[turns, columns] = log_probs
@@ -114,51 +114,51 @@ class Rollout:
         before = turns - 1
         follows = (turns > 0) & ~(slots.terminated[before, columns] | slots.truncated[before, columns])
         slots.next_values[before[follows], columns[follows]] = values[follows]
-        self.bootstrap(rooms, values)
-        self.is_open[rooms] = True
+        self.bootstrap(envs, values)
+        self.is_open[envs] = True
 
-    def relabel(self, rooms: NDArray[np.integer], actions: NDArray[np.integer], log_probs: NDArray[np.float32]) -> None:
-        """Note the other actions [M] whose effect the open turns of ``rooms`` [M] had, and their log-probabilities."""
-        columns, turns = self.columns[rooms], self.turns[rooms]
+    def relabel(self, envs: NDArray[np.integer], actions: NDArray[np.integer], log_probs: NDArray[np.float32]) -> None:
+        """Note the other actions [M] whose effect the open turns of ``envs`` [M] had, and their log-probabilities."""
+        columns, turns = self.columns[envs], self.turns[envs]
         self.slots.hindsight_actions[turns, columns] = actions
         self.slots.hindsight_log_probs[turns, columns] = log_probs
 
-    def masks(self, rooms: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """The legal actions [M, A] of the open turns of ``rooms`` [M]."""
-        return self.slots.masks[self.turns[rooms], self.columns[rooms]]
+    def masks(self, envs: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """The legal actions [M, A] of the open turns of ``envs`` [M]."""
+        return self.slots.masks[self.turns[envs], self.columns[envs]]
 
-    def bootstrap(self, rooms: NDArray[np.integer], values: NDArray[np.float32]) -> None:
-        """Give the full columns of ``rooms`` [M] that lack it the value [M] of the turn that follows."""
-        columns = self.awaiting[rooms]
+    def bootstrap(self, envs: NDArray[np.integer], values: NDArray[np.float32]) -> None:
+        """Give the full columns of ``envs`` [M] that lack it the value [M] of the turn that follows."""
+        columns = self.awaiting[envs]
         lacking = columns >= 0
         self.slots.next_values[-1, columns[lacking]] = values[lacking]
-        self.awaiting[rooms] = -1
+        self.awaiting[envs] = -1
 
     def finish(
         self,
-        rooms: NDArray[np.integer],
+        envs: NDArray[np.integer],
         rewards: NDArray[np.floating],
         elapsed: NDArray[np.integer],
         terminated: NDArray[np.bool_],
         truncated: NDArray[np.bool_],
         next_values: NDArray[np.float32],
     ) -> None:
-        """Close the open turn of each of ``rooms`` [M].
+        """Close the open turn of each of ``envs`` [M].
 
-        ``next_values`` [M] are those of truncated turns; elsewhere they must be zero. A column that this fills joins
-        the queue, in the order of ``rooms``; where its return goes on, it lacks a value until `bootstrap` or `begin`.
+        ``next_values`` [M] are those of truncated turns; elsewhere they must be zero. A column that this fills joins the
+        queue, in the order of ``envs``; where its return goes on, it lacks a value until `bootstrap` or `begin`.
         """
-        columns, turns = self.columns[rooms], self.turns[rooms]
+        columns, turns = self.columns[envs], self.turns[envs]
         slots = self.slots
         slots.rewards[turns, columns] = rewards
         slots.elapsed[turns, columns] = elapsed
         slots.terminated[turns, columns] = terminated
         slots.truncated[turns, columns] = truncated
         slots.next_values[turns, columns] = next_values
-        self.is_open[rooms] = False
-        self.turns[rooms] = turns + 1
+        self.is_open[envs] = False
+        self.turns[envs] = turns + 1
         is_full = turns + 1 == self.length
-        full, goes_on = rooms[is_full], ~(terminated | truncated)[is_full]
+        full, goes_on = envs[is_full], ~(terminated | truncated)[is_full]
         self._full.extend(self.columns[full].tolist())
         self.awaiting[full[goes_on]] = self.columns[full[goes_on]]
         self.columns[full] = -1
@@ -183,5 +183,10 @@ class Rollout:
         self._free, self._full = list(state["free"]), list(state["full"])
 
     def _arrays(self) -> dict[str, NDArray]:
-        by_room = {"columns": self.columns, "turns": self.turns, "is_open": self.is_open, "awaiting": self.awaiting}
-        return {**vars(self.slots), **by_room}
+        return {
+            **vars(self.slots),
+            "columns": self.columns,
+            "turns": self.turns,
+            "is_open": self.is_open,
+            "awaiting": self.awaiting,
+        }

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 def sample_actions(
     logits: NDArray[np.floating], masks: NDArray[np.bool_], uniforms: NDArray[np.floating]
 ) -> tuple[NDArray[np.int64], NDArray[np.floating]]:
-    """One action per room from the softmax over its legal actions, by inversion of the distribution function.
+    """One action per environment from the softmax over its legal actions, by inversion of the distribution function.
 
     Args:
         logits: [N, A] float.
@@ -23,29 +23,29 @@ def sample_actions(
     Returns:
         actions [N] int64, always legal, and their log-probabilities [N] among the legal actions.
     """
-    n_rooms, n_actions = logits.shape
-    actions = np.empty(n_rooms, np.int64)
-    log_probs = np.empty(n_rooms, logits.dtype)
-    for room in range(n_rooms):
+    num_envs, n_actions = logits.shape
+    actions = np.empty(num_envs, np.int64)
+    log_probs = np.empty(num_envs, logits.dtype)
+    for env in range(num_envs):
         highest = -math.inf
         for action in range(n_actions):
-            if masks[room, action] and logits[room, action] > highest:
-                highest = logits[room, action]
+            if masks[env, action] and logits[env, action] > highest:
+                highest = logits[env, action]
         total = 0.0
         for action in range(n_actions):
-            if masks[room, action]:
-                total += math.exp(logits[room, action] - highest)
-        left = uniforms[room] * total
+            if masks[env, action]:
+                total += math.exp(logits[env, action] - highest)
+        left = uniforms[env] * total
         # Rounding can leave a little after the last legal action, so that one is taken if none was before.
         chosen = -1
         for action in range(n_actions):
-            if masks[room, action]:
+            if masks[env, action]:
                 chosen = action
-                left -= math.exp(logits[room, action] - highest)
+                left -= math.exp(logits[env, action] - highest)
                 if left < 0:
                     break
-        actions[room] = chosen
-        log_probs[room] = logits[room, chosen] - highest - math.log(total)
+        actions[env] = chosen
+        log_probs[env] = logits[env, chosen] - highest - math.log(total)
     return actions, log_probs
 
 
@@ -60,5 +60,5 @@ def log_probabilities(
 
 
 def greedy_actions(logits: NDArray[np.floating], masks: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """The most probable legal action of each room, the first of equals; arguments as in `sample_actions`."""
+    """The most probable legal action of each environment, the first of equals; arguments as in `sample_actions`."""
     return np.where(masks, logits, -np.inf).argmax(axis=-1)

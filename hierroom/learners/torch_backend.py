@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.networks import PolicyNetwork
+from hierroom.learners.networks.actor_critic import PolicyNetwork
 from hierroom.learners.rollout import Batch
 
 STATISTICS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm")
@@ -41,14 +41,14 @@ class TorchBackend:
         self._adam = torch.optim.Adam(network.parameters(), lr=config.learning_rate, eps=config.adam_epsilon)
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
-        """States of ``n`` rooms at the start of an episode: [n, S]."""
+        """States of ``n`` environments at the start of an episode: [n, S]."""
         with torch.no_grad():
             return self._network.initial_state(n).cpu().numpy()
 
-    def step(self, codes: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """One turn of M rooms: codes [M, K], states [M, S] to logits [M, A], values [M] and new states [M, S]."""
+    def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
+        """One turn of M environments: features [M, K], states [M, S] to logits [M, A], values [M] and new states [M, S]."""
         with torch.no_grad():
-            outputs = self._network.step(self._tensor(codes), self._tensor(states))
+            outputs = self._network.step(self._tensor(features), self._tensor(states))
         logits, values, new_states = (output.cpu().numpy() for output in outputs)
         return logits, values, new_states
 

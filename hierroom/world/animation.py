@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import io
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from hierroom.errors import InputError
+from hierroom.files import write_atomically
 
 
 def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_frame: float = 0.1) -> None:
     """Write pictures of one size as an animated GIF that repeats for ever; the last one stays for a second.
-
-    The file appears whole or not at all.
 
     Args:
         frames: [H, W, 3] uint8 each, at least one.
@@ -30,10 +29,6 @@ def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_f
     if not images:
         raise InputError(f"an animation needs at least one picture, and {path} was given none")
     milliseconds = [round(1000 * seconds_per_frame)] * (len(images) - 1) + [1000]
-    unfinished = Path(f"{path}.part")
-    try:
-        images[0].save(unfinished, format="GIF", save_all=True, append_images=images[1:], duration=milliseconds, loop=0)
-        os.replace(unfinished, path)
-    except OSError as error:
-        unfinished.unlink(missing_ok=True)
-        raise InputError(f"cannot write the animation {path}: {error.strerror}") from error
+    content = io.BytesIO()
+    images[0].save(content, format="GIF", save_all=True, append_images=images[1:], duration=milliseconds, loop=0)
+    write_atomically(path, content.getvalue())

@@ -1,7 +1,7 @@
-"""The world's rules as compiled scalar functions on one room, and the thin drivers that run them over a batch.
+"""The world's rules as compiled scalar functions on one level, and the thin drivers that run them over a batch.
 
-A room is a record of `layout.ROOM` and a grid of tile codes; both are changed in place. All that steps are made of, and
-every constant it reads, stands in this one module, because Numba's disk cache notices a change only in the file of the
+A level under play is a record of `layout.LEVEL` and a grid of tile codes; both are changed in place. All that a step is
+made of, and every constant it reads, stands in this one module, because Numba's disk cache notices a change only in the file of the
 function that is called: after changing a constant, delete ``__pycache__`` for those who read it elsewhere. With
 ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
 """
@@ -22,6 +22,9 @@ MIN_SIDE, MIN_CENTRE = 2, 3  # cells a branch room is deep, and the centre room 
 ROW_STEP = np.array([0, 1, 0, -1])
 COL_STEP = np.array([1, 0, -1, 0])
 
+# What a level can remember of its episode for those who ask for it: bits of ``remembers``, see `layout.MEMORIES`.
+VISITED, EXPLORED, DOORWAYS = 1, 2, 4
+
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
 MIX_2 = np.uint64(0x94D049BB133111EB)
@@ -38,22 +41,22 @@ def mix(bits):
 
 @njit(cache=True)
 def stream_key(seed, index, episode):
-    """The 64-bit key of one room's episode; draw ``i`` of the episode is ``mix(key + i * GOLDEN)``."""
+    """The 64-bit key of one environment's episode; its random number ``i`` is ``mix(key + i * GOLDEN)``."""
     key = mix(np.uint64(seed) + GOLDEN)
     key = mix(key ^ (np.uint64(index) + GOLDEN))
     return mix(key ^ (np.uint64(episode) + GOLDEN))
 
 
 @njit(cache=True)
-def draw(room, bound):
+def random_below(level, bound):
     """The episode's next random whole number in ``0..bound - 1``."""
-    room.draws += np.uint64(1)
-    bits = mix(room.key + room.draws * GOLDEN)
+    level.n_drawn += np.uint64(1)
+    bits = mix(level.key + level.n_drawn * GOLDEN)
     return np.int64(((bits >> np.uint64(32)) * np.uint64(bound)) >> np.uint64(32))
 
 
 @njit(cache=True)
-def place(room, grid, rectangle, forbidden_row, forbidden_col, tile):
+def place(level, grid, rectangle, forbidden_row, forbidden_col, tile):
     """Put a tile on a random empty cell of a rectangle, but not on the forbidden one; returns (row, col)."""
     top, left, bottom, right = rectangle[0], rectangle[1], rectangle[2], rectangle[3]
     free = 0
@@ -61,7 +64,7 @@ def place(room, grid, rectangle, forbidden_row, forbidden_col, tile):
         for col in range(left, right + 1):
             if grid[row, col] == EMPTY and not (row == forbidden_row and col == forbidden_col):
                 free += 1
-    rank = draw(room, free)
+    rank = random_below(level, free)
     for row in range(top, bottom + 1):
         for col in range(left, right + 1):
             if grid[row, col] == EMPTY and not (row == forbidden_row and col == forbidden_col):
@@ -73,15 +76,15 @@ def place(room, grid, rectangle, forbidden_row, forbidden_col, tile):
 
 
 @njit(cache=True)
-def shuffle(room, items):
+def shuffle(level, items):
     """Shuffle a small array in place (Fisher & Yates)."""
     for last in range(items.shape[0] - 1, 0, -1):
-        other = draw(room, last + 1)
+        other = random_below(level, last + 1)
         items[last], items[other] = items[other], items[last]
 
 
 @njit(cache=True)
-def carve(room, grid, branch, side, part, walls, corners):
+def carve(level, grid, branch, side, part, walls, corners):
     """Give a branch room its rectangle on one side of the centre, and its door in the centre's wall.
 
     Args:
@@ -99,7 +102,7 @@ def carve(room, grid, branch, side, part, walls, corners):
     low = MARGIN + 1 if low_corner else first
     high = MARGIN + size - 2 if high_corner else last
     if part != 0:
-        divider = room.divider[side]
+        divider = level.divider[side]
         if part == 1:
             last, high = divider - 1, divider - 1
         else:
@@ -107,73 +110,75 @@ def carve(room, grid, branch, side, part, walls, corners):
     line = walls[side]
     near = line + 1 if is_far else MARGIN + 1
     far = MARGIN + size - 2 if is_far else line - 1
-    door = first + draw(room, last - first + 1)
-    rectangle = room.rectangles[branch + 1]
+    door = first + random_below(level, last - first + 1)
+    rectangle = level.rectangles[branch + 1]
     if is_vertical:
         rectangle[0], rectangle[1], rectangle[2], rectangle[3] = near, low, far, high
-        room.doors_at[branch, 0], room.doors_at[branch, 1] = line, door
+        level.doors_at[branch, 0], level.doors_at[branch, 1] = line, door
     else:
         rectangle[0], rectangle[1], rectangle[2], rectangle[3] = low, near, high, far
-        room.doors_at[branch, 0], room.doors_at[branch, 1] = door, line
+        level.doors_at[branch, 0], level.doors_at[branch, 1] = door, line
     grid[rectangle[0] : rectangle[2] + 1, rectangle[1] : rectangle[3] + 1] = EMPTY
-    grid[room.doors_at[branch, 0], room.doors_at[branch, 1]] = LOCKED_DOOR + room.colours[branch]
+    grid[level.doors_at[branch, 0], level.doors_at[branch, 1]] = LOCKED_DOOR + level.colours[branch]
 
 
 @njit(cache=True)
-def visit(room):
-    """Mark the agent's cell as visited; returns whether it was not."""
-    row, bit = room.row - MARGIN, ONE << np.uint64(room.col - MARGIN)
-    is_new = room.visited[row] & bit == 0
-    room.visited[row] |= bit
+def visit(level):
+    """Mark the agent's cell as visited; returns whether it was not, or False where that is not remembered."""
+    if not level.remembers & VISITED:
+        return False
+    row, bit = level.row - MARGIN, ONE << np.uint64(level.col - MARGIN)
+    is_new = level.visited[row] & bit == 0
+    level.visited[row] |= bit
     return is_new
 
 
 @njit(cache=True)
-def generate(room, grid, graphs):
-    """Begin the room's next episode on a fresh level.
+def generate(level, grid, graphs):
+    """Begin the next episode on a fresh level.
 
     Up to four branch rooms take one side each; a fifth halves one side and a sixth the opposite one as well. Every
     level is solvable by construction: each room is a rectangle at least two cells wide and deep, so that the exit,
     which is never just behind its door, cuts off no cell; keys can be picked up and so never block the way.
     """
-    room.episode += 1
-    room.key = stream_key(room.seed, room.index, room.episode)
-    room.draws = np.uint64(0)
-    graph = graphs[draw(room, graphs.shape[0])]
+    level.episode += 1
+    level.key = stream_key(level.seed, level.index, level.episode)
+    level.n_drawn = np.uint64(0)
+    graph = graphs[random_below(level, graphs.shape[0])]
     n_branches = graph.n_rooms - 1
-    room.n_rooms, room.exit_room = graph.n_rooms, graph.exit_room
-    room.key_rooms[:] = graph.key_rooms
-    room.steps, room.keys, room.doors, room.found, room.seen, room.bag_size = 0, 0, 0, 0, 0, 0
-    room.carried, room.is_over = -1, False
-    room.bag[:], room.rectangles[:], room.opened_at[:] = 0, 0, 0  # nothing of the last episode stays in the state
-    room.doors_at[:], room.keys_at[:], room.doorways[:], room.explored[:] = 0, 0, 0, 0
+    level.n_rooms, level.exit_room = graph.n_rooms, graph.exit_room
+    level.key_rooms[:] = graph.key_rooms
+    level.steps, level.keys, level.doors, level.found, level.seen, level.bag_size = 0, 0, 0, 0, 0, 0
+    level.carried, level.has_ended = -1, False
+    level.bag[:], level.rectangles[:], level.opened_at[:] = 0, 0, 0  # nothing of the last episode stays in the state
+    level.doors_at[:], level.keys_at[:], level.doorways[:], level.explored[:] = 0, 0, 0, 0
 
     for colour in range(6):
-        room.colours[colour] = colour
-    shuffle(room, room.colours)
+        level.colours[colour] = colour
+    shuffle(level, level.colours)
     for branch in range(6):
-        room.branches[room.colours[branch]] = branch
+        level.branches[level.colours[branch]] = branch
 
     # The centre's walls, then which side of the centre each corner of the grid belongs to.
     size = grid.shape[0] - 2 * MARGIN
     depths = (size - 4 - MIN_CENTRE) // 2 - MIN_SIDE + 1
     low, high = MARGIN + 1 + MIN_SIDE, MARGIN + size - 2 - MIN_SIDE
     walls = np.empty(4, np.int64)
-    walls[0], walls[1] = high - draw(room, depths), high - draw(room, depths)
-    walls[2], walls[3] = low + draw(room, depths), low + draw(room, depths)
+    walls[0], walls[1] = high - random_below(level, depths), high - random_below(level, depths)
+    walls[2], walls[3] = low + random_below(level, depths), low + random_below(level, depths)
     for side in range(4):
         first, last = (walls[2], walls[0]) if side % 2 else (walls[3], walls[1])
-        room.divider[side] = first + 2 + draw(room, last - first - 3)
+        level.divider[side] = first + 2 + random_below(level, last - first - 3)
     corners = np.empty((2, 2), np.int64)
     for row in range(2):
         for col in range(2):
-            corners[row, col] = draw(room, 2)
+            corners[row, col] = random_below(level, 2)
 
     # Which room is on which side: slot = side + 4 * part.
     slots = np.empty(6, np.int64)
     for side in range(4):
         slots[side] = side
-    shuffle(room, slots[:4])
+    shuffle(level, slots[:4])
     if n_branches > 4:
         halved = slots[0]
         slots[0], slots[4] = halved + 4, halved + 8
@@ -183,27 +188,27 @@ def generate(room, grid, graphs):
                 if slots[slot] == opposite:
                     slots[slot] = opposite + 4
             slots[5] = opposite + 8
-        shuffle(room, slots[:n_branches])
+        shuffle(level, slots[:n_branches])
         corners[:] = halved % 2
 
     grid[:] = WALL
-    centre = room.rectangles[0]
+    centre = level.rectangles[0]
     centre[0], centre[1], centre[2], centre[3] = walls[3] + 1, walls[2] + 1, walls[1] - 1, walls[0] - 1
     grid[centre[0] : centre[2] + 1, centre[1] : centre[3] + 1] = EMPTY
     for branch in range(n_branches):
-        carve(room, grid, branch, slots[branch] % 4, slots[branch] // 4, walls, corners)
+        carve(level, grid, branch, slots[branch] % 4, slots[branch] // 4, walls, corners)
 
-    door, side = room.doors_at[room.exit_room - 1], slots[room.exit_room - 1] % 4
+    door, side = level.doors_at[level.exit_room - 1], slots[level.exit_room - 1] % 4
     behind_row, behind_col = door[0] + ROW_STEP[side], door[1] + COL_STEP[side]
-    exit_room = room.rectangles[room.exit_room]
-    room.exit_at[0], room.exit_at[1] = place(room, grid, exit_room, behind_row, behind_col, EXIT)
+    exit_room = level.rectangles[level.exit_room]
+    level.exit_at[0], level.exit_at[1] = place(level, grid, exit_room, behind_row, behind_col, EXIT)
     for branch in range(n_branches):
-        home, key_at = room.rectangles[room.key_rooms[branch]], room.keys_at[branch]
-        key_at[0], key_at[1] = place(room, grid, home, -1, -1, KEY + room.colours[branch])
-    row, col = place(room, grid, centre, -1, -1, EMPTY)
-    room.row, room.col, room.direction = row, col, draw(room, 4)
-    room.visited[:] = 0
-    visit(room)
+        home, key_at = level.rectangles[level.key_rooms[branch]], level.keys_at[branch]
+        key_at[0], key_at[1] = place(level, grid, home, -1, -1, KEY + level.colours[branch])
+    row, col = place(level, grid, centre, -1, -1, EMPTY)
+    level.row, level.col, level.direction = row, col, random_below(level, 4)
+    level.visited[:] = 0
+    visit(level)
 
 
 def spread(lit, clear):
@@ -240,16 +245,16 @@ LIGHT = light_table()
 
 
 @njit(cache=True)
-def look(room, grid, view):
+def look(level, grid, view):
     """Write what the agent sees: view[i, j] is i - 3 cells to its right and 6 - j ahead, as in MiniGrid's image.
 
     This is where a step spends most of its time: cells are addressed by one number, cast to unsigned because Numba
     then leaves out Python's negative indices, and rows that no light reaches are not read.
     """
     cells, side = grid.reshape(-1), grid.shape[1]
-    ahead = ROW_STEP[room.direction] * side + COL_STEP[room.direction]
-    right = COL_STEP[room.direction] * side - ROW_STEP[room.direction]
-    leftmost = room.row * side + room.col - (VIEW // 2) * right
+    ahead = ROW_STEP[level.direction] * side + COL_STEP[level.direction]
+    right = COL_STEP[level.direction] * side - ROW_STEP[level.direction]
+    leftmost = level.row * side + level.col - (VIEW // 2) * right
     lit = 1 << (VIEW // 2)
     tiles_seen = 0
     for j in range(VIEW - 1, -1, -1):
@@ -268,153 +273,157 @@ def look(room, grid, view):
                 view[i, j] = tile
                 tiles_seen |= 1 << tile
             leftmost += ahead
-    view[VIEW // 2, VIEW - 1] = EMPTY if room.carried < 0 else KEY + room.colours[room.carried]
+    view[VIEW // 2, VIEW - 1] = EMPTY if level.carried < 0 else KEY + level.colours[level.carried]
     doors_seen = (tiles_seen >> OPEN_DOOR) | (tiles_seen >> LOCKED_DOOR)
-    room.seen |= (tiles_seen >> KEY) & 63 | (doors_seen & 63) << 6 | (tiles_seen >> EXIT & 1) << 12
+    level.seen |= (tiles_seen >> KEY) & 63 | (doors_seen & 63) << 6 | (tiles_seen >> EXIT & 1) << 12
 
 
 @njit(cache=True)
-def look_and_remember(room, grid, view):
-    """Write what the agent sees, and mark those cells as explored."""
-    look(room, grid, view)
-    row_step, col_step = ROW_STEP[room.direction], COL_STEP[room.direction]
+def look_and_remember(level, grid, view):
+    """Write what the agent sees, and mark those cells as explored where that is remembered."""
+    look(level, grid, view)
+    if not level.remembers & EXPLORED:
+        return
+    row_step, col_step = ROW_STEP[level.direction], COL_STEP[level.direction]
     for j in range(VIEW):
         for i in range(VIEW):
             if view[i, j] != UNSEEN:  # so it is not beyond the outer walls
                 ahead, right = VIEW - 1 - j, i - VIEW // 2
-                row = np.uint64(room.row - MARGIN + ahead * row_step + right * col_step)
-                room.explored[row] |= ONE << np.uint64(room.col - MARGIN + ahead * col_step - right * row_step)
+                row = np.uint64(level.row - MARGIN + ahead * row_step + right * col_step)
+                level.explored[row] |= ONE << np.uint64(level.col - MARGIN + ahead * col_step - right * row_step)
 
 
 @njit(cache=True)
-def update_carried(room):
+def update_carried(level):
     """Find the key the agent would drop: the last one picked up whose door is still locked."""
-    room.carried = -1
-    for slot in range(room.bag_size):
-        if not (room.doors >> room.bag[slot]) & 1:
-            room.carried = room.bag[slot]
+    level.carried = -1
+    for slot in range(level.bag_size):
+        if not (level.doors >> level.bag[slot]) & 1:
+            level.carried = level.bag[slot]
 
 
 @njit(cache=True)
-def use_doorway(room, row, col):
-    """Put the door that is opened or walked through now before the one that was."""
-    latest = room.doorways[0]
+def use_doorway(level, row, col):
+    """Put the door that is opened or walked through now before the last one, where doorways are remembered."""
+    if not level.remembers & DOORWAYS:
+        return
+    latest = level.doorways[0]
     if latest[0] != row or latest[1] != col:
-        room.doorways[1] = latest
+        level.doorways[1] = latest
         latest[0], latest[1] = row, col
 
 
 @njit(cache=True)
-def advance(room, grid, action, outcome):
+def advance(level, grid, action, outcome):
     """Let the agent act once; an action that does not apply only costs the step."""
     outcome.event, outcome.is_first, outcome.reward, outcome.terminated = -1, False, 0.0, False
-    row, col = room.row + ROW_STEP[room.direction], room.col + COL_STEP[room.direction]
+    row, col = level.row + ROW_STEP[level.direction], level.col + COL_STEP[level.direction]
     tile = np.int64(grid[row, col])
     if action == FORWARD:
         if tile < KEY or OPEN_DOOR <= tile < LOCKED_DOOR:
-            room.row, room.col = row, col
+            level.row, level.col = row, col
             if tile >= OPEN_DOOR:
-                use_doorway(room, row, col)
+                use_doorway(level, row, col)
             if tile == EXIT:
                 outcome.event, outcome.is_first, outcome.reward, outcome.terminated = 12, True, 1.0, True
     elif action == LEFT:
-        room.direction = (room.direction + 3) & 3
+        level.direction = (level.direction + 3) & 3
     elif action == RIGHT:
-        room.direction = (room.direction + 1) & 3
+        level.direction = (level.direction + 1) & 3
     elif action == PICKUP and KEY <= tile < OPEN_DOOR:
-        branch = room.branches[tile - KEY]
-        outcome.event, outcome.is_first = tile - KEY, not (room.found >> branch) & 1
-        room.keys |= 1 << branch
-        room.found |= 1 << branch
-        room.bag[room.bag_size] = branch
-        room.bag_size += 1
+        branch = level.branches[tile - KEY]
+        outcome.event, outcome.is_first = tile - KEY, not (level.found >> branch) & 1
+        level.keys |= 1 << branch
+        level.found |= 1 << branch
+        level.bag[level.bag_size] = branch
+        level.bag_size += 1
         grid[row, col] = EMPTY
-        update_carried(room)
+        update_carried(level)
     elif action == OPEN and LOCKED_DOOR <= tile < WALL:
-        branch = room.branches[tile - LOCKED_DOOR]
-        if (room.keys >> branch) & 1:
+        branch = level.branches[tile - LOCKED_DOOR]
+        if (level.keys >> branch) & 1:
             outcome.event, outcome.is_first = 6 + tile - LOCKED_DOOR, True
-            room.doors |= 1 << branch
-            room.opened_at[branch] = room.steps + 1
-            use_doorway(room, row, col)
+            level.doors |= 1 << branch
+            level.opened_at[branch] = level.steps + 1
+            use_doorway(level, row, col)
             grid[row, col] = tile - LOCKED_DOOR + OPEN_DOOR
-            update_carried(room)
-    elif action == DROP and room.can_drop and room.carried >= 0 and tile == EMPTY:
-        branch = room.carried
+            update_carried(level)
+    elif action == DROP and level.can_drop and level.carried >= 0 and tile == EMPTY:
+        branch = level.carried
         kept = 0
-        for slot in range(room.bag_size):
-            if room.bag[slot] != branch:
-                room.bag[kept] = room.bag[slot]
+        for slot in range(level.bag_size):
+            if level.bag[slot] != branch:
+                level.bag[kept] = level.bag[slot]
                 kept += 1
-        room.bag_size = kept
-        room.keys &= ~(1 << branch)
-        grid[row, col] = KEY + room.colours[branch]
-        room.keys_at[branch, 0], room.keys_at[branch, 1] = row, col
-        update_carried(room)
+        level.bag_size = kept
+        level.keys &= ~(1 << branch)
+        grid[row, col] = KEY + level.colours[branch]
+        level.keys_at[branch, 0], level.keys_at[branch, 1] = row, col
+        update_carried(level)
     if outcome.is_first:
-        room.visited[:] = 0
-    outcome.is_novel = visit(room)
-    room.steps += 1
-    outcome.truncated = room.steps >= room.max_steps
-    outcome.length = room.steps
-    room.is_over = outcome.terminated or outcome.truncated
+        level.visited[:] = 0
+    outcome.is_novel = visit(level)
+    level.steps += 1
+    outcome.truncated = level.steps >= level.max_steps
+    outcome.length = level.steps
+    level.has_ended = outcome.terminated or outcome.truncated
 
 
 @njit(cache=True)
-def advance_and_look(room, grid, action, outcome):
+def advance_and_look(level, grid, action, outcome):
     """Let the agent act once and see what comes of it."""
-    advance(room, grid, action, outcome)
-    seen = room.seen
-    look_and_remember(room, grid, outcome.tiles)
-    outcome.is_discovery = room.seen != seen
+    advance(level, grid, action, outcome)
+    seen = level.seen
+    look_and_remember(level, grid, outcome.tiles)
+    outcome.is_discovery = level.seen != seen
 
 
 @njit(cache=True, nogil=True)
-def reset_rooms(rooms, grids, graphs, outcomes):
-    """Begin the next episode in every room."""
-    for n in range(rooms.shape[0]):
-        generate(rooms[n], grids[n], graphs)
-        look_and_remember(rooms[n], grids[n], outcomes[n].tiles)
+def reset_levels(levels, grids, graphs, outcomes):
+    """Begin the next episode in every environment."""
+    for n in range(levels.shape[0]):
+        generate(levels[n], grids[n], graphs)
+        look_and_remember(levels[n], grids[n], outcomes[n].tiles)
 
 
 @njit(cache=True, nogil=True)
-def look_rooms(rooms, grids, outcomes):
-    """Write the current view of every room, as after a restored state."""
-    for n in range(rooms.shape[0]):
-        look_and_remember(rooms[n], grids[n], outcomes[n].tiles)
+def look_levels(levels, grids, outcomes):
+    """Write the current view of every environment, as after a restored state."""
+    for n in range(levels.shape[0]):
+        look_and_remember(levels[n], grids[n], outcomes[n].tiles)
 
 
 @njit(cache=True, nogil=True)
-def step_rooms(rooms, grids, actions, outcomes):
-    """Step every room once; in a room whose episode is over nothing happens, and its flags stay as it ended."""
-    for n in range(rooms.shape[0]):
-        if rooms[n].is_over:
+def step_levels(levels, grids, actions, outcomes):
+    """Step every environment once; where the episode has ended nothing happens, and its flags stay as they were."""
+    for n in range(levels.shape[0]):
+        if levels[n].has_ended:
             outcomes[n].event, outcomes[n].is_first, outcomes[n].reward = -1, False, 0.0
             outcomes[n].is_novel, outcomes[n].is_discovery = False, False
         else:
-            advance_and_look(rooms[n], grids[n], actions[n], outcomes[n])
+            advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
             outcomes[n].final_tiles[:] = outcomes[n].tiles
 
 
 @njit(cache=True, nogil=True)
-def step_and_reset_rooms(rooms, grids, graphs, actions, outcomes, finals):
-    """Step every room once; where that ends the episode, keep the final view and room and begin the next episode."""
-    for n in range(rooms.shape[0]):
-        advance_and_look(rooms[n], grids[n], actions[n], outcomes[n])
-        if rooms[n].is_over:
+def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
+    """Step every environment once; where that ends the episode, keep its last view and level and begin the next one."""
+    for n in range(levels.shape[0]):
+        advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
+        if levels[n].has_ended:
             outcomes[n].final_tiles[:] = outcomes[n].tiles
-            finals[n] = rooms[n]
-            generate(rooms[n], grids[n], graphs)
-            look_and_remember(rooms[n], grids[n], outcomes[n].tiles)
+            finals[n] = levels[n]
+            generate(levels[n], grids[n], graphs)
+            look_and_remember(levels[n], grids[n], outcomes[n].tiles)
 
 
 @njit(cache=True, nogil=True)
-def turn_draws(rooms, turns, draws):
-    """Write uniform numbers in [0, 1) [N, K] for each room's turn: fixed by its episode and the turn's number."""
-    for n in range(rooms.shape[0]):
-        key = mix(rooms[n].key ^ mix(np.uint64(turns[n]) + GOLDEN))
-        for k in range(draws.shape[1]):
-            draws[n, k] = (mix(key + np.uint64(k) * GOLDEN) >> np.uint64(11)) * 2.0**-53
+def turn_uniforms(levels, turns, uniforms):
+    """Write uniform numbers in [0, 1) [N, K] for a turn of each environment: fixed by its episode and the turn's number."""
+    for n in range(levels.shape[0]):
+        key = mix(levels[n].key ^ mix(np.uint64(turns[n]) + GOLDEN))
+        for k in range(uniforms.shape[1]):
+            uniforms[n, k] = (mix(key + np.uint64(k) * GOLDEN) >> np.uint64(11)) * 2.0**-53
 
 
 @njit(cache=True, nogil=True)
@@ -431,15 +440,15 @@ def encode_tiles(tiles, triples, observations):
 
 if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
     # As ordinary Python, uint64 scalars warn of the overflow that the generator lives by.
-    reset_rooms = np.errstate(over="ignore")(reset_rooms)
-    turn_draws = np.errstate(over="ignore")(turn_draws)
-    step_and_reset_rooms = np.errstate(over="ignore")(step_and_reset_rooms)
+    reset_levels = np.errstate(episode_ended="ignore")(reset_levels)
+    turn_uniforms = np.errstate(episode_ended="ignore")(turn_uniforms)
+    step_and_reset_levels = np.errstate(episode_ended="ignore")(step_and_reset_levels)
 
 
 def compiled(kernel, *arrays):
     """A kernel for arguments of the same types as these; that its arguments are, the caller vouches for.
 
     Calling a kernel by its name makes Numba look up the types of its arguments each time: with six arrays, four of them
-    records, that takes several times as long as the step of one room.
+    records, that takes several times as long as the step of one environment.
     """
     return kernel.compile(tuple(typeof(array) for array in arrays)) if hasattr(kernel, "compile") else kernel

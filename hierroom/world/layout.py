@@ -1,8 +1,8 @@
-"""How rooms lie in memory: the record of one room, of what a step did, of a goal graph, and the state of a batch."""
+"""How environments lie in memory: the records of a level under play, of what a step did and of a goal graph, and the state."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hierroom.errors import InputError
 from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, GoalGraph
-from hierroom.world.kernels import MARGIN, VIEW
+from hierroom.world.kernels import DOORWAYS, EXPLORED, MARGIN, VIEW, VISITED
 
 MIN_SIZE, MAX_SIZE = 11, 63
 
@@ -22,16 +22,17 @@ def _record(*fields: tuple) -> np.dtype:
 GRAPH = _record(("n_rooms", "i4"), ("exit_room", "i4"), ("key_rooms", "i4", N_COLOURS))
 """A goal graph as kernels read it."""
 
-ROOM = _record(
-    # Where its random numbers come from.
+LEVEL = _record(
+    # Where the random numbers of the environment come from.
     ("seed", "u8"),
-    ("index", "i8"),  # the room's number; a room gives the same episodes in whatever batch it runs
+    ("index", "i8"),  # the environment's number; it gives the same episodes in whatever batch it runs
     ("episode", "i8"),
     ("key", "u8"),
-    ("draws", "u8"),
+    ("n_drawn", "u8"),
     # The rules it is played by.
     ("max_steps", "i4"),
     ("can_drop", "?"),
+    ("remembers", "i4"),  # which of `MEMORIES` are kept, as bits
     # The level. Rows and columns count the margin of walls.
     ("n_rooms", "i4"),
     ("exit_room", "i4"),
@@ -60,7 +61,7 @@ ROOM = _record(
     ("bag", "i4", N_COLOURS),  # branches of the keys held, in the order of pick-up
     ("bag_size", "i4"),
     ("carried", "i4"),  # branch of the key that drop would put down, or -1
-    ("is_over", "?"),
+    ("has_ended", "?"),
 )
 
 OUTCOME = _record(
@@ -77,29 +78,33 @@ OUTCOME = _record(
 )
 
 
+MEMORIES: Mapping[str, int] = {"visited": VISITED, "explored": EXPLORED, "doorways": DOORWAYS}
+"""What a level can remember of its episode, in the fields of `LEVEL` of those names; kept only where it was asked for."""
+
+
 @dataclass(frozen=True)
 class State:
-    """The exact state of some rooms, as plain arrays.
+    """The exact state of N environments, as plain arrays.
 
     Args:
         grids: [N, size + 2 * MARGIN, size + 2 * MARGIN] uint8 tile codes.
-        rooms: [N] records of `ROOM`.
+        levels: [N] records of `LEVEL`.
     """
 
     grids: NDArray[np.uint8]
-    rooms: np.ndarray
+    levels: np.ndarray
 
     def __len__(self) -> int:
-        return len(self.rooms)
+        return len(self.levels)
 
     def __getitem__(self, indices) -> State:
-        """The state of some of the rooms, copied; an integer gives a batch of one."""
+        """The state of some of the environments, copied; an integer gives a batch of one."""
         chosen = np.atleast_1d(np.arange(len(self))[indices])
-        return State(self.grids[chosen], self.rooms[chosen])
+        return State(self.grids[chosen], self.levels[chosen])
 
     def copy(self) -> State:
         """The same state in arrays of its own."""
-        return State(self.grids.copy(), self.rooms.copy())
+        return State(self.grids.copy(), self.levels.copy())
 
     @property
     def size(self) -> int:
@@ -107,14 +112,14 @@ class State:
         return self.grids.shape[1] - 2 * MARGIN
 
 
-def empty_state(batch_size: int, size: int) -> State:
-    """Room for a batch of levels whose episodes have not begun."""
+def empty_state(num_envs: int, size: int) -> State:
+    """The state of environments whose episodes have not begun, all zeros."""
     if not isinstance(size, (int, np.integer)) or not MIN_SIZE <= size <= MAX_SIZE:
         raise InputError(f"size must be a whole number from {MIN_SIZE} to {MAX_SIZE}, not {size}")
-    if not isinstance(batch_size, (int, np.integer)) or batch_size < 1:
-        raise InputError(f"the number of rooms must be a whole number of at least 1, not {batch_size!r}")
+    if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
+        raise InputError(f"num_envs must be a whole number of at least 1, not {num_envs!r}")
     side = size + 2 * MARGIN
-    return State(np.zeros((batch_size, side, side), np.uint8), np.zeros(batch_size, ROOM))
+    return State(np.zeros((num_envs, side, side), np.uint8), np.zeros(num_envs, LEVEL))
 
 
 def graph_records(graphs: Sequence[GoalGraph]) -> np.ndarray:

@@ -51,17 +51,17 @@ TILE_TABLE = _tile_table()
 
 
 @njit(cache=True)
-def room_at(room, row, col):
+def room_at(level, row, col):
     """The room that a cell belongs to, or -1 for a doorway."""
-    for r in range(room.n_rooms):
-        top, left, bottom, right = room.rectangles[r]
+    for r in range(level.n_rooms):
+        top, left, bottom, right = level.rectangles[r]
         if top <= row <= bottom and left <= col <= right:
             return r
     return -1
 
 
 @njit(cache=True)
-def survey(room, grid, tile_table, kind, colour):
+def survey(level, grid, tile_table, kind, colour):
     """What stands between the agent and a goal.
 
     Returns:
@@ -78,53 +78,53 @@ def survey(room, grid, tile_table, kind, colour):
         for col in range(side):
             tile = tile_table[grid[row, col]]
             if tile[0] == A_KEY:
-                key_cells[room.branches[tile[1]]] = row * side + col
+                key_cells[level.branches[tile[1]]] = row * side + col
             elif tile[0] == THE_EXIT:
                 exit_cell = row * side + col
 
-    agent = room.row * side + room.col
-    branch = room.branches[colour]
-    exists = kind == THE_EXIT or branch < room.n_rooms - 1
+    agent = level.row * side + level.col
+    branch = level.branches[colour]
+    exists = kind == THE_EXIT or branch < level.n_rooms - 1
     if kind == THE_EXIT:
-        target, goal_room, is_achieved = exit_cell, room.exit_room, agent == exit_cell
+        target, goal_room, is_achieved = exit_cell, level.exit_room, agent == exit_cell
     elif kind == A_DOOR:
-        door = room.doors_at[branch]
-        target, goal_room, is_achieved = door[0] * side + door[1], branch + 1, (room.doors >> branch) & 1 == 1
+        door = level.doors_at[branch]
+        target, goal_room, is_achieved = door[0] * side + door[1], branch + 1, (level.doors >> branch) & 1 == 1
     else:
         target, is_achieved = key_cells[branch], key_cells[branch] < 0
-        goal_room = 0 if is_achieved else room_at(room, target // side, target % side)
+        goal_room = 0 if is_achieved else room_at(level, target // side, target % side)
     if not exists or (agent == exit_cell and kind != THE_EXIT):
         return -2, terrain, 0, key_cells[:0]
     if is_achieved:
         return -1, terrain, 0, key_cells[:0]
 
     # The chain of doors, last one first, and the rooms worth entering.
-    is_needed = np.zeros(room.n_rooms, np.bool_)
+    is_needed = np.zeros(level.n_rooms, np.bool_)
     is_needed[0] = True
-    own_room = room_at(room, room.row, room.col)
+    own_room = room_at(level, level.row, level.col)
     is_needed[max(own_room, 0)] = True
     chain = np.empty(6, np.int64)
     n_doors, r = 0, goal_room
     while r > 0 and n_doors < 6:
         is_needed[r] = True
-        if (room.doors >> (r - 1)) & 1:
+        if (level.doors >> (r - 1)) & 1:
             break
         chain[n_doors] = r - 1
         n_doors += 1
         key_cell = key_cells[r - 1]
-        r = 0 if key_cell < 0 else room_at(room, key_cell // side, key_cell % side)
+        r = 0 if key_cell < 0 else room_at(level, key_cell // side, key_cell % side)
 
     terrain[agent] = FREE
     key_bits = np.zeros(6, np.int64)
     n_keys = 0
-    for r in range(room.n_rooms):
+    for r in range(level.n_rooms):
         if is_needed[r]:
-            top, left, bottom, right = room.rectangles[r]
+            top, left, bottom, right = level.rectangles[r]
             for row in range(top, bottom + 1):
                 terrain[row * side + left : row * side + right + 1] = FREE
             if r > 0:
-                terrain[room.doors_at[r - 1, 0] * side + room.doors_at[r - 1, 1]] = FREE
-    for other in range(room.n_rooms - 1):
+                terrain[level.doors_at[r - 1, 0] * side + level.doors_at[r - 1, 1]] = FREE
+    for other in range(level.n_rooms - 1):
         if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:
             terrain[key_cells[other]] = FIRST_KEY + n_keys
             key_bits[other] = 1 << n_keys
@@ -135,12 +135,12 @@ def survey(room, grid, tile_table, kind, colour):
     for place in range(n_doors):
         door_branch = chain[n_doors - 1 - place]
         needs[place] = key_bits[door_branch]
-        terrain[room.doors_at[door_branch, 0] * side + room.doors_at[door_branch, 1]] = FIRST_DOOR + place
+        terrain[level.doors_at[door_branch, 0] * side + level.doors_at[door_branch, 1]] = FIRST_DOOR + place
     return target, terrain, n_keys, needs
 
 
 @njit(cache=True, nogil=True)
-def solve(room, grid, tile_table, kind, colour):
+def solve(level, grid, tile_table, kind, colour):
     """The fewest actions that achieve a goal.
 
     A node is ``layer << layer_shift | cell << 2 | direction``; its layer is ``doors opened << n_keys | keys taken``.
@@ -149,7 +149,7 @@ def solve(room, grid, tile_table, kind, colour):
         The actions in the search's numbering, int64, and their number: 0 if the goal is achieved already, -1 if the
         level does not have it or the episode has ended on the exit.
     """
-    target, terrain, n_keys, needs = survey(room, grid, tile_table, kind, colour)
+    target, terrain, n_keys, needs = survey(level, grid, tile_table, kind, colour)
     if target < 0:
         return needs[:0], target + 1
     side = grid.shape[1]
@@ -163,7 +163,7 @@ def solve(room, grid, tile_table, kind, colour):
     reached_by = np.zeros(n_nodes, np.uint8)  # one more than the action that first reached the node
     queue = np.empty(n_nodes, np.int32)
     parents = np.empty(n_nodes, np.int32)  # where in the queue the node before it stands
-    queue[0] = (room.row * side + room.col) << 2 | room.direction
+    queue[0] = (level.row * side + level.col) << 2 | level.direction
     reached_by[queue[0]] = 1
     head, tail = 0, 1
     while head < tail:
@@ -215,18 +215,18 @@ def trace(queue, parents, reached_by, last, final_action):
 
 
 @njit(cache=True, nogil=True)
-def solve_rooms(rooms, grids, tile_table, kinds, colours, lengths):
-    """Write the length of the shortest solution of every room."""
-    for n in range(rooms.shape[0]):
-        _, lengths[n] = solve(rooms[n], grids[n], tile_table, kinds[n], colours[n])
+def solve_levels(levels, grids, tile_table, kinds, colours, lengths):
+    """Write the length of the shortest solution of every environment."""
+    for n in range(levels.shape[0]):
+        _, lengths[n] = solve(levels[n], grids[n], tile_table, kinds[n], colours[n])
 
 
 def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.int64]:
-    """The number of actions in the shortest solution of every room.
+    """The number of actions in the shortest solution of every environment.
 
     Args:
-        state: N rooms, of whatever graphs.
-        goals: goal id 0 to 12, one for all rooms or [N].
+        state: N environments, of whatever graphs.
+        goals: goal id 0 to 12, one for all environments or [N].
 
     Returns:
         [N] int64; 0 where the goal is achieved already (the key is held, the door is open, the agent stands on the
@@ -239,7 +239,7 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
     if ids.dtype.kind not in "iu" or (len(ids) and not 0 <= ids.min() <= ids.max() < N_GOALS):
         raise InputError(f"goals are whole numbers from 0 to {N_GOALS - 1}, not {goals}")
     lengths = np.empty(len(state), np.int64)
-    solve_rooms(state.rooms, state.grids, TILE_TABLE, ids // N_COLOURS, ids % N_COLOURS, lengths)
+    solve_levels(state.levels, state.grids, TILE_TABLE, ids // N_COLOURS, ids % N_COLOURS, lengths)
     return lengths
 
 
@@ -247,20 +247,22 @@ def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
     """The shortest sequence of actions that achieves a goal; one of them, where there are several.
 
     Args:
-        state: one room.
+        state: one environment.
         goal: goal id 0 to 12, the exit by default.
 
     Returns:
         [length] int64, empty if the goal is achieved already. A path to a key or a door never steps on the exit.
 
     Raises:
-        InputError: if the state holds more than one room, or the goal is none or cannot be achieved.
+        InputError: if the state holds more than one environment, or the goal is none or cannot be achieved.
     """
     if len(state) != 1:
-        raise InputError(f"the shortest actions are those of one room; the state holds {len(state)}: index it first")
+        raise InputError(
+            f"the shortest actions are those of one environment; the state holds {len(state)}: index it first"
+        )
     if not isinstance(goal, (int, np.integer)) or not 0 <= goal < N_GOALS:
         raise InputError(f"a goal is a whole number from 0 to {N_GOALS - 1}, not {goal!r}")
-    path, length = solve(state.rooms[0], state.grids[0], TILE_TABLE, goal // N_COLOURS, goal % N_COLOURS)
+    path, length = solve(state.levels[0], state.grids[0], TILE_TABLE, goal // N_COLOURS, goal % N_COLOURS)
     if length < 0:
         raise InputError(f"the goal {GOAL_NAMES[goal]} cannot be achieved: the level has none, or the episode is over")
     return ACTIONS[path]

@@ -1,4 +1,4 @@
-"""What a room looks like: a picture in MiniGrid's look, and text for a terminal.
+"""What a level looks like: a picture in MiniGrid's look, and text for a terminal.
 
 MiniGrid is imported when the first picture is asked for: it loads pygame and registers more than 100 environments,
 which a program that only trains should not pay for.
@@ -30,11 +30,11 @@ def default_tile_size(size: int) -> int:
     return max(8, min(32, 800 // size))
 
 
-def draw(state: State, goal: int = NO_GOAL, tile_size: int = 32) -> NDArray[np.uint8]:
-    """A picture of one room as MiniGrid draws it, what the agent sees highlighted.
+def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32) -> NDArray[np.uint8]:
+    """A picture of one level as MiniGrid draws it, what the agent sees highlighted.
 
     Args:
-        state: one room.
+        state: one environment.
         goal: the current subgoal's id; its cell gets an outline, and its name is written across the lower outer wall,
             so that the picture is equally large with and without one.
         tile_size: pixels of a cell's side, at least 1.
@@ -45,12 +45,12 @@ def draw(state: State, goal: int = NO_GOAL, tile_size: int = 32) -> NDArray[np.u
     _check(state, goal)
     if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
         raise InputError(f"tile_size must be a whole number of at least 1, not {tile_size!r}")
-    tiles, room, size = _tiles(state), state.rooms[0], state.size
+    tiles, level, size = _tiles(state), state.levels[0], state.size
     is_seen = _seen(state)
-    agent = room.row - MARGIN, room.col - MARGIN
+    agent = level.row - MARGIN, level.col - MARGIN
     frame = np.empty((size, tile_size, size, tile_size, 3), np.uint8)
     for row, col in np.ndindex(size, size):
-        direction = int(room.direction) if (row, col) == agent else None
+        direction = int(level.direction) if (row, col) == agent else None
         frame[row, :, col] = _tile_picture(int(tiles[row, col]), direction, bool(is_seen[row, col]), int(tile_size))
     for row, col in _cells_of(goal, tiles):
         _outline(frame[row, :, col])
@@ -61,32 +61,32 @@ def draw(state: State, goal: int = NO_GOAL, tile_size: int = 32) -> NDArray[np.u
 
 
 def text(state: State, goal: int = NO_GOAL) -> str:
-    """One room as coloured text, two characters a cell, below it a line on the agent and one on the subgoal.
+    """One level as coloured text, two characters a cell, below it a line on the agent and one on the subgoal.
 
     The agent is ``>>``, ``vv``, ``<<`` or ``^^``, a key ``k``, a locked door ``D``, an open door ``d``, each with the
     initial of its colour (``w`` for grey), and the exit ``EX``.
 
     Args:
-        state: one room.
+        state: one environment.
         goal: the current subgoal's id.
     """
     _check(state, goal)
-    tiles, room = _tiles(state), state.rooms[0]
+    tiles, level = _tiles(state), state.levels[0]
     lines = []
     for row, tiles_in_row in enumerate(tiles):
         cells = [_characters(int(tile)) for tile in tiles_in_row]
-        if row == room.row - MARGIN:
-            cells[room.col - MARGIN] = _in_colour((">>", "vv", "<<", "^^")[room.direction], 0)
+        if row == level.row - MARGIN:
+            cells[level.col - MARGIN] = _in_colour((">>", "vv", "<<", "^^")[level.direction], 0)
         lines.append("".join(cells))
-    held = [COLOURS[room.colours[branch]] for branch in range(room.n_rooms - 1) if (room.keys >> branch) & 1]
-    lines.append(f"step {room.steps} of {room.max_steps}, keys: {', '.join(held) or 'none'}")
+    held = [COLOURS[level.colours[branch]] for branch in range(level.n_rooms - 1) if (level.keys >> branch) & 1]
+    lines.append(f"step {level.steps} of {level.max_steps}, keys: {', '.join(held) or 'none'}")
     if goal != NO_GOAL:
         lines.append(f"subgoal: {GOAL_NAMES[goal]}")
     return "\n".join(lines)
 
 
 class Screen:
-    """Shows one room in the way an environment's ``render_mode`` asks for.
+    """Shows one level in the way an environment's ``render_mode`` asks for.
 
     Args:
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"``, or None to show nothing.
@@ -104,14 +104,14 @@ class Screen:
     def show(self, state: State, goal: int = NO_GOAL) -> None:
         """Bring the window up to date, if there is one: for every reset and step."""
         if self._window is not None:
-            self._window.show(draw(state, goal, default_tile_size(state.size)))
+            self._window.show(draw_level(state, goal, default_tile_size(state.size)))
 
     def render(self, state: State, goal: int = NO_GOAL) -> str | NDArray[np.uint8] | None:
-        """The room as text or as a picture [H, W, 3]; None where a window shows it, or nothing does."""
+        """The level as text or as a picture [H, W, 3]; None where a window shows it, or nothing does."""
         if self.render_mode == "ansi":
             return text(state, goal)
         if self.render_mode == "rgb_array":
-            return draw(state, goal, default_tile_size(state.size))
+            return draw_level(state, goal, default_tile_size(state.size))
         self.show(state, goal)
         return None
 
@@ -123,7 +123,7 @@ class Screen:
 
 def _check(state: State, goal: int) -> None:
     if len(state) != 1:
-        raise InputError(f"a picture shows one room; the state holds {len(state)}: index it first")
+        raise InputError(f"a picture shows one environment; the state holds {len(state)}: index it first")
     if not isinstance(goal, (int, np.integer)) or not NO_GOAL <= goal <= EXIT_GOAL:
         raise InputError(f"a goal is a whole number from 0 to {EXIT_GOAL}, or {NO_GOAL} for none, not {goal!r}")
 
@@ -134,15 +134,15 @@ def _tiles(state: State) -> NDArray[np.uint8]:
 
 def _seen(state: State) -> NDArray[np.bool_]:
     """Which cells of the grid the agent sees now."""
-    scratch, outcomes = state.copy(), np.zeros(1, OUTCOME)  # looking changes the room: it remembers what it saw
-    kernels.look_rooms(scratch.rooms, scratch.grids, outcomes)
-    room = state.rooms[0]
-    ahead = kernels.ROW_STEP[room.direction], kernels.COL_STEP[room.direction]
-    right = kernels.ROW_STEP[(room.direction + 1) % 4], kernels.COL_STEP[(room.direction + 1) % 4]
+    scratch, outcomes = state.copy(), np.zeros(1, OUTCOME)  # looking changes the level: it remembers what it saw
+    kernels.look_levels(scratch.levels, scratch.grids, outcomes)
+    level = state.levels[0]
+    ahead = kernels.ROW_STEP[level.direction], kernels.COL_STEP[level.direction]
+    right = kernels.ROW_STEP[(level.direction + 1) % 4], kernels.COL_STEP[(level.direction + 1) % 4]
     i, j = np.nonzero(outcomes["tiles"][0] != UNSEEN)
     is_seen = np.zeros(state.grids.shape[1:], bool)
-    rows = room.row + (VIEW - 1 - j) * ahead[0] + (i - VIEW // 2) * right[0]
-    cols = room.col + (VIEW - 1 - j) * ahead[1] + (i - VIEW // 2) * right[1]
+    rows = level.row + (VIEW - 1 - j) * ahead[0] + (i - VIEW // 2) * right[0]
+    cols = level.col + (VIEW - 1 - j) * ahead[1] + (i - VIEW // 2) * right[1]
     is_seen[rows, cols] = True
     return is_seen[MARGIN:-MARGIN, MARGIN:-MARGIN]
 

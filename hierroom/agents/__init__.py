@@ -1,0 +1,1 @@
+"""What acts and learns in the place of ``meta_0`` and ``controller_0``."""

@@ -1,0 +1,62 @@
+"""Curiosity: what the controller is rewarded with, besides, for what is new to it in its environments."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.agents.features import GOAL_FEATURES, Features
+from hierroom.controller import Observation
+from hierroom.errors import InputError
+from hierroom.learners.distillation import RandomNetworkDistillation
+
+NOT_OF_THE_LEVEL = (*GOAL_FEATURES, "doorway-places", "frontier-places", "previous-action")
+
+
+class Curiosity:
+    """Random network distillation of what the controller observes of its levels: no goals, nothing of what it did.
+
+    Args:
+        features: the controller's.
+        num_envs: environments N.
+        weight: of the curiosity in the reward; the exit gives 1.
+        gamma: discount of the curiosity's returns.
+        seed: of weights and minibatches.
+        device: where torch computes.
+
+    Raises:
+        InputError: if the weight is negative or not a number, or the features show nothing of the level.
+    """
+
+    STATISTICS: Sequence[str] = ("curiosity_error",)
+
+    def __init__(
+        self, features: Features, num_envs: int, weight: float, *, gamma: float, seed: int, device: str
+    ) -> None:
+        if not 0 <= weight < math.inf:
+            raise InputError(f"curiosity_weight must be a number of at least 0, not {weight}")
+        names = [name for name in features.names if name not in NOT_OF_THE_LEVEL]
+        self.features = Features(names, features.n_actions)
+        self._weight = weight
+        self._distillation = RandomNetworkDistillation(
+            self.features.cardinalities, num_envs, gamma=gamma, seed=seed, device=device
+        )
+
+    def rewards(self, observation: Observation) -> NDArray[np.float64]:
+        """[N] the reward for a step just taken, by what was observed after it, still in the same episode."""
+        return self._weight * self._distillation.rewards(self.features.encode(observation))
+
+    def learn(self) -> dict[str, float]:
+        """Get used to what was observed since the last call; returns `STATISTICS` by name."""
+        return self._distillation.learn()
+
+    def state_dict(self) -> dict:
+        """Everything that decides what happens next, as tensors and plain types."""
+        return self._distillation.state_dict()
+
+    def load_state_dict(self, state: dict) -> None:
+        """Restore what `state_dict` gave."""
+        self._distillation.load_state_dict(state)

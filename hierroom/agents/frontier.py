@@ -1,0 +1,66 @@
+"""Where there is more to be seen: floor that was in view this episode, beside a cell that was not (Yamauchi 1997)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from hierroom.world.kernels import MARGIN, ONE
+from hierroom.world.layout import MAX_SIZE
+
+
+@njit(cache=True)
+def nearest_frontiers(levels: np.ndarray) -> NDArray[np.int64]:
+    """The frontier cells nearest to the agents, in rows and columns added up; of equals the first by row and column.
+
+    Floor is what lies in a room or is an open door.
+
+    Args:
+        levels: [M] records of `layout.LEVEL`, which remember what was explored.
+
+    Returns:
+        [M, 2, 2] (row, col) of the nearest in the room where the agent stands, and of the nearest anywhere else, zeros
+        where there is none; an agent in a doorway stands in no room.
+    """
+    cells = np.zeros((levels.shape[0], 2, 2), np.int64)
+    for m in range(levels.shape[0]):
+        level = levels[m]
+        for number in range(level.n_rooms):
+            top, left, bottom, right = level.rectangles[number]
+            is_here = top <= level.row <= bottom and left <= level.col <= right
+            nearest = cells[m, 0 if is_here else 1]
+            inside = (ONE << np.uint64(right - left + 1)) - ONE
+            for row in range(top, bottom + 1):
+                frontier, col = (_frontier(level, row) >> np.uint64(left - MARGIN)) & inside, left
+                while frontier:
+                    if frontier & ONE:
+                        _keep_nearer(level, row, col, nearest)
+                    frontier >>= ONE
+                    col += 1
+        for branch in range(level.n_rooms - 1):
+            row, col = level.doors_at[branch]
+            if (level.doors >> branch) & 1 and (_frontier(level, row) >> np.uint64(col - MARGIN)) & ONE:
+                _keep_nearer(level, row, col, cells[m, 1])
+    return cells
+
+
+@njit(cache=True)
+def _frontier(level, row):
+    """Bits of the cells of a row that were seen, but not all four beside them."""
+    line = row - MARGIN
+    seen = level.explored[line]
+    return seen & ~((seen << ONE) & (seen >> ONE) & level.explored[line - 1] & level.explored[line + 1])
+
+
+@njit(cache=True)
+def _keep_nearer(level, row, col, nearest):
+    """Make a cell the nearest one, if it is."""
+    if nearest[0] == 0 or _rank(level, row, col) < _rank(level, nearest[0], nearest[1]):
+        nearest[0], nearest[1] = row, col
+
+
+@njit(cache=True)
+def _rank(level, row, col):
+    """A number that grows with the distance, then with the row, then with the column."""
+    return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 2 * MAX_SIZE + col

@@ -1,0 +1,93 @@
+"""The learned meta-controller's network: one recurrent core that all colours share."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+
+from hierroom.errors import InputError
+from hierroom.goals import N_COLOURS, N_GOALS
+from hierroom.learners.networks.actor_critic import AgentSpace
+from hierroom.learners.networks.encoder import FeatureEncoder
+from hierroom.learners.networks.recurrent import ResetLSTM
+
+_PARTS = N_COLOURS + 1
+"""A colour has a key and a door, and the exit stands for itself."""
+
+
+class GoalNetwork(nn.Module):
+    r"""An actor-critic over goals that treats all colours alike.
+
+    Colours are drawn anew for each episode, so what is learned of one holds for all. Each of the P = 7 parts of a
+    level, six colours and the exit, has a recurrent state of its own under shared weights, and sees itself and the
+    mean of all (deep sets: Zaheer et al. 2017). With encoder E (one for colours, one for the exit) and inputs x:
+
+    .. math::
+        e_p = E(x_p), \qquad h_p = \mathrm{LSTM}\big(e_p, \tfrac1P \sum_q e_q\big), \qquad
+        \bar h = \tfrac1P \sum_q h_q
+
+    Logits of a colour's key and door are linear in :math:`(h_p, \bar h)`, those of the exit and of 'no goal' in
+    the exit's state, the value in :math:`\bar h`. Permuting colours permutes keys' and doors' logits likewise.
+
+    Keeps the protocol `hierroom.learners.PolicyNetwork`; a state is [N, P * 2 H], the parts side by side.
+
+    Args:
+        space: inputs with one column for each of the 13 goal ids, one after the other, and 14 actions.
+        hidden_size: units H of encoders and core.
+
+    Raises:
+        InputError: if there are other columns.
+    """
+
+    def __init__(self, space: AgentSpace, hidden_size: int) -> None:
+        super().__init__()
+        cardinalities = space.cardinalities
+        if space.n_features % N_GOALS:
+            raise InputError(
+                f"meta_features have one number for each of {N_GOALS} goals, not {space.n_features} in all"
+            )
+        by_input = [cardinalities[i : i + N_GOALS] for i in range(0, space.n_features, N_GOALS)]
+        self._n_inputs = len(by_input)
+        self._hidden_size = hidden_size
+        of_colour = [(row[0], row[N_COLOURS]) for row in by_input]
+        self.colour_encoder = FeatureEncoder([c for pair in zip(*of_colour, strict=True) for c in pair], hidden_size)
+        self.exit_encoder = FeatureEncoder([row[-1] for row in by_input], hidden_size)
+        self.core = ResetLSTM(2 * hidden_size, hidden_size)
+        self.colour_head = nn.Linear(2 * hidden_size, 2)
+        self.exit_head = nn.Linear(hidden_size, 2)
+        self.value_head = nn.Linear(hidden_size, 1)
+        for head, gain in ((self.colour_head, 0.01), (self.exit_head, 0.01), (self.value_head, 1.0)):
+            nn.init.orthogonal_(head.weight, gain)  # as in `RecurrentActorCritic`
+            nn.init.zeros_(head.bias)
+
+    def initial_state(self, n: int) -> Tensor:
+        """Zeros [n, P * 2 H]."""
+        return self.core.weight.new_zeros(n, _PARTS * 2 * self._hidden_size)
+
+    def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """One turn; see `PolicyNetwork.step`. Each part is a row of its own to the core."""
+        n = len(features)
+        hidden, state = self.core.step(self._encode(features).flatten(0, 1), state.reshape(n * _PARTS, -1))
+        return *self._heads(hidden.reshape(n, _PARTS, -1)), state.reshape(n, -1)
+
+    def sequence(self, features: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
+        """T turns in a row; see `PolicyNetwork.sequence`."""
+        length, n = resets.shape
+        states, resets = state.reshape(n * _PARTS, -1), resets.repeat_interleave(_PARTS, dim=1)
+        hidden = self.core.sequence(self._encode(features).flatten(1, 2), states, resets)
+        return self._heads(hidden.reshape(length, n, _PARTS, -1))
+
+    def _encode(self, features: Tensor) -> Tensor:
+        """[..., K] features to [..., P, 2 H]: each part and the mean of all."""
+        by_input = features.unflatten(-1, (self._n_inputs, N_GOALS))  # [..., I, 13]
+        keys, doors, exits = by_input.split((N_COLOURS, N_COLOURS, 1), dim=-1)
+        colours = self.colour_encoder(torch.cat([keys, doors], dim=-2).transpose(-1, -2))  # [..., 6, H]
+        parts = torch.cat([colours, self.exit_encoder(exits.transpose(-1, -2))], dim=-2)  # [..., P, H]
+        return torch.cat([parts, parts.mean(-2, keepdim=True).expand_as(parts)], dim=-1)
+
+    def _heads(self, hidden: Tensor) -> tuple[Tensor, Tensor]:
+        """[..., P, H] to logits [..., 14] of keys, doors, exit and no goal, and values [...]."""
+        mean, colours = hidden.mean(-2), hidden[..., :N_COLOURS, :]
+        beside = mean.unsqueeze(-2).expand_as(colours)
+        keys, doors = self.colour_head(torch.cat([colours, beside], dim=-1)).unbind(-1)  # [..., 6] each
+        return torch.cat([keys, doors, self.exit_head(hidden[..., -1, :])], dim=-1), self.value_head(mean).squeeze(-1)

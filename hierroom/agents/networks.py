@@ -1,0 +1,86 @@
+"""The controller's network: those that ship, and how a user's own is found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import torch
+from numpy.typing import NDArray
+from torch import nn
+
+from hierroom.errors import InputError
+from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
+from hierroom.learners.networks.modular import ModularActorCritic
+from hierroom.plugins import in_one_line, load_plugin
+
+ENTRY_POINT_GROUP = "hierroom.networks"
+Vectors = Sequence[NDArray | None] | None
+
+
+@dataclass(frozen=True)
+class Network:
+    """A network that ships.
+
+    Args:
+        make: builds it from a space, a hidden size and how values are fed (see `FeatureEncoder`).
+        first_features: names in `features.FEATURES` that it reads before all other features, whatever they are.
+    """
+
+    make: Callable[[AgentSpace, int, Vectors], nn.Module]
+    first_features: tuple[str, ...] = ()
+
+
+NETWORKS: Mapping[str, Network] = {
+    "recurrent": Network(RecurrentActorCritic),
+    "modular": Network(ModularActorCritic, ("symbol",)),
+}
+"""The networks that ship, by the name users type."""
+
+
+def first_features(spec: str) -> tuple[str, ...]:
+    """The features that a network reads whatever else it reads."""
+    return NETWORKS[spec].first_features if spec in NETWORKS else ()
+
+
+def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vectors) -> nn.Module:
+    """The network a user means, tried once.
+
+    Args:
+        spec: a name in `NETWORKS`; the name of an entry point in the group ``hierroom.networks``; or
+            ``package.module:Class``, a `torch.nn.Module` that keeps the `PolicyNetwork` protocol.
+        space: what the agent sees and can do.
+        hidden_size: units.
+        vectors: how values are fed to a network that ships; a user's own is given the space alone.
+
+    Raises:
+        InputError: if there is no such network, it cannot be made, or it does not keep the protocol.
+    """
+    if spec in NETWORKS:
+        return NETWORKS[spec].make(space, hidden_size, vectors)
+    make = load_plugin(spec, "network", NETWORKS, ENTRY_POINT_GROUP)
+    try:
+        network = make(space, hidden_size)
+    except Exception as error:  # whatever a user's own code may raise
+        raise InputError(f"the network {spec!r} cannot be made: {in_one_line(error)}") from error
+    if not isinstance(network, nn.Module) or not isinstance(network, PolicyNetwork):
+        raise InputError(f"the network {spec!r} must be a torch.nn.Module with initial_state, step and sequence")
+    _try(spec, network, space)
+    return network
+
+
+def _try(spec: str, network: PolicyNetwork, space: AgentSpace) -> None:
+    """Let two environments take three turns, and refuse outputs of other shapes than the protocol's."""
+    features = torch.zeros(3, 2, space.n_features, dtype=torch.uint8)
+    try:
+        with torch.no_grad():
+            state = network.initial_state(2)
+            outputs = [*network.step(features[0], state), *network.sequence(features, state, torch.zeros(3, 2).bool())]
+            found = [tuple(output.shape) for output in outputs]
+    except Exception as error:
+        raise InputError(f"the network {spec!r} fails in its first turns: {in_one_line(error)}") from error
+    names = ("logits of step", "values of step", "state of step", "logits of sequence", "values of sequence")
+    expected = [(2, space.n_actions), (2,), tuple(state.shape), (3, 2, space.n_actions), (3, 2)]
+    for name, shape, right in zip(names, found, expected, strict=True):
+        if shape != right:
+            raise InputError(f"the network {spec!r} gives {name} of shape {shape}, not {right}")

@@ -1,0 +1,142 @@
+"""Playing without learning: who plays, and the one loop in which episodes are played to be counted."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.errors import InputError
+from hierroom.options import Step, Transition
+from hierroom.turns import Turns
+from hierroom.world.oracle import shortest_actions
+
+
+class Player(Protocol):
+    """Whoever plays: takes the turns that are due, and one primitive step in every environment."""
+
+    def step(self, turns: Turns) -> Step:
+        """Take the turns that are due, and one primitive step in every environment."""
+        ...
+
+
+class Actor(Protocol):
+    """An agent that plays: it acts, and hears of the turns that a step ended."""
+
+    def act(self, observation: Any) -> NDArray[np.integer]:
+        """[M] actions in the environments of an observation."""
+        ...
+
+    def record(self, transition: Transition) -> None:
+        """Take note of the turns that a primitive step ended."""
+        ...
+
+
+class Pair:
+    """A meta-controller and a controller that play together.
+
+    Args:
+        agents: who acts, by the names of `options.AGENTS`, the meta-controller first.
+    """
+
+    def __init__(self, agents: Mapping[str, Actor]) -> None:
+        self.agents = agents
+
+    def choose(self, turns: Turns, *names: str) -> None:
+        """Let agents, all by default, choose what they do now; an agent that has chosen already is not asked again."""
+        for name in names or self.agents:
+            due = turns.due(name)
+            if len(due):
+                observation = turns.observe(name, due)
+                turns.act(name, observation, self.agents[name].act(observation))
+
+    def step(self, turns: Turns) -> Step:
+        """Take the turns that are due, and one primitive step in every environment."""
+        self.choose(turns)
+        transitions = turns.advance()
+        for name, transition in transitions.items():
+            self.agents[name].record(transition)
+        return next(iter(transitions.values())).step
+
+
+class RandomPlayer:
+    """Every action of the controller with the same chance.
+
+    Args:
+        random: where the actions come from.
+    """
+
+    def __init__(self, random: np.random.Generator) -> None:
+        self._random = random
+
+    def step(self, turns: Turns) -> Step:
+        """One primitive step in every environment, without goals."""
+        return turns.step(self._random.integers(turns.world.n_actions, size=len(turns)))
+
+
+class OraclePlayer:
+    """A shortest way to the exit."""
+
+    def __init__(self) -> None:
+        self._plans: dict[int, deque[int]] = {}
+
+    def step(self, turns: Turns) -> Step:
+        """One primitive step in every environment, without goals."""
+        for env in range(len(turns)):
+            if not self._plans.get(env):
+                self._plans[env] = deque(shortest_actions(turns.world.get_state(env)).tolist())
+        step = turns.step(np.array([self._plans[env].popleft() for env in range(len(turns))]))
+        for env in np.flatnonzero(step.episode_ended).tolist():
+            self._plans[env].clear()
+        return step
+
+
+@dataclass(frozen=True)
+class PlayedStep:
+    """A primitive step of episodes that are counted.
+
+    Args:
+        step: what it did, in all N environments.
+        envs: [C] int, the environments whose episodes count.
+        ended: [E] int, those of them whose episode it ended.
+        played: [N] int, episodes that each environment had played before it.
+    """
+
+    step: Step
+    envs: NDArray[np.integer]
+    ended: NDArray[np.integer]
+    played: NDArray[np.integer]
+
+
+def play(
+    turns: Turns, player: Player, episodes: int, progress: Callable[[int], object] = lambda done: None
+) -> Iterator[PlayedStep]:
+    """Let a player play the first episodes of each environment; all play equally many, so short ones count no more.
+
+    Args:
+        turns: N fresh environments, which begin their next episode by themselves.
+        player: who plays.
+        episodes: at least so many in all.
+        progress: called with the number of episodes done.
+
+    Yields:
+        each primitive step.
+
+    Raises:
+        InputError: if fewer than one episode is asked for.
+    """
+    if episodes < 1:
+        raise InputError(f"play at least one episode, not {episodes}")
+    per_env = -(-episodes // len(turns))
+    played = np.zeros(len(turns), np.int64)
+    while len(envs := np.flatnonzero(played < per_env)):
+        step = player.step(turns)
+        ended = envs[step.episode_ended[envs]]
+        yield PlayedStep(step, envs, ended, played.copy())
+        played[ended] += 1
+        if len(ended):
+            progress(int(played.sum()))

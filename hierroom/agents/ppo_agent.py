@@ -1,0 +1,171 @@
+"""The agent that learns: recurrent PPO on its own turns, for the controller and the meta-controller alike."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.agents.curiosity import Curiosity
+from hierroom.agents.features import Features
+from hierroom.agents.warm_up import WarmUp
+from hierroom.controller import Observation
+from hierroom.goals import NO_GOAL
+from hierroom.learners.policy import Policy
+from hierroom.learners.ppo import STATISTICS, Learner
+from hierroom.options import Transition
+from hierroom.situation import Situation
+
+
+class PPOAgent:
+    r"""Acts by recurrent PPO, and learns from its own turns.
+
+    A controller's turn is one primitive step; a meta-controller's is an option, which may last many. A turn of k steps
+    that began at step t is rewarded (for the meta-controller, with the environment's own reward f)
+
+    .. math::  F_t = \sum_{i=0}^{k-1} f_{t+i}
+
+    and what follows is discounted by :math:`\gamma^k`. The recurrent state moves at the agent's own turns only: to a
+    meta-controller "this key was tried in vain" is a few turns ago and not hundreds of steps.
+
+    Args:
+        features: what its network reads of an observation.
+        learner: of its policy, in as many environments as there are.
+        warm_up: what chooses for it before it learns, if anything.
+        hindsight: whether an option that did not reach its goal, but achieved another one, may be learned from as if
+            the first of those had been given: see `Learner.relabel`.
+        curiosity: rewards it besides, if anything does.
+
+    Attributes:
+        statistics: of the last update, by name; not a number before the first one.
+    """
+
+    def __init__(
+        self,
+        features: Features,
+        learner: Learner,
+        *,
+        warm_up: WarmUp | None = None,
+        hindsight: bool = False,
+        curiosity: Curiosity | None = None,
+    ) -> None:
+        self.features = features
+        self.learner = learner
+        self.curiosity = curiosity
+        self._warm_up = warm_up
+        self._hindsight = hindsight
+        self._updated = dict.fromkeys((*STATISTICS, *(curiosity.STATISTICS if curiosity else ())), float("nan"))
+
+    @property
+    def is_learning(self) -> bool:
+        """Whether its warm-up, if it has one, is over."""
+        return self._warm_up is None or self._warm_up.is_over
+
+    @property
+    def ready(self) -> bool:
+        """Whether it has taken enough turns for an `update`."""
+        return self.learner.ready
+
+    def act(self, observation: Observation) -> NDArray[np.integer]:
+        """[M] actions, all legal, in the environments of an observation: its turns begin."""
+        if self._warm_up is not None and not self._warm_up.is_over:
+            assert isinstance(observation, Situation)  # only meta-controllers warm up
+            return self._warm_up.choose(observation)
+        return self.learner.act(observation.envs, self.features.encode(observation), observation.masks)
+
+    def record(self, transition: Transition) -> None:
+        """Take note of the turns that a primitive step ended."""
+        if self._warm_up is not None and not self._warm_up.is_over:
+            self._warm_up.add(transition)
+            return
+        rewards = transition.rewards
+        if self.curiosity is not None:
+            everywhere = np.arange(len(transition.envs))
+            rewards = rewards + self.curiosity.rewards(transition.last_observation(everywhere))
+        # A turn that began in the warm-up is none of the learner's.
+        turns = np.flatnonzero(self.learner.has_begun[transition.envs])
+        envs, truncated = transition.envs[turns], transition.truncated[turns]
+        if self._hindsight:
+            instead = transition.achieved_instead[turns]
+            self.learner.relabel(envs[instead != NO_GOAL], instead[instead != NO_GOAL])
+        self.learner.finish(
+            envs,
+            rewards[turns],
+            transition.elapsed[turns],
+            transition.terminated[turns],
+            truncated,
+            transition.episode_ended[turns],
+            self.features.encode(transition.last_observation(turns[truncated])) if truncated.any() else None,
+        )
+
+    def update(self, observation: Observation, progress: float) -> None:
+        """Learn from the turns taken.
+
+        Args:
+            observation: of its next turn, where it is due.
+            progress: how far training is, 0 to 1.
+        """
+        self.learner.bootstrap(observation.envs, self.features.encode(observation))
+        self._updated = self.learner.update(progress)
+        if self.curiosity is not None:
+            self._updated |= self.curiosity.learn()
+
+    @property
+    def statistics(self) -> dict[str, float]:
+        """Numbers for the metrics: those of the last update, and whether it learns where it warms up first."""
+        learning = {} if self._warm_up is None else {"is_learning": float(self._warm_up.is_over)}
+        return {**learning, **self._updated}
+
+    def frozen(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> FrozenAgent:
+        """What it has learned, acting in a number of other environments and learning no more.
+
+        Args:
+            num_envs: how many.
+            seed: of its actions.
+            is_greedy: whether it takes its most probable action instead of drawing one.
+        """
+        return FrozenAgent(self.features, self.learner.policy(num_envs, seed=seed), is_greedy=is_greedy)
+
+    def state_dict(self) -> dict[str, Any]:
+        """Everything that decides what happens next, as tensors and plain types."""
+        state: dict[str, Any] = {"learner": self.learner.state_dict()}
+        if self._warm_up is not None:
+            state["warm_up"] = self._warm_up.state_dict()
+        if self.curiosity is not None:
+            state["curiosity"] = self.curiosity.state_dict()
+        return state
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Go back to what `state_dict` gave."""
+        self.learner.load_state_dict(state["learner"])
+        if self._warm_up is not None:
+            self._warm_up.load_state_dict(state["warm_up"])
+        if self.curiosity is not None:
+            self.curiosity.load_state_dict(state["curiosity"])
+
+
+class FrozenAgent:
+    """Acts by a policy and learns nothing.
+
+    Args:
+        features: what the network reads of an observation.
+        policy: for as many environments as it acts in.
+        is_greedy: whether it takes its most probable action instead of drawing one. A policy that escapes whenever it
+            draws can turn on the spot for ever when it is greedy.
+    """
+
+    def __init__(self, features: Features, policy: Policy, *, is_greedy: bool = False) -> None:
+        self.features = features
+        self._policy = policy
+        self._act = policy.act_greedily if is_greedy else policy.act
+
+    def act(self, observation: Observation) -> NDArray[np.integer]:
+        """[M] actions, all legal, in the environments of an observation."""
+        return self._act(observation.envs, self.features.encode(observation), observation.masks)
+
+    def record(self, transition: Transition) -> None:
+        """Forget the episodes that a primitive step ended."""
+        ended = transition.envs[transition.episode_ended]
+        if len(ended):
+            self._policy.reset(ended)

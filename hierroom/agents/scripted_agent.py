@@ -1,0 +1,61 @@
+"""Any meta-controller as an agent: those that ship, and users' own, which may learn by themselves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.controller import Observation
+from hierroom.meta import MetaController, choose_goals
+from hierroom.options import Transition
+from hierroom.situation import Situation
+
+
+class ScriptedAgent:
+    """A `MetaController` that takes its turns beside the agents that PPO trains.
+
+    Args:
+        meta: who picks the goals.
+        is_training: whether it may learn: its method ``learn``, if it has one, hears of every step.
+    """
+
+    ready = False
+    """It learns by itself, if at all: there is never an `update` to wait for."""
+
+    def __init__(self, meta: MetaController, *, is_training: bool = False) -> None:
+        self.meta: Any = meta
+        self._learn = getattr(meta, "learn", None) if is_training else None
+
+    def act(self, observation: Observation) -> NDArray[np.integer]:
+        """[M] goal ids, or 13 or -1 for no goal, in the environments of a `Situation`."""
+        assert isinstance(observation, Situation)  # scripted agents are meta-controllers
+        return choose_goals(self.meta, observation)
+
+    def record(self, transition: Transition) -> None:
+        """Let it learn from the options that a primitive step ended."""
+        if self._learn is not None:
+            self._learn(transition)
+
+    def update(self, observation: Observation, progress: float) -> None:
+        """Nothing: see `ready`."""
+
+    @property
+    def statistics(self) -> dict[str, float]:
+        """Numbers for the metrics, those that the meta-controller has."""
+        return getattr(self.meta, "statistics", {})
+
+    def frozen(self, num_envs: int, *, seed: int) -> ScriptedAgent:
+        """The same for other environments: its method ``for_play``, or where it has none itself; it learns no more."""
+        meta = self.meta.for_play(num_envs, seed=seed) if hasattr(self.meta, "for_play") else self.meta
+        return ScriptedAgent(meta)
+
+    def state_dict(self) -> dict[str, Any]:
+        """What the meta-controller saves of itself, nothing where it saves nothing."""
+        return self.meta.state_dict() if hasattr(self.meta, "state_dict") else {}
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Go back to what `state_dict` gave."""
+        if hasattr(self.meta, "load_state_dict"):
+            self.meta.load_state_dict(state)

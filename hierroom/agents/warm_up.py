@@ -1,0 +1,61 @@
+"""Warm-up: a meta-controller draws goals at random until its controller can reach any."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.errors import InputError
+from hierroom.goals import N_GOALS
+from hierroom.meta import random_choice
+from hierroom.options import Transition
+from hierroom.situation import Situation, seen_goals
+
+WINDOW = 100
+"""Episodes over which success is counted that ends the warm-up."""
+
+
+class WarmUp:
+    """Draws goals at random from the mask, those seen this episode before others, until enough episodes escape.
+
+    At first the controller reaches nothing, and what follows a goal says nothing about it.
+
+    Args:
+        start_success: share of `WINDOW` episodes that must escape before learning begins, 0 to 1.
+
+    Attributes:
+        is_over: whether learning has begun.
+
+    Raises:
+        InputError: if the share is not from 0 to 1.
+    """
+
+    def __init__(self, start_success: float) -> None:
+        if not 0 <= start_success <= 1:
+            raise InputError(f"meta_start_success must be from 0 to 1, not {start_success}")
+        self.is_over = start_success == 0
+        self._start_success = start_success
+        self._successes: deque[bool] = deque(maxlen=WINDOW)
+
+    def choose(self, situation: Situation) -> NDArray[np.integer]:
+        """[M] goal ids, or 13 or -1 for no goal."""
+        likely = situation.masks.copy()
+        likely[:, :N_GOALS] &= seen_goals(situation)
+        is_any = likely.any(axis=1, keepdims=True)
+        return random_choice(np.where(is_any, likely, situation.masks), situation.uniforms)
+
+    def add(self, transition: Transition) -> None:
+        """Count the episodes that a step ended."""
+        self._successes.extend(transition.terminated[transition.episode_ended].tolist())
+        rate = sum(self._successes) / WINDOW
+        self.is_over = len(self._successes) == WINDOW and rate >= self._start_success
+
+    def state_dict(self) -> dict:
+        """Everything that decides what happens next, as plain types."""
+        return {"is_over": self.is_over, "successes": list(self._successes)}
+
+    def load_state_dict(self, state: dict) -> None:
+        """Go back to what `state_dict` gave."""
+        self.is_over, self._successes = state["is_over"], deque(state["successes"], WINDOW)

@@ -1,0 +1,48 @@
+"""Writing files: whole or not at all, and JSON without what JSON cannot say."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hierroom.errors import InputError
+
+
+def write_atomically(path: str | Path, content: bytes) -> None:
+    """Write a file so that, whatever happens, it holds the old content or the new and never a part.
+
+    Args:
+        path: the file; its folder must exist.
+        content: what it is to hold.
+
+    Raises:
+        InputError: if it cannot be written; the old content is still there.
+    """
+    path = Path(path)
+    unfinished = path.with_name(path.name + ".part")
+    try:
+        with unfinished.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(unfinished, path)
+    except OSError as error:
+        unfinished.unlink(missing_ok=True)
+        raise InputError(f"cannot write {path}: {error.strerror}") from error
+
+
+def to_json(value: Any) -> str:
+    """Plain types as JSON text; infinity and not-a-number, which JSON has no word for, become null."""
+
+    def finite(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {name: finite(entry) for name, entry in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [finite(entry) for entry in value]
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    return json.dumps(finite(value), indent=2, allow_nan=False)

@@ -1,0 +1,192 @@
+"""The learner's arithmetic in compiled kernels: what `TorchBackend` does, for the network that ships, on the CPU.
+
+A minibatch is cut into shards of sequences, always the same ones, and shards are dealt to workers, always in the same
+way; each worker adds up the gradients of its shards and the workers are added in order. Threads only decide how many
+workers are worked on at a time, so their number changes nothing in the result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.fused.adam_kernels import adam_step, sum_gradients
+from hierroom.learners.fused.encoder_kernels import add_scaled_rows, compare_rows, encode, most_common, rare_rows
+from hierroom.learners.fused.network import Parameters, forward
+from hierroom.learners.fused.shard_worker import Minibatch, ShardWorker, numbers_fed
+from hierroom.learners.networks.actor_critic import RecurrentActorCritic
+from hierroom.learners.rollout import Batch
+
+# 16 sequences of 128 turns take about 5 MB, which stays in the last cache; fewer make the matrix products small.
+_SHARD = 16
+_MAX_WORKERS = 8
+# Fewer are acted in sooner than another thread wakes up.
+_MIN_ENVS_PER_THREAD = 256
+
+
+class FusedBackend:
+    """Forward passes, loss, gradients and Adam in Numba.
+
+    The parameters of the network become views of one flat vector, so the module stays usable by torch.
+
+    Args:
+        network: the network that ships; its parameters are moved into the flat vector.
+        config: hyperparameters.
+        threads: how many workers are worked on at a time.
+    """
+
+    def __init__(self, network: RecurrentActorCritic, config: PPOConfig, threads: int) -> None:
+        self._network = network
+        self._config = config
+        self._threads = threads
+        self._pool = ThreadPoolExecutor(max(1, threads - 1))  # beside the thread that calls
+        self._parameters = np.concatenate([p.detach().numpy().ravel() for p in network.parameters()])
+        self._weights = Parameters.views(self._parameters, network)
+        for parameter, view in zip(network.parameters(), self._weights.arrays(), strict=True):
+            parameter.data = torch.from_numpy(view)
+        self._offsets = network.encoder.offsets.numpy()
+        self._n_table_rows = len(network.encoder.table())
+        self._numbers = numbers_fed(network)
+        self._means = np.zeros_like(self._parameters)
+        self._squares = np.zeros_like(self._parameters)
+        self._n_steps = 0
+        self._shares = np.zeros((_MAX_WORKERS, len(self._parameters)), np.float32)
+        self._workers = [ShardWorker(share, network, config) for share in self._shares]
+
+    def initial_states(self, n: int) -> NDArray[np.float32]:
+        """States of ``n`` environments at the start of an episode: [n, S]."""
+        return self._network.initial_state(n).numpy()
+
+    def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
+        """One turn of M environments: features [M, K], states [M, S] to logits [M, A], values [M] and new states [M, S]."""
+        num_envs, features = len(features), np.ascontiguousarray(features)
+        logits = np.empty((num_envs, len(self._weights.policy_bias)), np.float32)
+        values, new_states = np.empty(num_envs, np.float32), np.empty_like(states)
+        table, hidden_size = self._table(), self._config.hidden_size
+
+        def work(worker: ShardWorker, envs: slice) -> None:
+            n = envs.stop - envs.start
+            tape = worker.memory.tape(1, n)
+            never = np.zeros((1, n), bool)
+            encode(features[envs], self._offsets, table, self._weights.encoder_bias, tape.encoded)
+            forward(self._weights, states[envs], never, tape)
+            logits[envs], values[envs] = tape.logits, tape.values
+            new_states[envs, :hidden_size], new_states[envs, hidden_size:] = tape.hidden[0], tape.cells[1]
+
+        # A environment's result does not depend on which environments it is computed with.
+        n_parts = max(1, min(self._threads, _MAX_WORKERS, num_envs // _MIN_ENVS_PER_THREAD))
+        bounds = [num_envs * i // n_parts for i in range(n_parts + 1)]
+        parts = [slice(start, stop) for start, stop in pairwise(bounds)]
+        self._each(work, self._workers[:n_parts], parts)
+        return logits, values, new_states
+
+    def train(
+        self,
+        batch: Batch,
+        advantages: NDArray[np.float32],
+        parts: Iterable[NDArray[np.integer]],
+        learning_rate: float,
+    ) -> NDArray[np.float64]:
+        """One gradient step per minibatch; as `TorchBackend.train`."""
+        targets = advantages + batch.values
+        # Every 16th turn is enough to tell which value of a column is common.
+        common = most_common(batch.features[::16].reshape(-1, batch.features.shape[-1]))
+        rows, counts = rare_rows(batch.features, self._offsets, common, self._n_table_rows)
+        differences = np.empty((self._n_table_rows + 1, self._config.hidden_size), np.float32)
+        base = np.empty_like(self._weights.encoder_bias)
+        measured = []
+        for part in parts:
+            compare_rows(self._table(), self._weights.encoder_bias, self._offsets, common, differences, base)
+            shift, scale = _normalization(advantages.take(part, axis=1), self._config)
+            minibatch = Minibatch(
+                self._weights,
+                differences,
+                base,
+                self._offsets,
+                common,
+                rows,
+                counts,
+                batch,
+                scores=(advantages - shift) * scale,
+                targets=targets,
+                turn_weight=1 / (len(advantages) * len(part)),
+            )
+            statistics, norm = self._gradient(minibatch, part)
+            self._descend(norm, learning_rate)
+            measured.append([*statistics, norm])
+        return np.mean(measured, axis=0)
+
+    def _gradient(self, minibatch: Minibatch, part: NDArray[np.integer]) -> tuple[NDArray[np.float64], float]:
+        """Leave the gradient in the first row of the shares; returns five of `STATISTICS` and the gradient's norm."""
+        shards = np.array_split(part, -(-len(part) // _SHARD))
+        workers = self._workers[: len(shards)]
+
+        def work(worker: ShardWorker, hand: list[NDArray[np.integer]]) -> NDArray[np.float64]:
+            worker.clear()
+            for shard in hand:
+                worker.add_shard(minibatch, shard)
+            return worker.finish(minibatch)
+
+        hands = [shards[first :: len(workers)] for first in range(len(workers))]
+        statistics = np.sum(self._each(work, workers, hands), axis=0)
+        return statistics, sum_gradients(self._shares[: len(workers)])
+
+    def _each(self, work: Callable, workers: list[ShardWorker], tasks: list) -> list:
+        """``work(worker, task)`` for each worker and its task, on all threads; the results in order."""
+        pairs = list(zip(workers, tasks, strict=True))
+
+        def share(thread: int) -> list:
+            return [work(*pair) for pair in pairs[thread :: self._threads]]
+
+        others = [self._pool.submit(share, thread) for thread in range(1, min(self._threads, len(pairs)))]
+        results: list = [None] * len(pairs)
+        results[:: self._threads] = share(0)
+        for thread, other in enumerate(others, start=1):
+            results[thread :: self._threads] = other.result()
+        return results
+
+    def _table(self) -> NDArray[np.float32]:
+        """The encoder's rows [R, H] as they are now."""
+        weight = self._weights.encoder_weight
+        if self._numbers is None:
+            return weight
+        table = np.zeros((self._n_table_rows, self._config.hidden_size), np.float32)
+        add_scaled_rows(*self._numbers, weight, table)
+        return table
+
+    def _descend(self, norm: float, learning_rate: float) -> None:
+        self._n_steps += 1
+        scale = min(1.0, self._config.max_gradient_norm / (norm + 1e-6))  # as torch's clip_grad_norm_
+        moments = self._means, self._squares
+        adam_step(
+            self._parameters, self._shares[0], *moments, scale, learning_rate, self._config.adam_epsilon, self._n_steps
+        )
+
+    def state_dict(self) -> dict:
+        """Copies of the weights and of Adam's moments."""
+        return {
+            "network": {name: tensor.clone() for name, tensor in self._network.state_dict().items()},
+            "means": torch.from_numpy(self._means.copy()),
+            "squares": torch.from_numpy(self._squares.copy()),
+            "n_steps": self._n_steps,
+        }
+
+    def load_state_dict(self, state: dict) -> None:
+        """Restore what `state_dict` gave."""
+        self._network.load_state_dict(state["network"])
+        self._means[...] = state["means"].numpy()
+        self._squares[...] = state["squares"].numpy()
+        self._n_steps = state["n_steps"]
+
+
+def _normalization(advantages: NDArray[np.float32], config: PPOConfig) -> tuple[np.float32, np.float32]:
+    """What to subtract from the advantages of a minibatch, and then to multiply by; see `torch_backend.normalized`."""
+    if not config.normalize_advantages:
+        return np.float32(0), np.float32(1)
+    return advantages.mean(), np.float32(1 / max(advantages.std(), config.min_advantage_std))

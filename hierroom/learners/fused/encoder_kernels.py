@@ -1,0 +1,250 @@
+"""`FeatureEncoder` compiled: sums of table rows forwards, scattered gradients backwards.
+
+Most cells of a view look the same most of the time. Where many turns are encoded with the same weights, the rows of
+each column's commonest value are added up once; a turn then adds, for each column whose value is another, the
+difference of the two rows. Backwards the commonest values are skipped: as every turn adds its gradient to exactly one
+row of each column, the row of that value gets what the others leave of the sum.
+
+Feature arrays may be wider than H; only the first H entries of a row are used, so that the recurrent core finds
+features and hidden state side by side without a copy.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def encode(
+    features: NDArray[np.uint8],
+    offsets: NDArray[np.int64],
+    table: NDArray[np.floating],
+    bias: NDArray[np.floating],
+    encoded: NDArray[np.floating],
+) -> None:
+    """ReLU of the bias plus one table row per column.
+
+    Args:
+        features: [N, K] uint8.
+        offsets: [K] int64, the table row of each column's value 0.
+        table: [R, H] float.
+        bias: [H] float.
+        features: [N, H or more] float, written.
+    """
+    n_samples, n_features = features.shape
+    width = len(bias)
+    zero = table.dtype.type(0)  # typed: a plain 0 would make Numba compute in float64
+    n_eights = n_features // 8 * 8
+    for n in range(n_samples):
+        for j in range(width):
+            encoded[n, j] = bias[j]
+        # Eight rows at a time: a feature is loaded and stored once for eight additions.
+        for k in range(0, n_eights, 8):
+            row0, row1 = offsets[k] + features[n, k], offsets[k + 1] + features[n, k + 1]
+            row2, row3 = offsets[k + 2] + features[n, k + 2], offsets[k + 3] + features[n, k + 3]
+            row4, row5 = offsets[k + 4] + features[n, k + 4], offsets[k + 5] + features[n, k + 5]
+            row6, row7 = offsets[k + 6] + features[n, k + 6], offsets[k + 7] + features[n, k + 7]
+            for j in range(width):
+                encoded[n, j] += (
+                    (table[row0, j] + table[row1, j])
+                    + (table[row2, j] + table[row3, j])
+                    + (table[row4, j] + table[row5, j])
+                    + (table[row6, j] + table[row7, j])
+                )
+        for k in range(n_eights, n_features):
+            row = offsets[k] + features[n, k]
+            for j in range(width):
+                encoded[n, j] += table[row, j]
+        for j in range(width):
+            encoded[n, j] = max(encoded[n, j], zero)
+
+
+@njit(cache=True, nogil=True)
+def most_common(features: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The commonest value of each column of ``features`` [N, K]: [K] uint8."""
+    n_samples, n_features = features.shape
+    counts = np.zeros((n_features, 256), np.int64)
+    for n in range(n_samples):
+        for k in range(n_features):
+            counts[k, features[n, k]] += 1
+    common = np.empty(n_features, np.uint8)
+    for k in range(n_features):
+        common[k] = counts[k].argmax()
+    return common
+
+
+def rare_rows(
+    features: NDArray[np.uint8], offsets: NDArray[np.int64], common: NDArray[np.uint8], n_table_rows: int
+) -> tuple[NDArray[np.unsignedinteger], NDArray[np.int64]]:
+    """The table rows of all values but the common ones.
+
+    Args:
+        features: [..., K] uint8.
+        offsets: [K] int64, the table row of each column's value 0.
+        common: [K] uint8, a value of each column; any will do, the commonest is fastest.
+        n_table_rows: R.
+
+    Returns:
+        rows: [..., K or a little more], after those of a turn R, up to a multiple of four.
+        counts: [...] int64, how many come before that.
+    """
+    n_features = features.shape[-1]
+    rows = np.empty((*features.shape[:-1], -(-n_features // 4) * 4), np.uint16 if n_table_rows < 2**16 else np.uint32)
+    counts = np.empty(features.shape[:-1], np.int64)
+    flat = features.reshape(-1, n_features)
+    _write_rare_rows(flat, offsets, common, n_table_rows, rows.reshape(len(flat), -1), counts.reshape(-1))
+    return rows, counts
+
+
+@njit(cache=True, nogil=True)
+def _write_rare_rows(features, offsets, common, n_table_rows, rows, counts):
+    n_samples, n_features = features.shape
+    for n in range(n_samples):
+        count = 0
+        for k in range(n_features):  # without a branch, which could not be foreseen
+            rows[n, count] = offsets[k] + features[n, k]
+            count += features[n, k] != common[k]
+        counts[n] = count
+        for i in range(count, -(-count // 4) * 4):
+            rows[n, i] = n_table_rows
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def compare_rows(
+    table: NDArray[np.floating],
+    bias: NDArray[np.floating],
+    offsets: NDArray[np.int64],
+    common: NDArray[np.uint8],
+    differences: NDArray[np.floating],
+    base: NDArray[np.floating],
+) -> None:
+    """What each table row adds to the sum of the common ones.
+
+    Args:
+        table: [R, H] float.
+        bias: [H] float.
+        offsets: [K] int64.
+        common: [K] uint8, as given to `rare_rows`.
+        differences: [R + 1, H] float, written: each row without its column's common one, and zeros.
+        base: [H] float, written: the bias and the sum of the common rows.
+    """
+    n_features, width = len(offsets), len(bias)
+    base[:] = bias
+    for k in range(n_features):
+        stop = offsets[k + 1] if k + 1 < n_features else len(table)
+        shared = offsets[k] + common[k]
+        for row in range(offsets[k], stop):
+            for j in range(width):
+                differences[row, j] = table[row, j] - table[shared, j]
+        for j in range(width):
+            base[j] += table[shared, j]
+    differences[len(table)] = 0
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def encode_rare(
+    rows: NDArray[np.unsignedinteger],
+    counts: NDArray[np.int64],
+    differences: NDArray[np.floating],
+    base: NDArray[np.floating],
+    encoded: NDArray[np.floating],
+) -> None:
+    """As `encode`, for turns in the form of `rare_rows` and weights in that of `compare_rows`.
+
+    Args:
+        rows: [N, K or more] as `rare_rows` gives them.
+        counts: [N] int64, likewise.
+        differences: [R + 1, H] float.
+        base: [H] float.
+        features: [N, H or more] float, written.
+    """
+    width = len(base)
+    zero = base.dtype.type(0)
+    for n in range(len(counts)):
+        for j in range(width):
+            encoded[n, j] = base[j]
+        for i in range(0, counts[n], 4):
+            row0, row1, row2, row3 = rows[n, i], rows[n, i + 1], rows[n, i + 2], rows[n, i + 3]
+            for j in range(width):
+                encoded[n, j] += (differences[row0, j] + differences[row1, j]) + (
+                    differences[row2, j] + differences[row3, j]
+                )
+        for j in range(width):
+            encoded[n, j] = max(encoded[n, j], zero)
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+def encode_backward(
+    rows: NDArray[np.unsignedinteger],
+    counts: NDArray[np.int64],
+    encoded: NDArray[np.floating],
+    d_encoded: NDArray[np.floating],
+    d_table: NDArray[np.floating],
+    d_bias: NDArray[np.floating],
+) -> None:
+    """Add the gradients of the bias, and of all table rows but those `complete_table` fills in.
+
+    Args:
+        rows: [N, K or more], as given to `encode_rare`.
+        counts: [N] int64, likewise.
+        features: [N, H or more] float, as written there.
+        d_features: [N, H or more] float, gradient of the features; overwritten by that before the ReLU.
+        d_table: [R, H] float, added to.
+        d_bias: [H] float, added to.
+    """
+    width = len(d_bias)
+    zero = d_bias.dtype.type(0)
+    for n in range(len(counts)):
+        for j in range(width):
+            d_encoded[n, j] = d_encoded[n, j] if encoded[n, j] > zero else zero
+            d_bias[j] += d_encoded[n, j]
+        for i in range(counts[n]):
+            row = rows[n, i]
+            for j in range(width):
+                d_table[row, j] += d_encoded[n, j]
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def complete_table(
+    offsets: NDArray[np.int64],
+    common: NDArray[np.uint8],
+    d_bias: NDArray[np.floating],
+    d_table: NDArray[np.floating],
+) -> None:
+    """Fill in the rows that `encode_backward` skipped, once it has been called with all samples.
+
+    Args:
+        offsets: as given to `rare_rows`, like ``common``.
+        common: [K] uint8.
+        d_bias: [H] float, which holds nothing but the gradients of these samples.
+        d_table: [R, H] float, likewise; its common rows are written.
+    """
+    n_features = len(offsets)
+    for k in range(n_features):
+        stop = offsets[k + 1] if k + 1 < n_features else len(d_table)
+        left = d_bias.copy()
+        for row in range(offsets[k], stop):
+            if row != offsets[k] + common[k]:
+                left -= d_table[row]
+        d_table[offsets[k] + common[k]] = left
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def add_scaled_rows(
+    targets: NDArray[np.int64],
+    sources: NDArray[np.int64],
+    factors: NDArray[np.floating],
+    rows: NDArray[np.floating],
+    sums: NDArray[np.floating],
+) -> None:
+    """Add ``factors[i] * rows[sources[i]]`` to ``sums[targets[i]]`` for every i: a sparse matrix times ``rows``.
+
+    With the non-zero entries of `FeatureEncoder`'s inputs [R, D] it makes the table [R, H] out of the weights [D, H],
+    and with the first two arguments exchanged the gradient of the weights out of that of the table.
+    """
+    for i in range(len(targets)):
+        target, source, factor = targets[i], sources[i], factors[i]
+        for j in range(rows.shape[1]):
+            sums[target, j] += factor * rows[source, j]

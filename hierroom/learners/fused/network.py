@@ -1,0 +1,158 @@
+"""`RecurrentActorCritic` out of compiled kernels: forward and backward over a block of sequences."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.learners.fused.encoder_kernels import encode_backward
+from hierroom.learners.fused.loss_kernels import heads
+from hierroom.learners.fused.recurrent_kernels import lstm_backward, lstm_forward
+from hierroom.learners.networks.actor_critic import RecurrentActorCritic
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Views of one flat vector: the parameters of `RecurrentActorCritic`, or a gradient, in the module's order."""
+
+    encoder_weight: NDArray[np.floating]  # [D, H], D inputs: the table's rows R unless columns are fed as numbers
+    encoder_bias: NDArray[np.floating]  # [H]
+    core_weight: NDArray[np.floating]  # [2 H, 4 H]
+    core_bias: NDArray[np.floating]  # [4 H]
+    policy_weight: NDArray[np.floating]  # [A, H]
+    policy_bias: NDArray[np.floating]  # [A]
+    value_weight: NDArray[np.floating]  # [1, H]
+    value_bias: NDArray[np.floating]  # [1]
+
+    @classmethod
+    def views(cls, vector: NDArray[np.floating], network: RecurrentActorCritic) -> Parameters:
+        """The parts of ``vector`` [P], shaped like the parameters of ``network``."""
+        shapes = [tuple(p.shape) for p in network.parameters()]
+        stops = np.cumsum([int(np.prod(shape)) for shape in shapes])
+        parts = np.split(vector, stops[:-1])
+        return cls(*(part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)))
+
+    def arrays(self) -> list[NDArray[np.floating]]:
+        """The views in the module's order."""
+        return [getattr(self, field.name) for field in fields(self)]
+
+
+@dataclass(frozen=True)
+class Tape:
+    """What a forward pass over T turns of M sequences leaves for the backward pass."""
+
+    driven: NDArray[np.floating]  # [T, M, 2 H] features beside the hidden state before the turn
+    gates: NDArray[np.floating]  # [T, M, 4 H]
+    cells: NDArray[np.floating]  # [T + 1, M, H]
+    squashed: NDArray[np.floating]  # [T, M, H]
+    hidden: NDArray[np.floating]  # [T, M, H]
+    logits: NDArray[np.floating]  # [T M, A]
+    values: NDArray[np.floating]  # [T M]
+    d_hidden: NDArray[np.floating]  # [T, M, H]
+    d_driven: NDArray[np.floating]  # [T, M, 2 H]
+
+    @property
+    def encoded(self) -> NDArray[np.floating]:
+        """[T M, 2 H], of which the encoder writes the first H: what it makes of the features."""
+        return self.driven.reshape(-1, self.driven.shape[-1])
+
+
+class TapeMemory:
+    """Memory for one tape at a time, of any shape; it grows to the largest and is never given back.
+
+    Args:
+        weights: parameters, for their sizes and dtype.
+    """
+
+    def __init__(self, weights: Parameters) -> None:
+        self._n_actions, self._hidden_size = weights.policy_weight.shape
+        self._flat = np.empty(0, weights.policy_weight.dtype)
+        self._turns = (0, 0)
+
+    def tape(self, n_turns: int, n_sequences: int) -> Tape:
+        """A tape for T turns of M sequences, its contents arbitrary; the one given before becomes invalid."""
+        turns, size = (n_turns, n_sequences), self._hidden_size
+        if turns == self._turns:
+            return self._tape
+        shapes = [(*turns, 2 * size), (*turns, 4 * size), (n_turns + 1, n_sequences, size)]
+        shapes += [(*turns, size), (*turns, size), (n_turns * n_sequences, self._n_actions), (n_turns * n_sequences,)]
+        shapes += [(*turns, size), (*turns, 2 * size)]
+        stops = np.cumsum([math.prod(shape) for shape in shapes])
+        if len(self._flat) < stops[-1]:
+            self._flat = np.empty(stops[-1], self._flat.dtype)
+        parts = np.split(self._flat, stops)
+        self._tape = Tape(*(part.reshape(shape) for part, shape in zip(parts[:-1], shapes, strict=True)))
+        self._turns = turns
+        return self._tape
+
+
+def forward(weights: Parameters, states: NDArray[np.floating], resets: NDArray[np.bool_], tape: Tape) -> None:
+    """Logits and values of T turns of M sequences, left on the tape with all that led to them.
+
+    Args:
+        weights: the parameters.
+        states: [M, 2 H] float, before turn 0.
+        resets: [T, M] bool.
+        tape: of the same T and M, with the features on it.
+    """
+    lstm_forward(
+        tape.driven,
+        states,
+        resets,
+        weights.core_weight,
+        weights.core_bias,
+        tape.gates,
+        tape.cells,
+        tape.squashed,
+        tape.hidden,
+    )
+    heads(
+        tape.hidden.reshape(len(tape.encoded), -1),
+        weights.policy_weight,
+        weights.policy_bias,
+        weights.value_weight,
+        weights.value_bias,
+        tape.logits,
+        tape.values,
+    )
+
+
+def backward(
+    weights: Parameters,
+    rows: NDArray[np.unsignedinteger],
+    counts: NDArray[np.int64],
+    resets: NDArray[np.bool_],
+    tape: Tape,
+    gradient: Parameters,
+    d_table: NDArray[np.floating],
+) -> None:
+    """Add the gradients of core and encoder, given that of the core's outputs in ``tape.d_hidden``.
+
+    The table's is complete only after `encoder_kernels.complete_table`.
+
+    Args:
+        weights: the parameters.
+        rows: [T M, K or more], as given to `encode_rare`, like ``counts`` [T M].
+        counts: likewise.
+        resets: [T, M] bool, as given to `forward`.
+        tape: as `forward` left it; used up.
+        gradient: added to.
+        d_table: [R, H] float, added to.
+    """
+    lstm_backward(
+        tape.driven,
+        resets,
+        weights.core_weight,
+        tape.gates,
+        tape.cells,
+        tape.squashed,
+        tape.d_hidden,
+        tape.d_driven,
+        gradient.core_weight,
+        gradient.core_bias,
+    )
+    d_encoded = tape.d_driven.reshape(tape.encoded.shape)
+    encode_backward(rows, counts, tape.encoded, d_encoded, d_table, gradient.encoder_bias)

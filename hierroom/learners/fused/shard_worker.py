@@ -1,0 +1,121 @@
+"""A worker of the compiled learner: shards of a minibatch go forwards and back, and their gradients add up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.fused.encoder_kernels import add_scaled_rows, complete_table, encode_rare
+from hierroom.learners.fused.loss_kernels import loss_backward
+from hierroom.learners.fused.network import Parameters, TapeMemory, backward, forward
+from hierroom.learners.networks.actor_critic import RecurrentActorCritic
+from hierroom.learners.rollout import Batch
+
+
+@dataclass(frozen=True)
+class Minibatch:
+    """What the shards of a minibatch have in common."""
+
+    weights: Parameters
+    differences: NDArray[np.float32]  # [R + 1, H] see `encoder_kernels.compare_rows`
+    base: NDArray[np.float32]  # [H] likewise
+    offsets: NDArray[np.int64]  # [K] the row of each column's value 0
+    common: NDArray[np.uint8]  # [K] see `encoder_kernels.rare_rows`
+    rows: NDArray[np.unsignedinteger]  # [T, M, K or more] likewise
+    counts: NDArray[np.int64]  # [T, M] likewise
+    batch: Batch  # M sequences of T turns, those of other minibatches included
+    scores: NDArray[np.float32]  # [T, M] normalised advantages
+    targets: NDArray[np.float32]  # [T, M] of the values
+    turn_weight: float  # of one turn in the loss
+
+
+class ShardWorker:
+    """A gradient that shards are added to, one after the other, and the memory that takes.
+
+    Args:
+        share: [P] float32, what becomes the gradient of the flat parameters; overwritten.
+        network: the network that ships, for its shapes.
+        config: hyperparameters.
+    """
+
+    def __init__(self, share: NDArray[np.float32], network: RecurrentActorCritic, config: PPOConfig) -> None:
+        self._config = config
+        self._share = share
+        self._gradient = Parameters.views(share, network)
+        # The table of columns fed as numbers is computed, so its gradient is one step away from that of the weights.
+        self._numbers = numbers_fed(network)
+        self._d_table = (
+            self._gradient.encoder_weight
+            if self._numbers is None
+            else np.zeros((len(network.encoder.table()), config.hidden_size), np.float32)
+        )
+        self._sums = np.zeros(5)
+        self.memory = TapeMemory(self._gradient)
+
+    def clear(self) -> None:
+        """Forget the last minibatch."""
+        self._share.fill(0)
+        if self._numbers is not None:
+            self._d_table.fill(0)
+        self._sums.fill(0)
+
+    def add_shard(self, minibatch: Minibatch, shard: NDArray[np.integer]) -> None:
+        """Add the gradient of the loss of some sequences.
+
+        Args:
+            minibatch: what they are taken from.
+            shard: [at most M] int, the sequences.
+        """
+        batch, weights, config = minibatch.batch, minibatch.weights, self._config
+        n_turns, n_rows = len(batch.features), len(batch.features) * len(shard)
+        tape = self.memory.tape(n_turns, len(shard))
+
+        def of_shard(array: NDArray) -> NDArray:  # [T, M, ...] to [T * shard, ...], contiguous
+            return array.take(shard, axis=1).reshape(n_rows, *array.shape[2:])
+
+        rows, counts, resets = of_shard(minibatch.rows), of_shard(minibatch.counts), batch.resets.take(shard, axis=1)
+        encode_rare(rows, counts, minibatch.differences, minibatch.base, tape.encoded)
+        forward(weights, batch.initial_states[shard], resets, tape)
+        loss_backward(
+            tape.hidden.reshape(n_rows, -1),
+            tape.logits,
+            tape.values,
+            weights.policy_weight,
+            weights.value_weight,
+            of_shard(batch.masks),
+            of_shard(batch.actions),
+            of_shard(batch.log_probs),
+            of_shard(minibatch.scores),
+            of_shard(minibatch.targets),
+            config.clip,
+            config.value_weight,
+            config.entropy_weight,
+            minibatch.turn_weight,
+            tape.d_hidden.reshape(n_rows, -1),
+            self._gradient.policy_weight,
+            self._gradient.policy_bias,
+            self._gradient.value_weight,
+            self._gradient.value_bias,
+            self._sums,
+        )
+        backward(weights, rows, counts, resets, tape, self._gradient, self._d_table)
+
+    def finish(self, minibatch: Minibatch) -> NDArray[np.float64]:
+        """Complete the gradient; returns this worker's part of the first five of `STATISTICS`."""
+        complete_table(minibatch.offsets, minibatch.common, self._gradient.encoder_bias, self._d_table)
+        if self._numbers is not None:
+            rows, columns, numbers = self._numbers
+            add_scaled_rows(columns, rows, numbers, self._d_table, self._gradient.encoder_weight)
+        return self._sums
+
+
+def numbers_fed(network: RecurrentActorCritic) -> tuple[NDArray, NDArray, NDArray] | None:
+    """Rows, columns and values of the encoder's inputs that are not zero; None if no column is fed as numbers."""
+    if network.encoder.inputs is None:
+        return None
+    inputs = network.encoder.inputs.numpy()
+    rows, columns = np.nonzero(inputs)
+    return rows, columns, inputs[rows, columns]

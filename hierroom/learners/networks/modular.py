@@ -1,0 +1,104 @@
+"""A network of sub-policies, one for each symbol: the modules of policy sketches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import cast
+
+import torch
+from numpy.typing import ArrayLike
+from torch import Tensor, nn
+
+from hierroom.errors import InputError
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.networks.recurrent import lstm_cell
+
+Part = Callable[..., tuple[Tensor, ...]]
+
+
+class ModularActorCritic(nn.Module):
+    """One sub-policy for each symbol, no parameter shared; the symbol says whose turn it is and is shown to nobody.
+
+    After Andreas, Klein & Levine, Modular Multitask Reinforcement Learning with Policy Sketches (2017), section 3.1: a
+    task is a sequence of symbols (its sketch), each symbol has a sub-policy of its own, and one acts after the other.
+    What differs, and why:
+
+    - Their sub-policies end by an action of their own, STOP; here the end of a goal's life does, as elsewhere.
+    - Theirs have no memory. Ours are recurrent, as the others here are, and hand the state on to each other; so the
+      gradient of one's loss reaches those that acted before it in the sequence.
+    - Their symbols are of few kinds. Where a symbol is a goal, as in `ppo-modular`, it names the colour too: each
+      sub-policy has a sixth of the turns that a key or door gets.
+    - Their critics belong to tasks and are linear in the features. Here there is one task, and each sub-policy has a
+      value head of its own.
+    - Their curriculum over tasks is left to the config (`TrainConfig.curriculum_stages`).
+
+    Args:
+        space: what the agent sees and can do; the first column of an observation is the symbol.
+        hidden_size: units H of each sub-policy.
+        feature_vectors: how values are fed, see `FeatureEncoder`; the symbol's are not used.
+
+    Raises:
+        InputError: if there is no column beside the symbol.
+    """
+
+    def __init__(
+        self, space: AgentSpace, hidden_size: int, feature_vectors: Sequence[ArrayLike | None] | None = None
+    ) -> None:
+        super().__init__()
+        n_symbols, *rest = space.cardinalities
+        if not rest:
+            raise InputError("sub-policies need something to see beside the symbol")
+        seen, vectors = AgentSpace(tuple(rest), space.n_actions), feature_vectors and feature_vectors[1:]
+        self.parts = nn.ModuleList(RecurrentActorCritic(seen, hidden_size, vectors) for _ in range(n_symbols))
+
+    def initial_state(self, n: int) -> Tensor:
+        """Zeros [n, 2 H]: hidden and cell state side by side."""
+        return cast(RecurrentActorCritic, self.parts[0]).initial_state(n)
+
+    def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """One turn; see `PolicyNetwork.step`."""
+        logits, values, state = _each(self.parts, features[:, 0], RecurrentActorCritic.step, features[:, 1:], state)
+        return logits, values, state
+
+    def sequence(self, features: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
+        """T turns in a row; see `PolicyNetwork.sequence`."""
+        shape, flat = resets.shape, features.flatten(0, 1)
+        # What does not wait for the step before is done for all turns of a symbol at once.
+        (driven,) = _each(self.parts, flat[:, 0], _drive, flat[:, 1:])
+        driven = driven.reshape(*shape, -1)  # [T, M, 4 H]
+        keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]
+        hidden, cell = state.chunk(2, dim=-1)
+        outputs = []
+        # Cut up once: the gradient of driven[t], or of a part of a weight, is as large as all of it, for every t.
+        parts = cast(Iterable[RecurrentActorCritic], self.parts)
+        cores = [(part.core.bias, part.core.split_weight()[1]) for part in parts]
+        for symbols, from_input, keep in zip(features[..., 0].unbind(), driven.unbind(), keeps.unbind(), strict=True):
+            (recurrent,) = _each(cores, symbols, _recur, hidden * keep)
+            hidden, cell = lstm_cell(recurrent + from_input, cell * keep)
+            outputs.append(hidden)
+        logits, values = _each(self.parts, flat[:, 0], _heads, torch.cat(outputs))
+        return logits.reshape(*shape, -1), values.reshape(shape)
+
+
+def _each(parts: Iterable, symbols: Tensor, function: Part, *inputs: Tensor) -> tuple[Tensor, ...]:
+    """``function(part, *rows)`` for each symbol's part and rows of the inputs [N, ...]; outputs [N, ...]."""
+    parts = list(parts)
+    order = symbols.argsort(stable=True)
+    counts = symbols.long().bincount(minlength=len(parts)).tolist()
+    pieces = zip(*(tensor[order].split(counts) for tensor in inputs), strict=True)
+    outputs = [function(part, *rows) for part, rows, n in zip(parts, pieces, counts, strict=True) if n]
+    places = order.argsort()
+    return tuple(torch.cat(column)[places] for column in zip(*outputs, strict=True))
+
+
+def _drive(part: RecurrentActorCritic, features: Tensor) -> tuple[Tensor]:
+    return (part.encoder(features) @ part.core.split_weight()[0],)
+
+
+def _recur(core: tuple[Tensor, Tensor], hidden: Tensor) -> tuple[Tensor]:
+    bias, of_hidden = core
+    return (torch.addmm(bias, hidden, of_hidden),)
+
+
+def _heads(part: RecurrentActorCritic, hidden: Tensor) -> tuple[Tensor, Tensor]:
+    return part.policy_head(hidden), part.value_head(hidden).squeeze(-1)

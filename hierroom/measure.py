@@ -1,0 +1,189 @@
+"""Measure a chain from play: real episodes, seen as a walk on the augmented graph.
+
+**Which node is the agent at?** Every state of a level has exactly one:
+
+- the exit, once it is reached;
+- (key k, open doors), while the agent holds a key whose door is still locked: k is the room of the last such key it
+  picked up, the one that it would drop;
+- else (room r, open doors) for the room r it stands in; a doorway belongs to the room behind it.
+
+So a key node lasts from the pick-up until the door is open. Play has other edges than the paper's graph, where a key
+leads into the room it opens: opening a door leaves the agent in the centre, before the open door; and with a second
+key in hand it is at that key's node at once.
+
+It stands outside `hierroom.complexity`, which knows of no world and no learner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import Progress
+
+from hierroom.agents.player import OraclePlayer, Player, RandomPlayer, play
+from hierroom.complexity.augmented import AugmentedGraph
+from hierroom.complexity.counts import EpisodeCounts, counts_of
+from hierroom.complexity.difficulty import is_difficulty
+from hierroom.complexity.measured import MeasuredReport
+from hierroom.complexity.report import analyze
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+from hierroom.training.assembly import load_pair, make_turns
+from hierroom.training.run_folder import RunFolder
+from hierroom.turns import Turns
+
+MAX_ENVS = 100
+"""Environments played in side by side, at most."""
+
+
+class NodeMap:
+    """Where levels of one goal graph stand in its augmented graph.
+
+    Args:
+        augmented: the augmented graph.
+    """
+
+    def __init__(self, augmented: AugmentedGraph) -> None:
+        self.exit = augmented.exit
+        n_branches = augmented.graph.n_rooms - 1
+        self._nodes = np.full((2, n_branches + 1, 1 << n_branches), -1)  # key or room, which, open doors as bits
+        for i, node in enumerate(augmented.nodes[:-1]):
+            self._nodes[int(node.kind == "room"), node.room, sum(1 << (door - 1) for door in node.doors)] = i
+
+    def __call__(self, levels: np.ndarray, terminated: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """The node of each level.
+
+        Args:
+            levels: [M] records of `layout.LEVEL`.
+            terminated: [M] bool, whether the exit has been reached.
+
+        Returns:
+            [M] int64 indices into the augmented graph's nodes.
+        """
+        carried = levels["carried"]
+        nodes = self._nodes[
+            (carried < 0).astype(int), np.where(carried < 0, _room_of(levels), carried + 1), levels["doors"]
+        ]
+        return np.where(terminated, self.exit, nodes)
+
+
+def count_transitions(
+    turns: Turns, player: Player, episodes: int, progress: Callable[[int], object] = lambda done: None
+) -> EpisodeCounts:
+    """Let a player play the first episodes of each environment, and count its moves between nodes.
+
+    Args:
+        turns: N fresh environments of one goal graph, which begin their next episode by themselves.
+        player: who plays.
+        episodes: at least so many in all.
+        progress: called with the number of episodes done.
+
+    Returns:
+        The transitions of each episode.
+
+    Raises:
+        InputError: if fewer than one episode is asked for, or the environments are of several goal graphs.
+    """
+    augmented = AugmentedGraph(graph_of(turns))
+    node_of, n_nodes, n = NodeMap(augmented), len(augmented.nodes), len(turns)
+    per_env = -(-max(episodes, 1) // n)
+    lengths, escaped = np.zeros(n * per_env, np.int64), np.zeros(n * per_env, bool)
+    nodes, keys = node_of(turns.world.state.levels, np.zeros(n, bool)), []
+    for played in play(turns, player, episodes, progress):
+        step, counted, ended = played.step, played.envs, played.ended
+        levels = np.where(step.episode_ended, turns.world.finals, turns.world.state.levels)
+        after = node_of(levels, step.terminated)
+        episode = np.arange(n) * per_env + played.played
+        keys.append((episode[counted] * n_nodes + nodes[counted]) * n_nodes + after[counted])
+        truncated = ended[~step.terminated[ended]]
+        keys.append((episode[truncated] * n_nodes + after[truncated]) * n_nodes + augmented.start)
+        lengths[episode[ended]], escaped[episode[ended]] = step.lengths[ended], step.terminated[ended]
+        nodes = np.where(step.episode_ended, augmented.start, after)
+    return counts_of(np.concatenate(keys), n_nodes, lengths, escaped)
+
+
+def measure(
+    turns: Turns,
+    player: Player,
+    episodes: int = 1000,
+    progress: Callable[[int], object] = lambda done: None,
+    seed: int = 0,
+) -> MeasuredReport:
+    """Play in real levels and report the chain that comes of it, beside the walk that is assumed.
+
+    Args:
+        turns: N fresh environments of one goal graph, which begin their next episode by themselves.
+        player: who plays: `RandomPlayer`, `OraclePlayer`, a trained `Pair`, or anything with their method ``step``.
+        episodes: at least so many in all.
+        progress: called with the number of episodes done.
+        seed: fixes the bootstrap.
+
+    Raises:
+        InputError: if fewer than one episode is asked for, or the environments are of several goal graphs.
+    """
+    counts = count_transitions(turns, player, episodes, progress)
+    assumed = analyze(graph_of(turns), drop_key=bool(turns.world.state.levels["can_drop"][0]))
+    return MeasuredReport(assumed, counts, seed=seed)
+
+
+def measure_named(name: str, graph: str | None, drop_key: bool, episodes: int, seed: int) -> MeasuredReport:
+    """Measure whoever the command line names, with a progress bar.
+
+    Args:
+        name: `"random"`, `"oracle"`, or the folder of a training run, whose settings the environments then have.
+        graph: a goal graph as users name it; None for the run's, and for `"random"` and `"oracle"` graph c.
+        drop_key: whether keys can be dropped; a run that trained so has it on anyway.
+        episodes: at least so many.
+        seed: fixes the levels, the actions and the bootstrap.
+
+    Raises:
+        InputError: if there is no such run, or an argument is not valid.
+    """
+    if episodes < 1:
+        raise InputError(f"play at least one episode, not {episodes}")
+    num_envs = min(MAX_ENVS, episodes)
+    if name in ("random", "oracle"):
+        turns = Turns(EnvConfig(graph or "c", drop_key=drop_key), num_envs, seed=seed)
+        player: Player = OraclePlayer() if name == "oracle" else RandomPlayer(np.random.default_rng(seed))
+    else:
+        turns, player = _trained(name, graph, drop_key, num_envs, seed)
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("playing", total=episodes)
+        return measure(turns, player, episodes, lambda done: bar.update(task, completed=done), seed)
+
+
+def graph_of(turns: Turns) -> GoalGraph:
+    """The goal graph that all levels of the turns have.
+
+    Raises:
+        InputError: if they have several.
+    """
+    records = turns.world.graph_records
+    if len(records) != 1:
+        raise InputError(f"a chain is measured in environments of one goal graph, not of {len(records)}")
+    return GoalGraph(tuple(records[0].key_rooms[: records[0].n_rooms - 1]), records[0].exit_room)
+
+
+def _trained(name: str, graph: str | None, drop_key: bool, num_envs: int, seed: int) -> tuple[Turns, Player]:
+    folder = RunFolder.open(name)
+    config = folder.config()
+    if drop_key and not config.env.drop_key:
+        raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
+    if graph is None and is_difficulty(config.env.graph):
+        raise InputError(f"the agent of {name} was trained on {config.env.graph}; name one goal graph by --graph")
+    config = replace(config, env=replace(config.env, graph=graph or config.env.graph))
+    return make_turns(config, num_envs, seed, whole_interval=True), load_pair(folder, num_envs, seed=seed)
+
+
+def _room_of(levels: np.ndarray) -> NDArray[np.int64]:
+    """[M] the room each agent stands in, a doorway being part of the room behind it."""
+    row, col = levels["row"][:, None], levels["col"][:, None]
+    top, left, bottom, right = np.moveaxis(levels["rectangles"], -1, 0)
+    inside = (top <= row) & (row <= bottom) & (left <= col) & (col <= right)  # [M, rooms]
+    inside[:, 1:] |= (levels["doors_at"] == np.stack([levels["row"], levels["col"]], axis=-1)[:, None]).all(axis=-1)
+    return inside.argmax(axis=1)

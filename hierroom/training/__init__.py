@@ -1,0 +1,1 @@
+"""A training run: its config, its trainer and its folder."""

@@ -1,0 +1,77 @@
+"""What the last episodes were like."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+
+from hierroom.options import Step
+
+WINDOW = 500
+"""Episodes that success and length are averaged over."""
+MILESTONES = (50, 90, 95, 99)
+"""Percent of success whose first crossing is recorded."""
+
+
+class EpisodeLog:
+    """Success and length over the last 500 episodes, and when success first crossed each milestone.
+
+    Attributes:
+        episodes: episodes that have ended.
+        steps_to: milestone in percent to the primitive steps it took, for those crossed.
+        seconds_to: the same in seconds of training.
+    """
+
+    def __init__(self) -> None:
+        self.episodes = 0
+        self.steps_to: dict[int, int] = {}
+        self.seconds_to: dict[int, float] = {}
+        self._successes: deque[bool] = deque(maxlen=WINDOW)
+        self._lengths: deque[int] = deque(maxlen=WINDOW)
+
+    def add(self, step: Step, steps: int, seconds: float) -> None:
+        """Count the episodes that a step ended, in the order of their environments.
+
+        Args:
+            step: what the step did.
+            steps: primitive steps trained so far.
+            seconds: seconds trained so far.
+        """
+        ended = np.flatnonzero(step.episode_ended)
+        if not len(ended):
+            return
+        self.episodes += len(ended)
+        self._successes.extend(step.terminated[ended].tolist())
+        self._lengths.extend(step.lengths[ended].tolist())
+        if len(self._successes) == WINDOW:
+            for milestone in MILESTONES:
+                if milestone not in self.steps_to and self.success_rate >= milestone / 100:
+                    self.steps_to[milestone], self.seconds_to[milestone] = steps, seconds
+
+    @property
+    def success_rate(self) -> float:
+        """Share of the window's episodes that reached the exit; 0 before the first."""
+        return float(np.mean(self._successes)) if self._successes else 0.0
+
+    @property
+    def episode_length(self) -> float:
+        """Mean length of the window's episodes in primitive steps; not a number before the first."""
+        return float(np.mean(self._lengths)) if self._lengths else float("nan")
+
+    def state_dict(self) -> dict:
+        """Everything, as plain types."""
+        return {
+            "episodes": self.episodes,
+            "steps_to": dict(self.steps_to),
+            "seconds_to": dict(self.seconds_to),
+            "successes": list(self._successes),
+            "lengths": list(self._lengths),
+        }
+
+    def load_state_dict(self, state: dict) -> None:
+        """Go back to what `state_dict` gave."""
+        self.episodes = state["episodes"]
+        self.steps_to, self.seconds_to = dict(state["steps_to"]), dict(state["seconds_to"])
+        self._successes = deque(state["successes"], WINDOW)
+        self._lengths = deque(state["lengths"], WINDOW)

@@ -1,0 +1,34 @@
+"""Pictures of training."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+from hierroom.files import write_atomically
+from hierroom.training.run_folder import RunFolder
+
+
+def plot_learning_curve(run: RunFolder, path: Path) -> None:
+    """Draw success and episode length over the steps trained, as a PNG.
+
+    Raises:
+        InputError: if the picture cannot be written.
+    """
+    from matplotlib.figure import Figure  # slow to load, and only wanted here
+
+    rows = run.metrics()
+    steps = [row["steps"] / 1e6 for row in rows]
+    figure = Figure(figsize=(8, 3.2), layout="constrained")
+    success, length = figure.subplots(1, 2)
+    success.plot(steps, [100 * row["success_rate"] for row in rows], color="tab:green")
+    success.set(ylim=(0, 101), ylabel="success (%)", title="reached the exit")
+    length.plot(steps, [row["episode_length"] for row in rows], color="tab:blue")
+    length.set(ylim=(0, None), ylabel="steps", title="episode length")
+    for axes in (success, length):
+        axes.set_xlabel("primitive steps (millions)")
+        axes.grid(alpha=0.3)
+    figure.suptitle(f"{run.config().name}: mean over the last 500 episodes")
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=120)
+    write_atomically(path, picture.getvalue())

@@ -1,0 +1,193 @@
+"""The folder of a training run: config, metrics, checkpoints, summary. Every file appears whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import platform
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from hierroom.errors import InputError
+from hierroom.files import to_json, write_atomically
+from hierroom.goals import NAMED_GRAPHS, GoalGraph
+from hierroom.training.config import TrainConfig
+
+CHECKPOINT_FORMAT = 5
+
+
+class RunFolder:
+    """A training run on disk.
+
+    ``config.json``, ``versions.json`` (what the run began with), ``metrics.csv`` (a row each time training is logged),
+    ``checkpoints/`` (named by their steps), ``summary.json``, TensorBoard events and pictures; and where the goal graph
+    is none of the named ones a copy of it, ``graph.toml``, which the run goes on with whatever becomes of its file.
+
+    Args:
+        path: the folder.
+    """
+
+    def __init__(self, path: str | Path):
+        self.path = Path(path)
+
+    @classmethod
+    def create(cls, path: str | Path, config: TrainConfig) -> RunFolder:
+        """Begin a run in a new or empty folder.
+
+        Raises:
+            InputError: if the folder holds something or cannot be made.
+        """
+        run = cls(path)
+        try:
+            if run.path.exists() and any(run.path.iterdir()):
+                raise FileExistsError
+            run.checkpoints.mkdir(parents=True)
+        except (FileExistsError, NotADirectoryError):
+            raise InputError(f"{run.path} is already there; choose another --out, or --resume it") from None
+        except OSError as error:
+            raise InputError(f"cannot make the run folder {run.path}: {error.strerror}") from error
+        graph = config.env.graph
+        if isinstance(graph, GoalGraph):
+            write_atomically(run.path / "graph.toml", graph.to_toml().encode())
+        elif graph not in NAMED_GRAPHS and Path(graph).is_file():  # as `as_goal_graph` reads it
+            write_atomically(run.path / "graph.toml", Path(graph).read_bytes())
+        versions = {package: version(package) for package in ("hierroom", "numba", "numpy", "torch")}
+        write_atomically(
+            run.path / "versions.json", to_json({"python": platform.python_version(), **versions}).encode()
+        )
+        run.save_config(config)
+        return run
+
+    @classmethod
+    def open(cls, path: str | Path) -> RunFolder:
+        """A run that is there.
+
+        Raises:
+            InputError: if there is none.
+        """
+        run = cls(path)
+        if not (run.path / "config.json").is_file():
+            raise InputError(f"{run.path} is not a run folder: it has no config.json")
+        return run
+
+    @property
+    def checkpoints(self) -> Path:
+        """The folder of the checkpoints."""
+        return self.path / "checkpoints"
+
+    def save_config(self, config: TrainConfig) -> None:
+        """Write config.json."""
+        write_atomically(self.path / "config.json", to_json(config.to_dict()).encode())
+
+    def config(self) -> TrainConfig:
+        """What the run trains.
+
+        Raises:
+            InputError: if config.json is broken.
+        """
+        path = self.path / "config.json"
+        try:
+            table = json.loads(path.read_text())
+        except (OSError, ValueError) as error:
+            raise InputError(f"cannot read {path}: {error}") from error
+        try:
+            config = TrainConfig.from_dict(table)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
+        graph = self.path / "graph.toml"
+        return replace(config, env=replace(config.env, graph=str(graph))) if graph.is_file() else config
+
+    def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
+        """Write what `Trainer.state_dict` gave; it is named by its steps."""
+        buffer = io.BytesIO()
+        torch.save({"format": CHECKPOINT_FORMAT, **state}, buffer)
+        path = self.checkpoints / f"{state['steps']:012d}.pt"
+        write_atomically(path, buffer.getvalue())
+        return path
+
+    def load_checkpoint(self, steps: int | None = None) -> dict[str, Any]:
+        """The checkpoint after so many steps, by default the newest. Nothing that is read from it can run.
+
+        Raises:
+            InputError: if there is none, it is broken, or another version of hierroom wrote it in another format.
+        """
+        paths = {int(path.stem): path for path in sorted(self.checkpoints.glob("*.pt")) if path.stem.isdigit()}
+        if not paths:
+            raise InputError(f"{self.path} has no checkpoint in {self.checkpoints.name}/")
+        if steps is not None and steps not in paths:
+            raise InputError(f"{self.path} has checkpoints after {', '.join(map(str, paths))} steps, not {steps}")
+        path = paths[max(paths) if steps is None else steps]
+        try:
+            state = torch.load(path, map_location="cpu", weights_only=True)
+        except Exception as error:  # torch raises many kinds for a broken file, among them plain RuntimeError
+            lines = str(error).strip().splitlines() or [type(error).__name__]
+            reason = lines[0].split(". ")[0]  # torch goes on with advice for its own users
+            raise InputError(f"cannot read the checkpoint {path}: {reason}") from error
+        found = state.get("format") if isinstance(state, dict) else None
+        if found != CHECKPOINT_FORMAT:
+            raise InputError(f"the checkpoint {path} has format {found}, this hierroom reads {CHECKPOINT_FORMAT}")
+        return state
+
+    def append_metrics(self, row: Mapping[str, float]) -> None:
+        """Add a row to metrics.csv.
+
+        Raises:
+            InputError: if it cannot be written; the rows before are still there.
+        """
+        path = self.path / "metrics.csv"
+        text = io.StringIO()
+        writer = csv.DictWriter(text, list(row))
+        size = path.stat().st_size if path.exists() else 0
+        if size == 0:
+            writer.writeheader()
+        writer.writerow(row)
+        try:
+            with path.open("a", newline="") as file:
+                file.write(text.getvalue())
+        except OSError as error:
+            with suppress(OSError):
+                os.truncate(path, size)
+            raise InputError(f"cannot write {path}: {error.strerror}") from error
+
+    def metrics(self) -> list[dict[str, float]]:
+        """The rows of metrics.csv.
+
+        Raises:
+            InputError: if it is broken.
+        """
+        path = self.path / "metrics.csv"
+        if not path.exists():
+            return []
+        try:
+            with path.open(newline="") as file:
+                return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+        except (TypeError, ValueError) as error:  # a row is too short or too long, or holds no number
+            raise InputError(f"{path} is broken: {error}") from error
+
+    def drop_metrics_after(self, steps: int) -> None:
+        """Take out the rows logged after a checkpoint that training goes on from."""
+        rows, path = self.metrics(), self.path / "metrics.csv"
+        if rows:
+            header, *lines = path.read_bytes().splitlines(keepends=True)
+            kept = [line for row, line in zip(rows, lines, strict=True) if row["steps"] <= steps]
+            write_atomically(path, b"".join([header, *kept]))
+
+    def save_summary(self, summary: Mapping[str, Any]) -> None:
+        """Write summary.json."""
+        write_atomically(self.path / "summary.json", to_json(summary).encode())
+
+
+def unused_path(path: Path) -> Path:
+    """The path, or where it is taken the first of path-2, path-3, ... that is free."""
+    candidate, number = path, 2
+    while candidate.exists():
+        candidate, number = path.with_name(f"{path.name}-{number}"), number + 1
+    return candidate

@@ -1,0 +1,137 @@
+"""Training: two agents act in the environments of a config and learn from their turns, again and again."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+import torch
+
+from hierroom.agents.player import Pair
+from hierroom.errors import InputError
+from hierroom.options import CONTROLLER, META
+from hierroom.training.assembly import freeze, make_agents, make_turns, warm_start
+from hierroom.training.config import TrainConfig
+from hierroom.training.episode_log import MILESTONES, EpisodeLog
+from hierroom.training.run_folder import RunFolder
+from hierroom.world.layout import LEVEL
+
+
+class Trainer:
+    """Trains the agents of a config.
+
+    Args:
+        config: what to train.
+
+    Attributes:
+        agents: who acts and learns, by name.
+        turns: the environments.
+        steps: primitive steps taken so far, over all environments.
+        seconds: seconds spent in `advance` so far.
+        log: what the last episodes were like.
+
+    Raises:
+        InputError: if the config holds a value that cannot be used.
+    """
+
+    def __init__(self, config: TrainConfig):
+        if config.steps < 1:
+            raise InputError(f"steps must be at least 1, not {config.steps}")
+        self.config = config
+        self.turns = make_turns(config, config.num_envs, config.seed)
+        self.turns.world.stagger_clocks()
+        self.agents = make_agents(config)
+        if config.warm_start:
+            warm_start(self.agents[CONTROLLER], config, RunFolder.open(config.warm_start))
+        self.log = EpisodeLog()
+        self.steps = 0
+        self.seconds = 0.0
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the config's steps are taken."""
+        return self.steps >= self.config.steps
+
+    def advance(self) -> None:
+        """Act in every environment until the controller has learned once more (paper, Algorithm 1)."""
+        started = time.perf_counter() - self.seconds
+        while not self.agents[CONTROLLER].ready:
+            for name in self.agents:  # meta_0 first
+                self._act(name)
+            transitions = self.turns.advance()
+            for name, transition in transitions.items():
+                self.agents[name].record(transition)
+            self.steps += len(self.turns)
+            self.log.add(transitions[CONTROLLER].step, self.steps, time.perf_counter() - started)
+        self._act(META)  # the controller's next observation holds its next goal
+        self._learn(CONTROLLER)
+        self.seconds = time.perf_counter() - started
+
+    def _act(self, name: str) -> None:
+        """Let an agent take its turn wherever it is due; before that it learns, if it has taken turns enough."""
+        agent, due = self.agents[name], self.turns.due(name)
+        if len(due):
+            if agent.ready:
+                self._learn(name)
+            observation = self.turns.observe(name, due)
+            self.turns.act(name, observation, agent.act(observation))
+
+    def _learn(self, name: str) -> None:
+        observation = self.turns.observe(name, self.turns.due(name))
+        self.agents[name].update(observation, min(self.steps / self.config.steps, 1.0))
+
+    def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
+        """What the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
+        return freeze(self.agents, num_envs, seed=seed, is_greedy=is_greedy)
+
+    def metrics(self) -> dict[str, float]:
+        """One row of numbers on how training stands."""
+        return {
+            "steps": self.steps,
+            "seconds": self.seconds,
+            "episodes": self.log.episodes,
+            "success_rate": self.log.success_rate,
+            "episode_length": self.log.episode_length,
+            **self.agents[CONTROLLER].statistics,
+            **{f"meta_{name}": value for name, value in self.agents[META].statistics.items()},
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """What is left to be said at the end of training."""
+        return {
+            "success_rate": self.log.success_rate,
+            "episode_length": self.log.episode_length,
+            "episodes": self.log.episodes,
+            "steps": self.steps,
+            "seconds": self.seconds,
+            "steps_per_second": self.steps / self.seconds if self.seconds else 0.0,
+            "rollout_bytes": self.agents[CONTROLLER].learner.n_rollout_bytes,
+            **{f"steps_to_{m}": self.log.steps_to.get(m) for m in MILESTONES},
+            **{f"seconds_to_{m}": self.log.seconds_to.get(m) for m in MILESTONES},
+        }
+
+    def state_dict(self) -> dict[str, Any]:
+        """Everything that decides what happens next, as tensors and plain types."""
+        turns = self.turns.get_state()
+        levels = turns.pop("levels")
+        return {
+            "turns": {name: torch.from_numpy(array) for name, array in turns.items()},
+            "levels": {name: torch.from_numpy(levels[name].copy()) for name in LEVEL.names or ()},
+            "agents": {name: agent.state_dict() for name, agent in self.agents.items()},
+            "log": self.log.state_dict(),
+            "steps": self.steps,
+            "seconds": self.seconds,
+        }
+
+    def load_state_dict(self, state: dict[str, Any]) -> None:
+        """Go on from what `state_dict` gave, in a trainer with the same config."""
+        turns = {name: tensor.numpy() for name, tensor in state["turns"].items()}
+        levels = np.zeros(self.config.num_envs, LEVEL)
+        for name, values in state["levels"].items():
+            levels[name] = values.numpy()
+        self.turns.set_state({**turns, "levels": levels})
+        for name, agent in self.agents.items():
+            agent.load_state_dict(state["agents"][name])
+        self.log.load_state_dict(state["log"])
+        self.steps, self.seconds = state["steps"], state["seconds"]

@@ -1,0 +1,200 @@
+"""N EscapeRoom environments stepped at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+from hierroom.world import kernels
+from hierroom.world.layout import GRAPH, LEVEL, MEMORIES, MIN_SIZE, OUTCOME, State, empty_state, graph_records
+
+MIN_ENVS_PER_THREAD = 1024
+"""Below this, handing work to another thread costs more than it saves."""
+
+Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
+"""Some environments of a batch."""
+INT64 = np.dtype(np.int64)
+
+
+class World:
+    """N environments that are stepped together and begin their next episode by themselves.
+
+    Each environment is a stream of episodes fixed by ``(seed, index, episode)``, whatever batch it is in and however
+    many threads step it.
+
+    Args:
+        graphs: goal graphs; each episode draws one of them.
+        num_envs: N, at least 1.
+        size: cells of the grid's side, 11 to 63, outer walls included.
+        max_steps: steps after which an episode is truncated, at least 1.
+        drop_key: whether action 5 drops a key.
+        seed: 0 to 2**63 - 1; None makes no level yet: call `reset` with a seed first.
+        first_index: the index of the first environment.
+        threads: most threads to step with, at least 1; small batches use fewer.
+        memories: what levels remember of their episode, names in `layout.MEMORIES`.
+
+    Attributes:
+        state: the state of the environments, changed in place by each step.
+        outcomes: [N] records of `layout.OUTCOME`, overwritten by each step.
+        finals: [N] records of `layout.LEVEL`: each level as its last episode left it.
+
+    Raises:
+        InputError: if an argument is out of its range or a graph has more rooms than a grid holds.
+    """
+
+    def __init__(
+        self,
+        graphs: Sequence[GoalGraph],
+        num_envs: int = 1,
+        *,
+        size: int = 19,
+        max_steps: int = 1000,
+        drop_key: bool = False,
+        seed: int | None = 0,
+        first_index: int = 0,
+        threads: int = 1,
+        memories: Iterable[str] = (),
+    ):
+        for name, value in (("max_steps", max_steps), ("threads", threads)):
+            if not isinstance(value, (int, np.integer)) or not 1 <= value < 2**31:
+                raise InputError(f"{name} must be a whole number from 1 to 2**31 - 1, not {value!r}")
+        self.graph_records = graph_records(graphs)
+        self.state = empty_state(num_envs, size)
+        self.outcomes = np.zeros(num_envs, OUTCOME)
+        self.finals = np.zeros(num_envs, LEVEL)
+        levels = self.state.levels
+        levels["index"] = first_index + np.arange(num_envs)
+        levels["max_steps"], levels["can_drop"] = max_steps, drop_key
+        self._shape = (num_envs,)
+        self.n_actions = 6 if drop_key else 5
+        n_slices = max(1, min(threads, num_envs // MIN_ENVS_PER_THREAD))
+        bounds = np.linspace(0, num_envs, n_slices + 1).astype(int)
+        self._slices = [slice(a, b) for a, b in pairwise(bounds)]
+        self._pool = ThreadPoolExecutor(len(self._slices)) if len(self._slices) > 1 else None
+        self.remember(memories)
+        if seed is not None:
+            self.reset(seed)
+
+    def __len__(self) -> int:
+        return len(self.outcomes)
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether there are levels: not before the first `reset`."""
+        return bool(self.state.levels["n_rooms"][0])
+
+    def reset(self, seed: int | None = None) -> None:
+        """Begin an episode in every environment: the first one of a seed, or without a seed each one's next."""
+        if seed is not None:
+            if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**63:
+                raise InputError(f"a seed is a whole number from 0 to 2**63 - 1, not {seed!r}")
+            self.state.levels["seed"], self.state.levels["episode"] = seed, -1
+        self._clear_outcomes(np.arange(len(self)), 0)
+        kernels.reset_levels(self.state.levels, self.state.grids, self.graph_records, self.outcomes)
+
+    def remember(self, memories: Iterable[str]) -> None:
+        """Let levels remember more of their episode, from the next `reset` on.
+
+        Args:
+            memories: names in `layout.MEMORIES`.
+        """
+        for name in memories:
+            self.state.levels["remembers"] |= MEMORIES[name]
+
+    def stagger_clocks(self) -> None:
+        """Spread the step counts of the episodes under way evenly, so that they are not truncated together."""
+        levels = self.state.levels
+        levels["steps"] = np.arange(len(self)) * levels["max_steps"] // len(self)
+
+    def set_graphs(self, graphs: Sequence[GoalGraph]) -> None:
+        """Draw the graphs of later episodes from these."""
+        self.graph_records = graph_records(graphs)
+
+    def step(self, actions: ArrayLike) -> np.ndarray:
+        """Act once in every environment and return the outcomes; where an episode ends the next one begins.
+
+        Args:
+            actions: [N] whole numbers; one that is no action of the environment does nothing but costs the step.
+
+        Raises:
+            InputError: if that is not what the actions are.
+        """
+        actions, graphs, step = self._as_actions(actions), self.graph_records, _compiled_step()
+        levels, grids, outcomes, finals = self.state.levels, self.state.grids, self.outcomes, self.finals
+        if self._pool is None:
+            step(levels, grids, graphs, actions, outcomes, finals)
+        else:
+            parts = self._slices
+            list(self._pool.map(lambda p: step(levels[p], grids[p], graphs, actions[p], outcomes[p], finals[p]), parts))
+        return outcomes
+
+    def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
+        """Act once in every environment whose episode has not ended and return the outcomes; nothing is reset."""
+        actions = self._as_actions(actions)
+        kernels.step_levels(self.state.levels, self.state.grids, actions, self.outcomes)
+        return self.outcomes
+
+    def get_state(self, indices: Indices = slice(None)) -> State:
+        """A copy of the exact state of some environments (all of them by default)."""
+        return self.state[self._chosen(indices)]
+
+    def set_state(self, state: State, indices: Indices = slice(None)) -> None:
+        """Put environments (all of them by default) into a state taken earlier, from these or others of their size.
+
+        The state brings everything along: graph, step limit, whether keys can be dropped, what is remembered, and the
+        seed and index of the environment it was taken from, which fix the episodes that follow.
+
+        Raises:
+            InputError: if the state's grid size or number of environments does not fit, or there is none of an index.
+        """
+        chosen = self._chosen(indices)
+        if state.size != self.state.size or len(state) != len(chosen):
+            raise InputError(
+                f"the state must hold {len(chosen)} environments of size {self.state.size}; "
+                f"it holds {len(state)} of size {state.size}"
+            )
+        self.state.levels[chosen], self.state.grids[chosen] = state.levels, state.grids
+        self._clear_outcomes(chosen, state.levels["steps"])
+        levels = state.levels
+        at_exit = (levels["row"] == levels["exit_at"][:, 0]) & (levels["col"] == levels["exit_at"][:, 1])
+        self.outcomes["terminated"][chosen] = levels["has_ended"] & at_exit
+        self.outcomes["truncated"][chosen] = levels["has_ended"] & (levels["steps"] >= levels["max_steps"])
+        kernels.look_levels(self.state.levels, self.state.grids, self.outcomes)
+
+    def _chosen(self, indices: Indices) -> NDArray[np.integer]:
+        try:
+            return np.atleast_1d(np.arange(len(self))[indices])
+        except IndexError as error:
+            raise InputError(f"environments are numbered from 0 to {len(self) - 1}; there is no {indices}") from error
+
+    def _clear_outcomes(self, indices: NDArray[np.integer], lengths: ArrayLike) -> None:
+        """Outcomes of environments that have taken no step since they were reset or restored."""
+        outcomes = np.zeros(len(indices), OUTCOME)
+        outcomes["event"], outcomes["length"] = -1, lengths
+        self.outcomes[indices] = outcomes
+
+    def _as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:
+        if isinstance(actions, np.ndarray) and actions.dtype is INT64 and actions.shape == self._shape:
+            return actions if actions.flags.c_contiguous else actions.copy()
+        given = np.asarray(actions)
+        if given.shape != self._shape or given.dtype.kind not in "iu":
+            raise InputError(
+                f"actions must be {len(self)} whole numbers, one for each environment, "
+                f"not an array of {given.dtype} and shape {given.shape}"
+            )
+        return given.astype(np.int64)
+
+
+@cache
+def _compiled_step() -> Callable[..., None]:
+    """`kernels.step_and_reset_levels` for the types of a world's arrays."""
+    state = empty_state(1, MIN_SIZE)
+    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, INT64), np.zeros(1, OUTCOME), state.levels
+    return kernels.compiled(kernels.step_and_reset_levels, *arrays)
