@@ -20,12 +20,13 @@ from run_table import fill, in_millions, train
 
 from hierroom.cli import run
 from hierroom.learners.config import PPOConfig
-from hierroom.training.presets import PRESETS, TrainConfig
+from hierroom.training.config import TrainConfig
+from hierroom.training.presets import PRESETS
 
 DEFAULT = PRESETS["default"]
 UNCHANGED = "as it is"
 CHANGES: dict[str, tuple[object, ...]] = {
-    "rooms": (128,),
+    "num_envs": (128,),
     "sequence_length": (16, 128),
     "minibatches": (8,),
     "epochs": (2, 6),
@@ -43,8 +44,10 @@ CHANGES: dict[str, tuple[object, ...]] = {
     "hidden_size": (32, 128),
 }
 """Entry of the config or of its learner to the values tried in place of the preset's."""
-LEFT_OUT = DEFAULT.inputs[2:]
-"""Inputs left out one at a time: all but the view and the goal, without which there is nothing to learn from."""
+LEFT_OUT = DEFAULT.features[2:]
+"""Features left out one at a time: all but the view and the goal, without which there is nothing to learn from."""
+NAMES_IN_FILE = {"num_envs": "rooms"}
+"""Entries that had another name when the first rows were made: in the file they keep it."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,13 @@ def variants(config: TrainConfig) -> Iterator[tuple[str, TrainConfig]]:
         for value in values:
             yield f"{entry} {value}", changed(config, entry, value)
     for left_out in LEFT_OUT:
-        yield f"without {left_out}", replace(config, inputs=tuple(i for i in config.inputs if i != left_out))
+        yield f"without {left_out}", replace(config, features=tuple(f for f in config.features if f != left_out))
+
+
+def in_file(change: str) -> str:
+    """What a change is called in the file."""
+    entry, _, value = change.partition(" ")
+    return f"{NAMES_IN_FILE.get(entry, entry)} {value}"
 
 
 def measure(config: TrainConfig) -> dict[str, object]:
@@ -91,7 +100,7 @@ def print_medians(rows: list[dict[str, str]]) -> None:
     print("| change | seeds | steps to 95% | to 99% | success | worst | length |")
     print("|---|---|---|---|---|---|---|")
     for change in dict.fromkeys(name for name, _ in variants(DEFAULT)):
-        chosen = [row for row in rows if row["change"] == change]
+        chosen = [row for row in rows if row["change"] == in_file(change)]
         if not chosen:
             continue
         to_95, to_99, success, length = (
@@ -108,10 +117,11 @@ def print_medians(rows: list[dict[str, str]]) -> None:
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
-    base = replace(DEFAULT, graph=options.graph, steps=options.steps, threads=1)  # the processes are the parallel part
+    env = replace(DEFAULT.env, graph=options.graph)
+    base = replace(DEFAULT, env=env, steps=options.steps, threads=1)  # the processes are the parallel part
     runs = []
     for seed, (name, config) in product(range(options.seeds), variants(base)):
-        key = {"change": name, "graph": options.graph, "seed": str(seed), "steps": str(options.steps)}
+        key = {"change": in_file(name), "graph": options.graph, "seed": str(seed), "steps": str(options.steps)}
         runs.append((key, replace(config, seed=seed)))
     print_medians(fill(options.out, runs, measure, options.processes))
     return 0

@@ -19,14 +19,13 @@ from statistics import median
 import tyro
 from run_table import fill, in_millions, read, train
 
-from hierroom.agents.player import Agent
+from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.cli import run
 from hierroom.evaluate import evaluate
 from hierroom.meta import RandomGoals
-from hierroom.training.assembly import make_turns
-from hierroom.training.presets import TrainConfig, find_preset
-
-KEYS = ("graph", "goal_mask", "seed", "steps")
+from hierroom.training.assembly import freeze, make_turns
+from hierroom.training.config import TrainConfig
+from hierroom.training.presets import find_preset
 
 
 @dataclass(frozen=True)
@@ -54,12 +53,12 @@ def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     trainer = train(config)
     summary = trainer.summary()
     row: dict[str, object] = {name: summary[name] for name in ("steps_to_50", "steps_to_90", "steps_to_95", "seconds")}
-    rooms = min(100, episodes)
-    learned = Agent.of(trainer, rooms, seed=config.seed)
-    other = Agent(config, trainer.learner.policy(rooms, seed=config.seed), RandomGoals())
-    for name, agent in (("learned", learned), ("random", other)):
-        turns = make_turns(config, rooms, 1_000_000 + config.seed, measure_shortest=True)
-        result = evaluate(agent, turns, episodes)
+    num_envs = min(100, episodes)
+    learned = trainer.freeze(num_envs, seed=config.seed)
+    other = freeze(ScriptedAgent(RandomGoals()), trainer.controller, num_envs, seed=config.seed)
+    for name, pair in (("learned", learned), ("random", other)):
+        turns = make_turns(config, num_envs, 1_000_000 + config.seed, measure_shortest=True)
+        result = evaluate(pair, turns, episodes)
         row[f"{name}_success"], row[f"{name}_length"] = result.success_rate, result.length
         row[f"{name}_length_over_shortest"] = result.length_over_shortest
     return {name: round(value, 4) if isinstance(value, float) else value for name, value in row.items()}
@@ -88,8 +87,8 @@ def main() -> int:
     preset = replace(find_preset("learned"), steps=options.steps, threads=1)  # the processes are the parallel part
     runs = []
     for seed, mask, graph in product(range(options.seeds), options.goal_masks, options.graphs):
-        config = replace(preset, graph=graph, goal_mask=mask, seed=seed)
-        runs.append(({key: str(getattr(config, key)) for key in KEYS}, config))
+        config = replace(preset, env=replace(preset.env, graph=graph, goal_mask=mask), seed=seed)
+        runs.append(({"graph": graph, "goal_mask": mask, "seed": str(seed), "steps": str(options.steps)}, config))
     fill(options.out, runs, partial(train_and_evaluate, episodes=options.episodes), options.processes)
     print_medians(read(options.out))
     return 0

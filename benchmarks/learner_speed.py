@@ -2,8 +2,8 @@
 
     python benchmarks/learner_speed.py
 
-Observations are made-up: 62 columns, 49 of them cells with 22 tiles of which every second is unseen. Each figure is the
-median of the repeats, with the lowest and highest; the first repeat compiles and is left out.
+Observations are made-up: 62 features, 49 of them cells with 22 tiles of which every second is unseen. Each figure is
+the median of the repeats, with the lowest and highest; the first repeat compiles and is left out.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCr
 from hierroom.learners.ppo import Learner
 
 SPACE = AgentSpace((22,) * 49 + (4, 7, 50, 14, 14, 4) + (2,) * 6 + (6,), 5)
-N_ROOMS = 128
+N_ENVS = 128
 
 
 class PlainTorchNetwork(RecurrentActorCritic):
@@ -31,18 +31,18 @@ class Run:
     def __init__(self, network, sequence_length, threads):
         random = np.random.default_rng(0)
         cardinalities = np.array(SPACE.cardinalities)
-        shape = N_ROOMS, SPACE.n_features
+        shape = N_ENVS, SPACE.n_features
         self.features = [
             (random.random(shape) * cardinalities * (random.random(shape) < 0.5)).astype(np.uint8) for _ in range(8)
         ]
-        self.ends = [random.random(N_ROOMS) < 0.02 for _ in range(8)]
+        self.ends = [random.random(N_ENVS) < 0.02 for _ in range(8)]
         config = PPOConfig(sequence_length=sequence_length)
-        self.learner = Learner(SPACE, N_ROOMS, config, seed=0, network=network, threads=threads)
+        self.learner = Learner(SPACE, N_ENVS, config, seed=0, network=network, threads=threads)
 
     def seconds(self):
         """Time of one rollout and update, in seconds per turn: acting, finishing, updating."""
-        envs, masks = np.arange(N_ROOMS), np.ones((N_ROOMS, 5), bool)
-        none, once = np.zeros(N_ROOMS, bool), np.ones(N_ROOMS, int)
+        envs, masks = np.arange(N_ENVS), np.ones((N_ENVS, 5), bool)
+        none, once = np.zeros(N_ENVS, bool), np.ones(N_ENVS, int)
         spent = np.zeros(3)
         turns = 0
         while not self.learner.ready:
@@ -50,13 +50,14 @@ class Run:
             self.learner.act(envs, self.features[turns % 8], masks)
             acted = time.perf_counter()
             ends = self.ends[turns % 8]
-            self.learner.finish(envs, ends.astype(float), once, ends, none, ends, self.features[(turns + 1) % 8])
+            self.learner.finish(envs, ends.astype(float), once, ends, none, ends)
             spent += acted - start, time.perf_counter() - acted, 0
             turns += 1
         start = time.perf_counter()
+        self.learner.bootstrap(envs, self.features[turns % 8])
         self.learner.update(0.0)
         spent[2] = time.perf_counter() - start
-        return spent / (turns * N_ROOMS)
+        return spent / (turns * N_ENVS)
 
 
 def main():
@@ -65,7 +66,7 @@ def main():
     parser.add_argument("--repeats", type=int, default=9)
     repeats = parser.parse_args().repeats
     torch.set_num_threads(1)
-    print(f"{platform.processor() or platform.machine()}, torch {torch.__version__}, {N_ROOMS} rooms, LSTM 64,")
+    print(f"{platform.processor() or platform.machine()}, torch {torch.__version__}, {N_ENVS} environments, LSTM 64,")
     print(f"4 epochs x 4 minibatches, {repeats} repeats after 1 to warm up\n")
     print(f"{'path':9} {'threads':>7} {'T':>4} {'turns/s':>9} {'lowest':>9} {'highest':>9}    us: act finish update")
     for sequence_length in (128, 32):

@@ -16,7 +16,7 @@ import torch
 from rich.progress import Progress
 
 from hierroom.errors import InputError
-from hierroom.training.presets import TrainConfig
+from hierroom.training.config import TrainConfig
 from hierroom.training.trainer import Trainer
 
 Key = dict[str, str]

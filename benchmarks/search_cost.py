@@ -22,7 +22,8 @@ from hierroom.errors import InputError
 from hierroom.evaluate import evaluate
 from hierroom.meta import make_meta
 from hierroom.training.assembly import make_turns
-from hierroom.training.presets import TrainConfig, find_preset
+from hierroom.training.config import TrainConfig
+from hierroom.training.presets import find_preset
 
 
 @dataclass(frozen=True)
@@ -42,15 +43,15 @@ class Options:
 
 
 def row_of(config: TrainConfig, episodes: int) -> str:
-    """The table's row for a config's rooms."""
-    rooms, seed = min(100, episodes), 1_000_000 + config.seed
-    turns = make_turns(config, rooms, seed, measure_shortest=True)
-    informed = evaluate(Informed(make_meta(config.meta_name), rooms), turns, episodes)
-    turns = make_turns(config, rooms, seed)
-    searching = evaluate(Searching(make_meta(config.meta_name), turns), turns, episodes)
+    """The table's row for the environments of a config."""
+    num_envs, seed, meta = min(100, episodes), 1_000_000 + config.seed, config.pair.meta
+    turns = make_turns(config, num_envs, seed, measure_shortest=True)
+    informed = evaluate(Informed(make_meta(meta), num_envs), turns, episodes)
+    turns = make_turns(config, num_envs, seed)
+    searching = evaluate(Searching(make_meta(meta), turns), turns, episodes)
     shortest = informed.length / informed.length_over_shortest
     return (
-        f"| {Path(config.graph).stem} | {shortest:.1f} | {informed.length:.1f} | {searching.length:.1f} | "
+        f"| {Path(str(config.env.graph)).stem} | {shortest:.1f} | {informed.length:.1f} | {searching.length:.1f} | "
         f"{searching.length / informed.length:.2f} | {searching.success_rate:.1%} |"
     )
 
@@ -58,11 +59,12 @@ def row_of(config: TrainConfig, episodes: int) -> str:
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
-    config = replace(find_preset("default"), meta=options.meta, size=options.size, seed=options.seed, threads=1)
+    config = replace(find_preset("default"), meta=options.meta, seed=options.seed, threads=1)
     if options.episodes < 1:
         raise InputError(f"episodes must be at least 1, not {options.episodes}")
     graphs = track(options.graphs, "graphs", console=Console(stderr=True), transient=True)
-    rows = [row_of(replace(config, graph=graph), options.episodes) for graph in graphs]
+    envs = [replace(config.env, graph=graph, size=options.size) for graph in graphs]
+    rows = [row_of(replace(config, env=env), options.episodes) for env in envs]
     print("| graph | shortest | informed | searching | over informed | success |\n|---|---|---|---|---|---|")
     print("\n".join(rows))
     return 0

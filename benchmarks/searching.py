@@ -209,7 +209,7 @@ def choose(level, known, start, latest, goal):
 
 @njit
 def choose_all(levels, known, starts, latest, goals, actions):
-    """Write what to do in every room; the rooms' records are scribbled on."""
+    """Write what to do in every environment; the records of the levels are overwritten."""
     for n in range(levels.shape[0]):
         actions[n] = choose(levels[n], known[n], (starts[n, 0], starts[n, 1]), latest[n], goals[n])
 
@@ -217,11 +217,11 @@ def choose_all(levels, known, starts, latest, goals, actions):
 class Searching:
     """Goes the shortest way to each goal that it saw this episode, and looks for those it did not see.
 
-    Of a room it reads the agent's cell and direction, and what the view shows. It plans anew before every step.
+    Of a level it reads the agent's cell and direction, and what the view shows. It plans anew before every step.
 
     Args:
         meta: gives the goals; only such that can be reached.
-        turns: the rooms it will play in.
+        turns: the environments it will play in.
 
     Attributes:
         known: [N, rows, cols] uint8, the tile codes of the cells that were seen this episode, `UNSEEN` elsewhere.
@@ -234,31 +234,30 @@ class Searching:
         self._latest = np.zeros(len(turns), np.int64)  # colour of the door opened last, or -1
         self._begin(turns, np.arange(len(turns)))
 
-    def _begin(self, turns: Turns, indices: NDArray[np.integer]) -> None:
-        levels = turns.world.state.levels[indices]
-        self.known[indices], self._latest[indices] = UNSEEN, -1
-        self._starts[indices] = np.stack((levels["row"], levels["col"]), axis=1)
+    def _begin(self, turns: Turns, envs: NDArray[np.integer]) -> None:
+        levels = turns.world.state.levels[envs]
+        self.known[envs], self._latest[envs] = UNSEEN, -1
+        self._starts[envs] = np.stack((levels["row"], levels["col"]), axis=1)
 
     def look(self, turns: Turns) -> None:
         """Put on the map what is to be seen now."""
         remember(turns.world.state.levels, turns.world.outcomes["tiles"], self.known)
 
     def step(self, turns: Turns) -> Step:
-        """Take the turns that are due, and one primitive step in every room.
+        """Take the turns that are due, and one primitive step in every environment.
 
         Raises:
-            InputError: if a room has no goal.
+            InputError: if an environment has no goal.
         """
         turns.ask(self._meta)
         if (turns.goals == NO_GOAL).any():
             raise InputError("the searching controller needs a meta-controller that always gives a goal")
         self.look(turns)
         actions = np.empty(len(turns), np.int64)
-        agents = np.zeros_like(
-            turns.world.state.levels
-        )  # where they are, and nothing else that the rooms' records tell
+        levels = turns.world.state.levels
+        agents = np.zeros_like(levels)  # where they are, and nothing else that the levels' records hold
         for name in ("row", "col", "direction"):
-            agents[name] = turns.world.state.levels[name]
+            agents[name] = levels[name]
         agents["carried"] = -1  # else it would be seen on their cells
         choose_all(agents, self.known, self._starts, self._latest, turns.goals.astype(np.int64), actions)
         step = turns.step(actions)

@@ -3,7 +3,7 @@
     python benchmarks/success.py --seeds 5 --steps 1_500_000 --out benchmarks/results/hippo.csv
 
 Each run trains from scratch and is then evaluated apart from training, with sampled and with greedy actions. A fully
-informed controller is given the same goals in the same rooms and goes the shortest way to each. Rows that the file
+informed controller is given the same goals in the same levels and goes the shortest way to each. Rows that the file
 already holds are not run again, so a table that was stopped goes on where it was. At the end the medians over the seeds
 are printed, as Markdown.
 """
@@ -22,15 +22,15 @@ import numpy as np
 import tyro
 from run_table import fill, in_millions, train
 
-from hierroom.agents.player import Agent
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.evaluate import evaluate
 from hierroom.goals import EXIT_GOAL, NO_GOAL
 from hierroom.meta import MetaController, make_meta
-from hierroom.options import Step
+from hierroom.options import META, Step
 from hierroom.training.assembly import make_turns
-from hierroom.training.presets import TrainConfig, find_preset
+from hierroom.training.config import TrainConfig
+from hierroom.training.presets import find_preset
 from hierroom.turns import Turns
 from hierroom.world.oracle import shortest_actions
 
@@ -72,23 +72,15 @@ def configs(options: Options) -> Iterator[TrainConfig]:
     if meta == "learned":
         raise InputError("a learned meta-controller gives goals out of reach too; learned_meta.py makes its table")
     for seed, graph, method in product(range(options.seeds), options.graphs, options.methods):
-        yield replace(
-            preset,
-            method=method,
-            meta=meta,
-            graph=graph,
-            seed=seed,
-            steps=options.steps,
-            size=options.size or preset.size,
-            drop_key=options.drop_key,
-            threads=1,  # the processes are the parallel part
-        )
+        env = replace(preset.env, graph=graph, size=options.size or preset.env.size, drop_key=options.drop_key)
+        # The processes are the parallel part.
+        yield replace(preset, env=env, method=method, meta=meta, seed=seed, steps=options.steps, threads=1)
 
 
 def key_of(options: Options, config: TrainConfig) -> dict[str, str]:
     """What tells a row from the others, as text."""
-    named = {"preset": options.preset, "meta": config.meta_name}
-    return {key: str(named.get(key) or getattr(config, key)) for key in KEYS}
+    entries = {**vars(config.env), **vars(config), "preset": options.preset, "meta": config.pair.meta}
+    return {key: str(entries[key]) for key in KEYS}
 
 
 class Informed:
@@ -96,20 +88,20 @@ class Informed:
 
     Args:
         meta: gives the goals; only such that can be reached.
-        rooms: how many rooms it plays in.
+        num_envs: how many environments it plays in.
     """
 
-    def __init__(self, meta: MetaController, rooms: int) -> None:
+    def __init__(self, meta: MetaController, num_envs: int) -> None:
         self._meta = meta
-        self._plans: list[list[int]] = [[] for _ in range(rooms)]
+        self._plans: list[list[int]] = [[] for _ in range(num_envs)]
 
     def step(self, turns: Turns) -> Step:
-        """Take the turns that are due, and one primitive step in every room."""
-        due = np.flatnonzero(turns.ledger.is_meta_turn)
+        """Take the turns that are due, and one primitive step in every environment."""
+        due = turns.due(META)
         turns.ask(self._meta)
-        for room in due:
-            goal = EXIT_GOAL if turns.goals[room] == NO_GOAL else int(turns.goals[room])
-            self._plans[room] = shortest_actions(turns.world.get_state([int(room)]), goal).tolist()
+        for env in due:
+            goal = EXIT_GOAL if turns.goals[env] == NO_GOAL else int(turns.goals[env])
+            self._plans[env] = shortest_actions(turns.world.get_state([int(env)]), goal).tolist()
         return turns.step(np.array([plan.pop(0) for plan in self._plans]))
 
 
@@ -117,15 +109,15 @@ def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     """The numbers of one run."""
     trainer = train(config)
     numbers = {name: value for name, value in trainer.summary().items() if name != "steps"}  # a whole number of updates
-    rooms = min(100, episodes)
+    num_envs, seed = min(100, episodes), 1_000_000 + config.seed
     for name in ("sampled", "greedy"):
-        agent = Agent.of(trainer, rooms, seed=config.seed, is_greedy=name == "greedy")
-        result = evaluate(agent, make_turns(config, rooms, 1_000_000 + config.seed, measure_shortest=True), episodes)
+        pair = trainer.freeze(num_envs, seed=config.seed, is_greedy=name == "greedy")
+        result = evaluate(pair, make_turns(config, num_envs, seed, measure_shortest=True), episodes)
         numbers[f"{name}_success"] = result.success_rate
         numbers[f"{name}_length"] = result.length
         numbers[f"{name}_length_over_shortest"] = result.length_over_shortest
-    informed = Informed(make_meta(config.meta_name), rooms)
-    numbers["informed_length"] = evaluate(informed, make_turns(config, rooms, 1_000_000 + config.seed), episodes).length
+    informed = Informed(make_meta(config.pair.meta), num_envs)
+    numbers["informed_length"] = evaluate(informed, make_turns(config, num_envs, seed), episodes).length
     return {name: round(value, 4) if isinstance(value, float) else value for name, value in numbers.items()}
 
 

@@ -3,11 +3,11 @@
     pip install -c constraints.txt -e '.[bench]'
     python benchmarks/train_speed.py
 
-All train a flat PPO with an LSTM of 64 on graph c, fed the view: 128 rooms x 128 steps, 4 epochs x 4 minibatches.
-Theirs runs on the same Gymnasium room, one process, with the view flattened: with its own network (policy and value
-have an LSTM and two layers of 64 each), and once with one shared LSTM and nothing after it, as ours has. HiPPO with 3
-goals and with 13, fed as by default, shows that the time does not grow with their number. Repeats take turns, so that a
-busy machine slows all alike.
+All train a flat PPO with an LSTM of 64 on graph c that reads the view: 128 environments x 128 steps, 4 epochs x 4
+minibatches. Theirs runs on the same Gymnasium environment, one process, with the view flattened: with its own network
+(policy and value have an LSTM and two layers of 64 each), and once with one shared LSTM and nothing after it, as ours
+has. HiPPO with 3 goals and with 13, with the features of the default, shows that the time does not grow with their
+number. Repeats take turns, so that a busy machine slows all alike.
 """
 
 from __future__ import annotations
@@ -30,12 +30,13 @@ import tyro
 from sb3_contrib import RecurrentPPO
 from stable_baselines3.common.vec_env import DummyVecEnv
 
-import hierroom  # noqa: F401 - registers the rooms
+import hierroom  # noqa: F401 - registers the environments
+from hierroom.env_config import EnvConfig
 from hierroom.learners.config import PPOConfig
-from hierroom.training.presets import TrainConfig
+from hierroom.training.config import TrainConfig
 from hierroom.training.trainer import Trainer
 
-ROOMS, LENGTH, EPOCHS, MINIBATCHES = 128, 128, 4, 4
+NUM_ENVS, LENGTH, EPOCHS, MINIBATCHES = 128, 128, 4, 4
 THEIRS = "sb3-contrib RecurrentPPO"
 
 
@@ -49,17 +50,20 @@ class Options:
     """Learner threads of ours to try."""
 
 
-def ours(threads: int, **settings: Any) -> tuple[Trainer, Counter[str]]:
-    """A trainer with some settings of its own, and the seconds spent so far by part."""
+def ours(graph: str, threads: int, **settings: Any) -> tuple[Trainer, Counter[str]]:
+    """A trainer on a graph, with some settings of its own, and the seconds spent so far by part."""
     ppo = PPOConfig(sequence_length=LENGTH, epochs=EPOCHS, minibatches=MINIBATCHES)
-    trainer = Trainer(TrainConfig(steps=10**9, rooms=ROOMS, threads=threads, ppo=ppo, **settings))
+    config = TrainConfig(EnvConfig(graph), steps=10**9, num_envs=NUM_ENVS, threads=threads, ppo=ppo, **settings)
+    trainer = Trainer(config)
+    agent = trainer.controller
     seconds: Counter[str] = Counter()
     for part, owner, name in (
-        ("world", trainer.turns, "_advance"),
-        ("features", trainer.inputs, "codes"),
-        ("policy", trainer.learner, "act"),
-        ("policy", trainer.learner, "finish"),
-        ("update", trainer.learner, "update"),
+        ("world", trainer.turns, "_step_world"),
+        ("features", agent.features, "encode"),
+        ("policy", agent.learner, "act"),
+        ("policy", agent.learner, "finish"),
+        ("policy", agent.learner, "bootstrap"),
+        ("update", agent.learner, "update"),
     ):
         object.__setattr__(owner, name, _timed(getattr(owner, name), part, seconds))  # some are frozen
     return trainer, seconds
@@ -78,7 +82,7 @@ def _timed(function: Callable, part: str, seconds: Counter[str]) -> Callable:
 def theirs(**network) -> Callable[[], None]:
     """A function that trains sb3-contrib's RecurrentPPO for one update, with arguments for its network."""
 
-    def room() -> gymnasium.Env:
+    def make_env() -> gymnasium.Env:
         env = gymnasium.make("hierroom/EscapeRoom-c-v0")
         view = env.observation_space["observation"]
         space = gymnasium.spaces.Box(0.0, 10.0, (int(np.prod(view.shape)),), np.float32)
@@ -88,15 +92,15 @@ def theirs(**network) -> Callable[[], None]:
 
     model = RecurrentPPO(
         "MlpLstmPolicy",
-        DummyVecEnv([room] * ROOMS),
+        DummyVecEnv([make_env] * NUM_ENVS),
         n_steps=LENGTH,
-        batch_size=ROOMS * LENGTH // MINIBATCHES,
+        batch_size=NUM_ENVS * LENGTH // MINIBATCHES,
         n_epochs=EPOCHS,
         policy_kwargs={"lstm_hidden_size": 64, **network},
         seed=0,
         device="cpu",
     )
-    return lambda: model.learn(ROOMS * LENGTH, reset_num_timesteps=False) and None
+    return lambda: model.learn(NUM_ENVS * LENGTH, reset_num_timesteps=False) and None
 
 
 def main() -> None:
@@ -104,11 +108,11 @@ def main() -> None:
     options = tyro.cli(Options, description=__doc__)
     torch.set_num_threads(1)
     flat = {
-        f"hierroom, {threads} threads": ours(threads, method="ppo", graph="c", inputs=("view",))
+        f"hierroom, {threads} threads": ours("c", threads, method="ppo", features=("view",))
         for threads in options.threads
     }
     star = str(Path(__file__).parent / "graphs" / "star.toml")
-    goals = {f"hippo, {n} goals": ours(1, graph=graph) for n, graph in ((3, "a"), (13, star))}
+    goals = {f"hippo, {n} goals": ours(graph, 1) for n, graph in ((3, "a"), (13, star))}
     cases = {name: trainer.advance for name, (trainer, _) in (flat | goals).items()}
     cases[THEIRS] = theirs()
     cases[f"{THEIRS}, one LSTM"] = theirs(net_arch=[], shared_lstm=True, enable_critic_lstm=False)
@@ -120,18 +124,21 @@ def main() -> None:
             started = time.perf_counter()
             advance()
             if repeat:
-                speeds[name].append(ROOMS * LENGTH / (time.perf_counter() - started))
+                speeds[name].append(NUM_ENVS * LENGTH / (time.perf_counter() - started))
     print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
-    print(f"{ROOMS} rooms x {LENGTH} steps, warm-up 1 update, {options.repeats} timed; median (quartiles) steps/s")
+    print(
+        f"{NUM_ENVS} environments x {LENGTH} steps, {options.repeats} updates after one to warm up; median, quartiles"
+    )
     reference = median(speeds[THEIRS])
     for name, values in speeds.items():
         low, middle, high = quantiles(values, n=4)
-        print(f"{name:34} {middle:10,.0f}  ({low:,.0f} to {high:,.0f})  {middle / reference:6.1f} x")
+        print(f"{name:34} {middle:10,.0f} steps/s  ({low:,.0f} to {high:,.0f})  {middle / reference:6.1f} x")
     for name, (trainer, seconds) in flat.items():
-        total = options.repeats * ROOMS * LENGTH / median(speeds[name])
+        total = options.repeats * NUM_ENVS * LENGTH / median(speeds[name])
         parts = dict(seconds) | {"turns and the rest": max(total - seconds.total(), 0.0)}
         split = ", ".join(f"{part} {spent / sum(parts.values()):.0%}" for part, spent in parts.items())
-        print(f"{name}: {split}; rollout {trainer.learner.n_rollout_bytes / 2**20:.0f} MiB, which never grows")
+        rollout = trainer.controller.learner.n_rollout_bytes / 2**20
+        print(f"{name}: {split}; rollout {rollout:.0f} MiB, which never grows")
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
     print(f"peak memory of the process, all of these together: {peak:.0f} MiB")
 

@@ -3,10 +3,10 @@
     python benchmarks/world_speed.py
 
 Random actions, graph c, a fresh observation [N, 7, 7, 3] uint8 from every step, episodes that begin by themselves.
-MiniGrid plays the very same level (`tests/minigrid_room.py`), without Gymnasium's wrappers. Each repeat times each case
-once, one after another, so that a busy machine slows them all: the ratios are more telling than the speeds. A second
-thread is used only where each has `batch.MIN_ROOMS_PER_THREAD` rooms to step.
-Floors: 500 times MiniGrid at 128 rooms on one thread, and at most 2 microseconds a call for one room.
+MiniGrid plays the very same level (`tests/minigrid_level.py`), without Gymnasium's wrappers. Each repeat times each
+case once, one after another, so that a busy machine slows them all: the ratios are more telling than the speeds. A
+second thread is used only where each has `world.MIN_ENVS_PER_THREAD` environments to step.
+Floors: 500 times MiniGrid at 128 environments on one thread, and at most 2 microseconds a call for one environment.
 """
 
 import argparse
@@ -27,27 +27,27 @@ from hierroom.world.tiles import encode
 from hierroom.world.world import World
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
-from minigrid_room import MiniGridRoom
+from minigrid_level import MiniGridLevel
 
-CASES = list(product((1, 128, 1024, 8192), (1, 2)))  # rooms, threads
+CASES = list(product((1, 128, 1024, 8192), (1, 2)))  # environments, threads
 MIN_RATIO, MAX_CALL_MICROSECONDS = 500, 2.0
 
 
-def our_stepper(rooms: int, threads: int, size: int) -> Callable[[int], None]:
-    """A function that takes some steps in every room."""
-    batch = World([GoalGraph.named("c")], rooms, size=size, threads=threads)
-    actions = list(np.random.default_rng(0).integers(batch.n_actions, size=(64, rooms)))
+def our_stepper(num_envs: int, threads: int, size: int) -> Callable[[int], None]:
+    """A function that takes some steps in every environment."""
+    world = World([GoalGraph.named("c")], num_envs, size=size, threads=threads)
+    actions = list(np.random.default_rng(0).integers(world.n_actions, size=(64, num_envs)))
 
     def run(steps: int) -> None:
         for t in range(steps):
-            encode(batch.step(actions[t % 64])["tiles"])
+            encode(world.step(actions[t % 64])["tiles"])
 
     return run
 
 
 def minigrid_stepper(size: int) -> Callable[[int], None]:
     """The same in one MiniGrid environment."""
-    env = MiniGridRoom(World([GoalGraph.named("c")], size=size).state)
+    env = MiniGridLevel(World([GoalGraph.named("c")], size=size).state)
     env.reset()
     actions = np.random.default_rng(0).integers(5, size=1024).tolist()
 
@@ -60,14 +60,14 @@ def minigrid_stepper(size: int) -> Callable[[int], None]:
     return run
 
 
-def steps_per_second(run: Callable[[int], None], rooms: int, seconds: float) -> float:
-    steps, elapsed, chunk = 0, 0.0, max(1, 2_000 // rooms)
+def steps_per_second(run: Callable[[int], None], num_envs: int, seconds: float) -> float:
+    steps, elapsed, chunk = 0, 0.0, max(1, 2_000 // num_envs)
     start = time.perf_counter()
     while elapsed < seconds:
         run(chunk)
         steps += chunk
         elapsed = time.perf_counter() - start
-    return rooms * steps / elapsed
+    return num_envs * steps / elapsed
 
 
 def device() -> str:
@@ -94,8 +94,8 @@ def main() -> None:
     minigrid = minigrid_stepper(options.size)
     ours = {case: our_stepper(*case, options.size) for case in CASES}
     minigrid(500)
-    for (rooms, _), run in ours.items():
-        run(max(200, 20_000 // rooms))
+    for (num_envs, _), run in ours.items():
+        run(max(200, 20_000 // num_envs))
     reference, speeds = [], {case: [] for case in CASES}
     for _ in range(options.repeats):
         reference.append(steps_per_second(minigrid, 1, options.seconds))
@@ -107,18 +107,18 @@ def main() -> None:
         f"size {options.size}, graph c, random actions; warm-up 200 calls or more, {options.repeats} repeats of "
         f"{options.seconds} s; median (quartiles)"
     )
-    print(f"{'MiniGrid':22}{spread(reference, 'steps/s')}")
+    print(f"{'MiniGrid':28}{spread(reference, 'steps/s')}")
     ratios = {}
     for case in CASES:
         ratios[case] = [a / b for a, b in zip(speeds[case], reference, strict=True)]
-        title = f"{case[0]} rooms, {case[1]} thread{'s' * (case[1] > 1)}"
-        print(f"{title:22}{spread(speeds[case], 'steps/s')} {spread(ratios[case], 'x MiniGrid')}")
+        title = f"{case[0]} environment{'s' * (case[0] > 1)}, {case[1]} thread{'s' * (case[1] > 1)}"
+        print(f"{title:28}{spread(speeds[case], 'steps/s')} {spread(ratios[case], 'x MiniGrid')}")
     ratio = statistics.median(ratios[128, 1])
     call = 1e6 / max(speeds[1, 1])  # other processes only ever add to it
     for what, value, is_met in (
-        (f"at least {MIN_RATIO} x MiniGrid at 128 rooms on one thread", f"{ratio:.0f} x", ratio >= MIN_RATIO),
+        (f"at least {MIN_RATIO} x MiniGrid at 128 environments on one thread", f"{ratio:.0f} x", ratio >= MIN_RATIO),
         (
-            f"at most {MAX_CALL_MICROSECONDS} us a call for one room",
+            f"at most {MAX_CALL_MICROSECONDS} us a call for one environment",
             f"{call:.2f} us in the fastest repeat",
             call <= MAX_CALL_MICROSECONDS,
         ),

@@ -20,34 +20,34 @@ def kinds_of(observations, seen):
 class ReachedMostOften:
     """Gives a goal of the kind that was reached most often when it was given; one goal in ten at random."""
 
-    def __init__(self, rooms):
-        """For a number of rooms; every kind begins as if reached the one time it was tried."""
+    def __init__(self, num_envs):
+        """For a number of environments; every kind begins as if reached the one time it was tried."""
         self.tried, self.reached = np.ones(N_KINDS), np.ones(N_KINDS)
-        self.given = np.zeros(rooms, int)  # the kind of each room's goal
+        self.given = np.zeros(num_envs, int)  # the kind of each environment's goal
 
     @classmethod
-    def for_training(cls, config):
+    def for_training(cls, num_envs):
         """How a training run makes one."""
-        return cls(config.rooms)
+        return cls(num_envs)
 
     def choose(self, observations, legal, situation):
-        """[M] goal ids; the draws make the choice the same in whatever batch it is made."""
-        kinds = kinds_of(observations, situation.state.levels["seen"][:, None] >> np.arange(13) & 1)
-        draws, is_random = situation.draws[:, :13], situation.draws[:, 13:] < 0.1
-        scores = np.where(is_random, draws, (self.reached / self.tried)[kinds] + 1e-6 * draws)
+        """[M] goal ids; with the situation's uniforms the choice is the same in whatever batch it is made."""
+        kinds = kinds_of(observations, situation.levels["seen"][:, None] >> np.arange(13) & 1)
+        uniforms, is_random = situation.uniforms[:, :13], situation.uniforms[:, 13:] < 0.1
+        scores = np.where(is_random, uniforms, (self.reached / self.tried)[kinds] + 1e-6 * uniforms)
         goals = np.where(legal, scores, -1).argmax(axis=1)
-        self.given[situation.indices] = kinds[np.arange(len(goals)), goals]
+        self.given[situation.envs] = kinds[np.arange(len(goals)), goals]
         return goals
 
-    def learn(self, step, turns):
-        """Count the goals whose life is over, after every primitive step."""
-        episode_ended = np.flatnonzero(step.option_ended & (step.goals >= 0))
-        np.add.at(self.tried, self.given[episode_ended], 1)
-        np.add.at(self.reached, self.given[episode_ended], step.reached[episode_ended])
+    def learn(self, transition):
+        """Count the goals of the options that a primitive step ended, and those that were reached."""
+        envs = transition.envs[transition.goals >= 0]
+        np.add.at(self.tried, self.given[envs], 1)
+        np.add.at(self.reached, self.given[envs], transition.step.reached[envs])
 
-    def for_play(self, rooms, *, seed):
-        """The same for other rooms, to play and learn no more."""
-        player = type(self)(rooms)
+    def for_play(self, num_envs, *, seed):
+        """The same for other environments, to play and learn no more."""
+        player = type(self)(num_envs)
         player.tried, player.reached = self.tried, self.reached
         return player
 

@@ -17,20 +17,20 @@ class GatedMemory(nn.Module):
         self.heads = nn.Linear(hidden_size, space.n_actions + 1)
 
     def initial_state(self, n):
-        """[n, S] the state of n rooms whose episode begins."""
+        """[n, S] the state of n environments whose episode begins."""
         return self.heads.weight.new_zeros(n, self.core.hidden_size)
 
-    def step(self, codes, state):
-        """One turn: codes [N, K] and states [N, S] to logits [N, A], values [N] and the states after [N, S]."""
-        state = self.core(self.encoder(codes), state)
+    def step(self, features, state):
+        """One turn: features [N, K] and states [N, S] to logits [N, A], values [N] and the states after [N, S]."""
+        state = self.core(self.encoder(features), state)
         outputs = self.heads(state)
         return outputs[:, :-1], outputs[:, -1], state
 
-    def sequence(self, codes, state, resets):
-        """T turns: codes [T, M, K], first states [M, S], fresh starts [T, M] to logits [T, M, A] and values [T, M]."""
+    def sequence(self, features, state, resets):
+        """T turns: features [T, M, K], first states [M, S], resets [T, M] to logits [T, M, A] and values [T, M]."""
         outputs = []
-        for t in range(len(codes)):
-            *turn, state = self.step(codes[t], state * ~resets[t, :, None])
+        for t in range(len(features)):
+            *turn, state = self.step(features[t], state * ~resets[t, :, None])
             outputs.append(turn)
         logits, values = (torch.stack(column) for column in zip(*outputs, strict=True))
         return logits, values

@@ -1,4 +1,4 @@
-"""A trained agent plays in rooms of its own, from Python, and one sees what each step achieves."""
+"""A trained agent plays in environments of its own, from Python, and one sees what each step achieves."""
 
 import tempfile
 from pathlib import Path
@@ -6,20 +6,19 @@ from pathlib import Path
 import numpy as np
 
 from hierroom import train
-from hierroom.agents.player import Agent
 from hierroom.goals import GOAL_NAMES
-from hierroom.training.assembly import make_turns
+from hierroom.training.assembly import load_pair, make_turns
 from hierroom.training.run_folder import RunFolder
 
 with tempfile.TemporaryDirectory() as folder:
-    train.main(["--graph", "a", "--size", "11", "--rooms", "16", "--steps", "40000", "--out", f"{folder}/run"])
+    train.main(["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "40000", "--out", f"{folder}/run"])
     run = RunFolder.open(Path(folder) / "run")
-    agent = Agent.load(run, rooms=2, seed=1)
-    rooms = make_turns(run.config(), rooms=2, seed=1)
+    pair = load_pair(run, num_envs=2, seed=1)
+    turns = make_turns(run.config(), num_envs=2, seed=1)
 
 episodes = 0
 while episodes < 4:
-    step = agent.step(rooms)
-    for room in np.flatnonzero(step.events >= 0):
-        print(f"room {room}, step {step.lengths[room]} of the episode: {GOAL_NAMES[step.events[room]]}")
+    step = pair.step(turns)
+    for env in np.flatnonzero(step.events >= 0):
+        print(f"environment {env}, step {step.lengths[env]} of the episode: {GOAL_NAMES[step.events[env]]}")
     episodes += step.episode_ended.sum()

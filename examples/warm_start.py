@@ -5,9 +5,11 @@ from pathlib import Path
 
 from hierroom import train
 
-room = ["--graph", "a", "--size", "11", "--rooms", "16", "--steps", "4000"]
+settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "4000"]
 with tempfile.TemporaryDirectory() as folder:
     first, then = Path(folder) / "first", Path(folder) / "then"
-    train.main([*room, "--meta", "fixed-dfs", "--out", str(first)])
-    train.main([*room, "--meta", "random", "--goal-mask", "existing", "--warm-start", str(first), "--out", str(then)])
+    train.main([*settings, "--meta", "fixed-dfs", "--out", str(first)])
+    train.main(
+        [*settings, "--meta", "random", "--goal-mask", "existing", "--warm-start", str(first), "--out", str(then)]
+    )
     print("the second run began with the weights of the first")

@@ -1,12 +1,20 @@
-"""How every command ends: what went wrong is one line on standard error, and a wrong or too large input exit code 2."""
+"""The commands, and how each ends: what went wrong is one line, and an input that cannot be used is exit code 2."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from hierroom.errors import InputError
+
+COMMANDS: Mapping[str, str] = {
+    "train": "train an agent and write a run folder",
+    "evaluate": "success, length and steps to each goal of a trained agent",
+    "complexity": "how hard goal graphs are to explore, before anybody trains",
+    "paper": "the paper's tables, ours beside its own numbers",
+}
+"""What people run, as ``python -m hierroom.NAME``, and what for."""
 
 
 def run(command: Callable[[], int]) -> None:

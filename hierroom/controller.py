@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.env_config import NOVELTY_BONUS, RewardName
+from hierroom.env_config import NOVELTY_BONUS
 from hierroom.errors import InputError
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.world.kernels import VIEW
@@ -26,7 +26,8 @@ class Observation:
         tiles: [M, 7, 7] uint8 tile codes of the view.
         levels: [M] records of `layout.LEVEL`.
         goals: [M] int, the goal ids pursued, or -1; for the meta-controller those it gave last.
-        previous_actions: [M] int, the controller's last action, or the number of actions before the first.
+        previous_actions: [M] int, the controller's last action; the number of actions before the first, and where it
+            was none of them.
         outcomes: [M] int, how the last option ended: ``NO_OUTCOME``, ``REACHED``, ``TIMED_OUT`` or ``OTHER``.
         masks: [M, A] bool, the legal actions of the agent.
     """
@@ -108,15 +109,15 @@ def _novelty(outcomes: np.ndarray, reached: NDArray[np.bool_], bonus: float) -> 
     return outcomes["reward"] + bonus * outcomes["is_novel"]
 
 
-REWARDS: Mapping[RewardName, Reward] = {
+REWARDS: Mapping[str, Reward] = {
     "extrinsic": Reward(_extrinsic),
     "bonus": Reward(_bonus),
     "intrinsic": Reward(_intrinsic, ends_with_option=True),
     "novelty": Reward(_novelty, memories=("visited",)),
 }
-"""extrinsic: 1 at the exit; bonus: 1 for each key, door and the exit, once an episode; intrinsic: 1 where the given goal
-is reached (`options.goal_reached`); novelty: 1 at the exit, and a bonus for each state (cell, keys found, doors open)
-that is entered for the first time in the episode."""
+"""extrinsic: 1 at the exit; bonus: 1 for each key, door and the exit, once an episode; intrinsic: 1 where the given
+goal is reached (`options.goal_reached`); novelty: 1 at the exit, and a bonus for each state (cell, keys found, doors
+open) that is entered for the first time in the episode."""
 
 
 def observation_spaces(n_actions: int) -> dict[str, spaces.Space]:

@@ -25,38 +25,43 @@ NOVELTY_BONUS = 0.03
 """Size of the bonus for a novel state unless another is given. Leaving at once is certain to be worth more than the
 states that are left up to (1 - gamma) / gamma, 0.053 at the default discount."""
 FRAMES_PER_SECOND = 10
-P, T = ParamSpec("P"), TypeVar("T")
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class EnvConfig:
-    """What an environment is made of."""
+    """What an environment is made of.
+
+    Args:
+        graph: the goal graph: a letter from a to g, a path to a .toml file, or for all graphs in between
+            hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
+        curriculum_stages: parts into which such an interval is cut; one moves on after escaping in 80% of 200
+            episodes, and back below 20%. 1: all its graphs at once.
+        size: cells of the grid's side, 11 to 63, outer walls included.
+        max_steps: primitive steps after which an episode is truncated.
+        drop_key: give the controller a sixth action that drops a key.
+        reward: the controller's reward: extrinsic (1 at the exit), bonus (1 for each key, door and the exit),
+            intrinsic (1 where its goal is reached) or novelty (1 at the exit, and the novelty bonus). None: that of
+            the method in training, else intrinsic.
+        novelty_bonus: the reward novelty gives for each state entered for the first time in an episode; the exit
+            gives 1.
+        subgoal_horizon: primitive steps after which an option ends without its goal; None: never.
+        goal_mask: goals the meta-controller may choose: reachable, existing, seen (or no goal: find something new)
+            or none (all there could be).
+        env_index: the index of the (first) environment; with the seed it fixes the episodes.
+    """
 
     graph: Annotated[GoalGraph | str | Path, tyro.conf.arg(constructor=str, metavar="GRAPH")] = "c"
-    """Goal graph: a letter from a to g, a path to a .toml file, or for all graphs in between hitting_time:LOW..HIGH or
-    expected_steps:LOW..HIGH."""
     curriculum_stages: int = 1
-    """Parts into which such an interval is cut; one moves on after escaping in 80% of 200 episodes, and back below 20%.
-    1: all its graphs at once."""
     size: int = 19
-    """Cells of the grid's side, 11 to 63, outer walls included."""
     max_steps: int = 1000
-    """Primitive steps after which an episode is truncated."""
     drop_key: bool = False
-    """Give the controller a sixth action that drops a key."""
     reward: RewardName | None = None
-    """The controller's reward: extrinsic (1 at the exit), bonus (1 for each key, door and the exit), intrinsic (1 where
-    its goal is reached) or novelty (1 at the exit, and the novelty bonus). None: that of the method in training, else
-    intrinsic."""
     novelty_bonus: float = NOVELTY_BONUS
-    """The reward novelty gives for each state entered for the first time in an episode; the exit gives 1."""
     subgoal_horizon: int | None = None
-    """Primitive steps after which an option ends without its goal; None: never."""
     goal_mask: GoalMaskName = "reachable"
-    """Goals the meta-controller may choose: reachable, existing, seen (or no goal: find something new) or none (all
-    there could be)."""
     env_index: Annotated[int, tyro.conf.Suppress] = 0
-    """The index of the (first) environment; with the seed it fixes the episodes."""
 
     @classmethod
     def of_arguments(cls, arguments: Mapping[str, Any]) -> EnvConfig:

@@ -112,29 +112,32 @@ def _goal_table(firsts: NDArray, n_rooms: int) -> dict[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class Arguments:
-    """Evaluate a trained agent: success, length and steps to each goal, sampling its actions and greedily."""
+    """Evaluate a trained agent: success, length and steps to each goal, sampling its actions and greedily.
+
+    Args:
+        run: the run's folder.
+        episodes: episodes to play, at least.
+        num_envs: environments to play in side by side.
+        seed: fixes the levels and the actions; by default levels that training seeds below a million never saw.
+        graph: another goal graph than the one trained on.
+        size: another grid size than the one trained on.
+        meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point or
+            package.module:Class.
+        goal_mask: other goals that may be chosen: reachable, existing, seen or none.
+        checkpoint: the steps of an earlier checkpoint than the newest.
+        json: print JSON for machines; what has no value, such as the mean step of a goal never reached, is null.
+    """
 
     run: Annotated[Path, tyro.conf.Positional]
-    """The run's folder."""
     episodes: int = 1000
-    """Episodes to play, at least."""
     num_envs: int = 100
-    """Environments to play in side by side."""
     seed: int = 1_000_000
-    """Fixes the levels and the actions; by default levels that training seeds below a million never saw."""
     graph: str | None = None
-    """Another goal graph than the one trained on."""
     size: int | None = None
-    """Another grid size than the one trained on."""
     meta: str | None = None
-    """Another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point or
-    package.module:Class."""
     goal_mask: GoalMaskName | None = None
-    """Other goals that may be chosen: reachable, existing, seen or none."""
     checkpoint: int | None = None
-    """The steps of an earlier checkpoint than the newest."""
     json: bool = False
-    """Print JSON for machines; what has no value, such as the mean step of a goal never reached, is null."""
 
 
 def main() -> int:

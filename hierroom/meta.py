@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol, runtime_checkable
 
@@ -144,7 +143,8 @@ class LevelMeta:
         if isinstance(goal, (int, np.integer)) and not isinstance(goal, bool):
             return int(goal)
         name = getattr(self._function, "__name__", "a meta-controller's function")
-        raise InputError(f"{name} must return a goal of the level, a goal id or None, not {goal!r}")
+        given = " ".join(repr(goal).split())
+        raise InputError(f"{name} must return a goal of the level, a goal id or None, not {given}")
 
 
 META_CONTROLLERS: Mapping[str, type] = {
@@ -169,12 +169,12 @@ def make_meta(spec: str | MetaController | Callable[[Level], Any], num_envs: int
         InputError: if there is no such meta-controller, it cannot be made, or it has no method ``choose``.
     """
     if not isinstance(spec, str):
-        return _checked(LevelMeta(spec) if inspect.isroutine(spec) else spec, repr(spec))
+        return _checked(LevelMeta(spec) if _is_function(spec) else spec, repr(spec))
     if spec == LEARNED:
         raise InputError("the learned meta-controller is made in training: give that of a trained run")
     known = (*META_CONTROLLERS, LEARNED)
     make = META_CONTROLLERS.get(spec) or load_plugin(spec, "meta-controller", known, ENTRY_POINT_GROUP)
-    if inspect.isroutine(make):
+    if _is_function(make):
         return LevelMeta(make)
     try:
         if not hasattr(make, "for_training"):
@@ -209,6 +209,11 @@ def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integ
 def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
     """One of the choices [M, 14] of each environment, all equally likely: [M] goal ids, 13 or -1 for no goal."""
     return _random_best(np.zeros(choices.shape), choices, uniforms)
+
+
+def _is_function(thing: Any) -> bool:
+    """Whether it is to be called with a level: a function, or another callable that does not choose by itself."""
+    return callable(thing) and not isinstance(thing, type) and not hasattr(thing, "choose")
 
 
 def _checked(meta: Any, name: str) -> MetaController:

@@ -30,7 +30,7 @@ class Step:
     """What one primitive step did in N environments, in arrays that nobody else holds.
 
     Args:
-        actions: [N] int, the controller's actions.
+        actions: [N] int, the controller's actions; the number of actions where it was none of them.
         goals: [N] int, the goal ids pursued, or -1.
         events: [N] int, the goal ids achieved, or -1.
         rewards: [N] float64, the controller's rewards.
@@ -179,7 +179,8 @@ class Ledger:
         meta_turns: [N] int, turns the meta-controller took this episode.
         option_steps: [N] int, primitive steps since the meta-controller's last turn.
         option_rewards: [N] float64, extrinsic reward since then.
-        previous_actions: [N] int, the controller's last actions, or the number of actions before the first.
+        previous_actions: [N] int, the controller's last actions; the number of actions before the first, and where it
+            was none of them.
         illegal_goals: [N] int, actions of the meta-controller this episode that were not legal.
         illegal_actions: [N] int, actions of the controller this episode that its environment does not have.
         shortest: [N] int, the shortest possible lengths of the episodes under way, or -1 if they are not measured.
@@ -233,8 +234,9 @@ class Ledger:
         self.is_meta_turn[:] = False
         self.option_steps += 1
         self.option_rewards += outcomes["reward"]
-        self.illegal_actions += (actions < 0) | (actions >= n_actions)
-        self.previous_actions[:] = actions
+        is_illegal = (actions < 0) | (actions >= n_actions)
+        self.illegal_actions += is_illegal
+        self.previous_actions = np.where(is_illegal, n_actions, actions)
         goals, events = self.goals.copy(), outcomes["event"].astype(np.int64)
         self.first_events = np.where(self.first_events == NO_GOAL, events, self.first_events)
         terminated, truncated = outcomes["terminated"].copy(), outcomes["truncated"].copy()
@@ -245,7 +247,7 @@ class Ledger:
         return_terminated = terminated | reached if reward.ends_with_option else terminated
         return_truncated = truncated | timed_out if reward.ends_with_option else truncated
         step = Step(
-            actions=actions.copy(),
+            actions=self.previous_actions.copy(),
             goals=goals,
             events=events,
             rewards=reward.rewards(outcomes, reached),

@@ -8,6 +8,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
+from hierroom.controller import Observation
 from hierroom.env_config import EnvConfig, fresh_seed
 from hierroom.goals import NO_GOAL
 from hierroom.meta import MetaController
@@ -58,14 +59,16 @@ class Room:
         """Whether the meta-controller is to act next."""
         return bool(self.turns.ledger.is_meta_turn[0])
 
-    def observe(self, agent: str) -> dict[str, NDArray]:
-        """What an agent observes now, in fresh arrays; the controller after the episode's end what it saw last."""
+    def observation(self, agent: str) -> Observation:
+        """What an agent observes now, as a batch of one; the controller after the episode's end what it saw last."""
         step = self.turns.last_step
         if agent == CONTROLLER and step is not None and step.episode_ended[0]:
-            observation = self.turns.final_observation(CONTROLLER, step, _ONLY)
-        else:
-            observation = self.turns.observe(agent, _ONLY)
-        return {name: values[0] for name, values in observation.as_dict().items()}
+            return self.turns.final_observation(CONTROLLER, step, _ONLY)
+        return self.turns.observe(agent, _ONLY)
+
+    def observe(self, agent: str) -> dict[str, NDArray]:
+        """What an agent observes now, in fresh arrays."""
+        return {name: values[0] for name, values in self.observation(agent).as_dict().items()}
 
     def choose(self, action: int) -> None:
         """Take the meta-controller's action; one that is not legal counts as no goal."""

@@ -11,7 +11,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.env_config import GoalMaskName
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, GoalGraph
 from hierroom.world.layout import State
 from hierroom.world.level import Level
@@ -149,7 +148,7 @@ class GoalMask:
     may_explore: bool = False
 
 
-GOAL_MASKS: Mapping[GoalMaskName, GoalMask] = {
+GOAL_MASKS: Mapping[str, GoalMask] = {
     "reachable": GoalMask(reachable_goals),
     "existing": GoalMask(existing_goals),
     "seen": GoalMask(seen_goals, may_explore=True),

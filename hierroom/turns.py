@@ -93,6 +93,8 @@ class Turns:
         self._finals = world.finals if autoreset else world.state.levels
         self._everywhere = np.arange(len(world))
         self._all_legal = np.ones((len(world), world.n_actions), bool)
+        for shared in (self._everywhere, self._all_legal):
+            shared.setflags(write=False)
         self._actions = np.zeros(len(world), np.int64)
         if world.has_begun:
             self._begin(self._everywhere)
@@ -111,8 +113,12 @@ class Turns:
         return analyze(self._sampler.everything[-1], drop_key=self.world.n_actions == 6)
 
     def reset(self, seed: int | None = None) -> None:
-        """Begin an episode in every environment: the first one of a seed, or without a seed each one's next."""
+        """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
+
+        A curriculum stays in the stage it is in, so that a seed fixes the levels of that stage.
+        """
         self.world.reset(seed)
+        self._sampler.reset()
         self.last_step = None
         self._begin(self._everywhere)
 
@@ -163,9 +169,10 @@ class Turns:
         return transitions(step, lambda agent, envs: self.final_observation(agent, step, envs))
 
     def situation(self, envs: NDArray[np.integer]) -> Situation:
-        """What meta-controllers may know of some environments [M].
+        """What meta-controllers may know of some environments [M], in arrays of its own but for ``masks``.
 
-        On its turn its legal actions are as `GOAL_MASKS` says; elsewhere it can only wait.
+        On its turn its legal actions are as `GOAL_MASKS` says; elsewhere it can only wait. They are read-only, as
+        `choose` checks the goals by them.
         """
         levels, ledger = self.world.state.levels[envs], self.ledger
         meta_turns = ledger.meta_turns[envs]
@@ -187,6 +194,7 @@ class Turns:
         if is_turn.any():  # a single environment mostly waits, and goals take long to find
             masks[:, :N_GOALS] = self._goal_mask.goals(situation) & is_turn[:, None]
         masks[:, NO_GOAL_ACTION] = ~masks[:, :N_GOALS].any(axis=1) | self._goal_mask.may_explore
+        masks.setflags(write=False)
         return situation
 
     def choose(self, situation: Situation, actions: ArrayLike) -> None:
@@ -234,6 +242,7 @@ class Turns:
         Raises:
             InputError: if that is not what the actions are.
         """
+        had_ended = self.world.state.levels["has_ended"].copy()
         outcomes = self._step_world(actions)
         given = np.asarray(actions, np.int64)
         step = self.ledger.record(given, outcomes, self.reward, self._subgoal_horizon, self.world.n_actions)
@@ -243,7 +252,7 @@ class Turns:
             self._begin(ended)
         elif len(ended):
             self.ledger.is_meta_turn[ended] = False
-        if self._sampler.add(episode_ended, step.terminated):
+        if self._sampler.add(episode_ended & ~had_ended, step.terminated & ~had_ended):
             self.world.set_graphs(self._sampler.graphs)
         self.last_step = step
         return step
@@ -288,8 +297,9 @@ class Turns:
         ledger, sampler = dict(state), self._sampler.get_state()
         if ledger.keys() != {*self.ledger.get_state(), *sampler, "grids", "levels"}:
             raise InputError(f"the state of turns does not hold what get_state gives, but {', '.join(sorted(state))}")
+        self._sampler.check_state(sampler_state := {name: ledger.pop(name) for name in sampler})
         self.world.set_state(State(ledger.pop("grids"), ledger.pop("levels")))
-        self._sampler.set_state({name: ledger.pop(name) for name in sampler})
+        self._sampler.set_state(sampler_state)
         self.world.set_graphs(self._sampler.graphs)
         self.ledger.put(ledger)
         self.last_step = None

@@ -1,32 +1,32 @@
-"""The parallel environment with flat, equal spaces for both agents, for libraries that take no dicts, as SuperSuit.
+"""Wrappers: the learner's features for users of other learners, and flat, equal spaces where dicts are not taken.
 
-| part | numbers | padded |
-|---|---|---|
-| ``observation`` / 10 | 147 | |
-| ``goal`` | 9 | |
-| ``direction``, one-hot | 4 | |
-| ``keys_held`` | 6 | |
-| ``doors_open`` | 6 | |
-| ``outcome``, one-hot | 4 | all zero for ``controller_0`` |
-| ``action_mask`` | 14 | zero for the actions that ``controller_0`` does not have |
-| whose it is | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
-
-Both agents have 14 actions. Those that ``controller_0`` does not have only cost the step.
+A feature is one of `agents.features.FEATURES`, such as ``goal-place`` or ``frontier-places``: what an agent could work
+out and remember by itself, but learns slowly to. `add_features` puts features into the observations of any environment
+of hierroom, as the entry ``features``: whole numbers, `gymnasium.spaces.MultiDiscrete`.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, TypeVar, cast
 
+import gymnasium
 import numpy as np
 from gymnasium import spaces
+from gymnasium.utils import RecordConstructorArgs
+from gymnasium.vector import VectorEnv, VectorWrapper
+from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
-from pettingzoo import ParallelEnv
+from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import BaseParallelWrapper
+from pettingzoo.utils.wrappers import BaseWrapper
 
+from hierroom.agents.features import Features
+from hierroom.controller import Observation
+from hierroom.errors import InputError
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.options import META, N_OUTCOMES
-from hierroom.turns import N_META_ACTIONS
+from hierroom.options import AGENTS, CONTROLLER, META, N_OUTCOMES
+from hierroom.turns import N_META_ACTIONS, Turns
 from hierroom.world.kernels import VIEW
 
 SIZES = {
@@ -39,12 +39,156 @@ SIZES = {
     "action_mask": N_META_ACTIONS,
     "is_meta": 1,
 }
-"""Numbers of each part, in order."""
-SIZE = sum(SIZES.values())
+"""Numbers of each part of a `box_view`, in order; features come after them."""
+Env = TypeVar("Env", AECEnv, ParallelEnv, gymnasium.Env, VectorEnv)
+
+
+def add_features(env: Env, names: Sequence[str], agent: str = CONTROLLER) -> Env:
+    """Put features into the observations of an agent, as one more entry: ``features`` [K] int64.
+
+    What levels must remember for them, they remember from the next `reset` on.
+
+    Args:
+        env: an environment of hierroom, of any API: AEC, parallel, Gymnasium or Gymnasium vector; wrapped or not.
+        names: names in `agents.features.FEATURES`, in order; each is one whole number or several.
+        agent: whose observations; those of Gymnasium's environments are all ``controller_0``'s.
+
+    Returns:
+        the wrapped environment, of the same API.
+
+    Raises:
+        InputError: if it is no environment of hierroom, or there is no such feature or agent.
+    """
+    for api, wrapper in ((AECEnv, _AEC), (ParallelEnv, _Parallel), (VectorEnv, _Vector), (gymnasium.Env, _Gymnasium)):
+        if isinstance(env, api) and hasattr(env.unwrapped, "room" if wrapper is not _Vector else "turns"):
+            if agent not in (AGENTS if wrapper in (_AEC, _Parallel) else (CONTROLLER,)):
+                raise InputError(f"the agents of this environment are {', '.join(AGENTS)}; there is no {agent!r}")
+            return cast(Env, wrapper(env, names, agent))
+    raise InputError(f"add_features takes an environment of hierroom, not {env!r}")
+
+
+class _Reader:
+    """Reads the features of an agent, and sees to it that levels remember what they need.
+
+    Args:
+        turns: of the environment.
+        names: of the features.
+        agent: whose.
+    """
+
+    def __init__(self, turns: Turns, names: Sequence[str], agent: str) -> None:
+        self.agent = agent
+        self._features = Features(names, turns.world.n_actions)
+        self.space = spaces.MultiDiscrete(list(self._features.cardinalities))
+        turns.world.remember(self._features.memories)
+
+    def extend(self, space: spaces.Dict) -> spaces.Dict:
+        """The space of observations with features."""
+        return spaces.Dict({**space.spaces, "features": self.space})
+
+    def read(self, observation: Observation) -> NDArray[np.int64]:
+        """[M, K] the features of M environments."""
+        return self._features.encode(observation).astype(np.int64)
+
+
+class _AEC(BaseWrapper):
+    def __init__(self, env: Any, names: Sequence[str], agent: str) -> None:
+        super().__init__(env)
+        self._room = env.unwrapped.room
+        self._reader = _Reader(self._room.turns, names, agent)
+        self._space = self._reader.extend(env.observation_space(agent))
+
+    def observation_space(self, agent: str) -> spaces.Space:
+        return self._space if agent == self._reader.agent else self.env.observation_space(agent)
+
+    def observe(self, agent: str) -> Any:
+        observation: Any = self.env.observe(agent)
+        if agent == self._reader.agent:
+            observation["features"] = self._reader.read(self._room.observation(agent))[0]
+        return observation
+
+
+class _Parallel(BaseParallelWrapper):
+    def __init__(self, env: Any, names: Sequence[str], agent: str) -> None:
+        super().__init__(env)
+        self._room = env.unwrapped.room
+        self._reader = _Reader(self._room.turns, names, agent)
+        self._space = self._reader.extend(env.observation_space(agent))
+        self.possible_agents = env.possible_agents
+
+    def observation_space(self, agent: str) -> spaces.Space:
+        return self._space if agent == self._reader.agent else self.env.observation_space(agent)
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
+        observations, infos = self.env.reset(seed, options)
+        return self._extended(observations), infos
+
+    def step(self, actions: dict[str, int]):
+        observations, *results = self.env.step(actions)
+        return self._extended(observations), *results
+
+    def _extended(self, observations: dict[str, Any]) -> dict[str, Any]:
+        agent = self._reader.agent
+        if agent in observations:
+            observations[agent]["features"] = self._reader.read(self._room.observation(agent))[0]
+        return observations
+
+
+class _Gymnasium(gymnasium.ObservationWrapper, RecordConstructorArgs):
+    def __init__(self, env: Any, names: Sequence[str], agent: str = CONTROLLER) -> None:
+        RecordConstructorArgs.__init__(self, names=list(names))
+        gymnasium.ObservationWrapper.__init__(self, env)
+        self._room = env.unwrapped.room
+        self._reader = _Reader(self._room.turns, names, agent)
+        self.observation_space = self._reader.extend(env.observation_space)
+
+    def observation(self, observation: dict[str, Any]) -> dict[str, Any]:
+        return {**observation, "features": self._reader.read(self._room.observation(CONTROLLER))[0]}
+
+
+class _Vector(VectorWrapper):
+    def __init__(self, env: Any, names: Sequence[str], agent: str) -> None:
+        super().__init__(env)
+        self._turns: Turns = env.unwrapped.turns
+        self._reader = _Reader(self._turns, names, agent)
+        self.single_observation_space = self._reader.extend(env.single_observation_space)
+        self.observation_space = batch_space(self.single_observation_space, env.num_envs)
+
+    def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None):
+        observations, infos = self.env.reset(seed=seed, options=options)
+        return self._extended(observations), infos
+
+    def step(self, actions: Any):
+        observations, *results, infos = self.env.step(actions)
+        if "final_obs" in infos:
+            step, ended = self._turns.last_step, np.flatnonzero(infos["_final_obs"])
+            assert step is not None
+            features = self._reader.read(self._turns.final_observation(CONTROLLER, step, ended))
+            for env, of_env in zip(ended, features, strict=True):
+                infos["final_obs"][env]["features"] = of_env
+        return self._extended(observations), *results, infos
+
+    def _extended(self, observations: dict[str, Any]) -> dict[str, Any]:
+        observation = self._turns.observe(CONTROLLER, self._turns.due(CONTROLLER))
+        return {**observations, "features": self._reader.read(observation)}
 
 
 class box_view(BaseParallelWrapper):
-    """A parallel environment whose agents both have one Box to see and one Discrete to act in.
+    """A parallel environment whose agents both have one Box to observe and one Discrete to act in, as SuperSuit wants.
+
+    | part | numbers | padded |
+    |---|---|---|
+    | ``observation`` / 10 | 147 | |
+    | ``goal`` | 9 | |
+    | ``direction``, one-hot | 4 | |
+    | ``keys_held`` | 6 | |
+    | ``doors_open`` | 6 | |
+    | ``outcome``, one-hot | 4 | all zero for ``controller_0`` |
+    | ``action_mask`` | 14 | zero for the actions that ``controller_0`` does not have |
+    | whose it is | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
+    | ``features``, one-hot | as many as they have values | all zero for an agent without; see `add_features` |
+
+    Both agents have 14 actions. Those that ``controller_0`` does not have only cost the step.
 
     Args:
         env: a `hierroom.parallel_env`.
@@ -53,8 +197,12 @@ class box_view(BaseParallelWrapper):
     def __init__(self, env: ParallelEnv):
         super().__init__(env)
         self.possible_agents = env.possible_agents
+        given: list[Any] = [env.observation_space(agent) for agent in env.possible_agents]
+        n_values = [space["features"].nvec if "features" in space.spaces else np.zeros(0, int) for space in given]
+        self._n_values = dict(zip(env.possible_agents, n_values, strict=True))
+        self._size = sum(SIZES.values()) + max(int(of_agent.sum()) for of_agent in n_values)
         self._actions = {agent: spaces.Discrete(N_META_ACTIONS) for agent in env.possible_agents}
-        self._spaces = {agent: spaces.Box(0, 1, (SIZE,), np.float32) for agent in env.possible_agents}
+        self._spaces = {agent: spaces.Box(0, 1, (self._size,), np.float32) for agent in env.possible_agents}
 
     def observation_space(self, agent: str) -> spaces.Space:
         """The observation space of an agent: the same object at every call."""
@@ -67,31 +215,32 @@ class box_view(BaseParallelWrapper):
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
         """As the environment's, observations flat."""
         observations, infos = self.env.reset(seed, options)
-        return _flat(observations), infos
+        return self._flat(observations), infos
 
     def step(self, actions: dict[str, int]):
         """As the environment's, observations flat."""
         observations, *results = self.env.step(actions)
-        return _flat(observations), *results
+        return self._flat(observations), *results
 
+    def _flat(self, observations: dict[str, dict[str, Any]]) -> dict[str, NDArray[np.float32]]:
+        return {agent: self._vector(agent, observation) for agent, observation in observations.items()}
 
-def _flat(observations: dict[str, dict[str, Any]]) -> dict[str, NDArray[np.float32]]:
-    return {agent: _vector(agent, observation) for agent, observation in observations.items()}
-
-
-def _vector(agent: str, observation: dict[str, Any]) -> NDArray[np.float32]:
-    """One observation as [192] numbers from 0 to 1."""
-    parts = {
-        **observation,
-        "observation": observation["observation"] / np.float32(10),
-        "direction": np.eye(SIZES["direction"])[observation["direction"]],
-        "outcome": np.eye(N_OUTCOMES)[observation["outcome"]] if agent == META else (),
-        "is_meta": (agent == META,),
-    }
-    vector = np.zeros(SIZE, np.float32)
-    start = 0
-    for name, size in SIZES.items():
-        part = np.ravel(parts[name])
-        vector[start : start + len(part)] = part
-        start += size
-    return vector
+    def _vector(self, agent: str, observation: dict[str, Any]) -> NDArray[np.float32]:
+        """One observation as numbers from 0 to 1."""
+        parts = {
+            **observation,
+            "observation": observation["observation"] / np.float32(10),
+            "direction": np.eye(SIZES["direction"])[observation["direction"]],
+            "outcome": np.eye(N_OUTCOMES)[observation["outcome"]] if agent == META else (),
+            "is_meta": (agent == META,),
+        }
+        vector = np.zeros(self._size, np.float32)
+        start = 0
+        for name, size in SIZES.items():
+            part = np.ravel(parts[name])
+            vector[start : start + len(part)] = part
+            start += size
+        if "features" in observation:
+            n_values = self._n_values[agent]
+            vector[start + np.cumsum(n_values) - n_values + observation["features"]] = 1
+        return vector

@@ -4,7 +4,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from hierroom.complexity import AugmentedGraph
-from hierroom.complexity.draw import draw
+from hierroom.complexity.draw import draw_graph
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
 
@@ -27,7 +27,7 @@ def drawn(monkeypatch):
 def test_every_goal_node_and_level_is_drawn(tmp_path, drawn, letter):
     unrolled = AugmentedGraph(NAMED_GRAPHS[letter], drop_key=True)
     path = tmp_path / "graph.png"
-    draw(unrolled, path)
+    draw_graph(unrolled, path)
     assert path.read_bytes()[:4] == b"\x89PNG"
     goals, nodes = drawn
     assert sorted(name.replace("\n", " ") for name in goals) == sorted(unrolled.graph.to_networkx())
@@ -35,6 +35,32 @@ def test_every_goal_node_and_level_is_drawn(tmp_path, drawn, letter):
     assert len(nodes) == len(unrolled.nodes) - 1 + leading_to_exit + len(unrolled.levels)
     assert nodes.count("exit") == leading_to_exit
     assert {"all doors closed", "all doors open"} <= set(nodes)
+
+
+@pytest.mark.parametrize(
+    ("name", "written", "start"),
+    [("c.pdf", "c.pdf", b"%PDF"), ("c.svg", "c.svg", b"<?xml"), ("c", "c.png", b"\x89PNG")],
+)
+def test_the_suffix_chooses_the_format(tmp_path, name, written, start):
+    draw_graph(AugmentedGraph(NAMED_GRAPHS["c"]), tmp_path / name)
+    assert [path.name for path in tmp_path.iterdir()] == [written]
+    assert (tmp_path / written).read_bytes().startswith(start)
+
+
+def test_a_drawing_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "graph.png"
+    draw_graph(AugmentedGraph(NAMED_GRAPHS["a"]), path)
+    old = path.read_bytes()
+
+    def fail(figure, file, **_):
+        file.write(b"half a picture")
+        raise ValueError("the ink is dry")
+
+    monkeypatch.setattr(Figure, "savefig", fail)
+    with pytest.raises(InputError, match=r"cannot write the drawing .*graph\.png: the ink is dry"):
+        draw_graph(AugmentedGraph(NAMED_GRAPHS["b"]), path)
+    assert path.read_bytes() == old
+    assert [*tmp_path.iterdir()] == [path]
 
 
 def test_goals_never_overlap():
@@ -56,4 +82,5 @@ def test_goals_never_overlap():
 )
 def test_one_clear_message(tmp_path, graph, name, message):
     with pytest.raises(InputError, match=message):
-        draw(AugmentedGraph(graph), tmp_path / name)
+        draw_graph(AugmentedGraph(graph), tmp_path / name)
+    assert not [*tmp_path.iterdir()]

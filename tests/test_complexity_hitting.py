@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from simulated_walks import simulate_passage_times
 
 from hierroom.complexity import (
     AugmentedGraph,
@@ -11,7 +12,6 @@ from hierroom.complexity import (
     hitting_probability,
     mean_first_passage_time,
     passage_time_sensitivity,
-    simulate_passage_times,
 )
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from counted_walks import count_transitions
 
 from hierroom.complexity import analyze
-from hierroom.complexity.counts import count_transitions
 from hierroom.complexity.measured import MeasuredReport
 from hierroom.errors import InputError
 

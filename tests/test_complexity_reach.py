@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from simulated_walks import simulate_passage_times
 
 from hierroom.complexity import (
     AugmentedGraph,
@@ -10,7 +11,6 @@ from hierroom.complexity import (
     expected_states,
     hitting_probability,
     reach_probability,
-    simulate_passage_times,
 )
 from hierroom.complexity import reach as reach_module
 from hierroom.errors import InputError

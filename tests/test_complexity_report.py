@@ -1,15 +1,19 @@
 """The report: what it says, that it is frozen, light and quick."""
 
+import ast
 import dataclasses
 import json
 import pickle
+import re
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hierroom import complexity
 from hierroom.complexity import Walk, analyze, mean_first_passage_time
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
@@ -111,3 +115,64 @@ def test_no_module_of_the_package_knows_a_learner():
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"
+
+
+def test_the_package_knows_goals_only():
+    """Only the command line knows more: how commands end, and in a function what measures from play."""
+    allowed = {"hierroom.errors", "hierroom.files", "hierroom.goals"}
+    of_command = {"hierroom.cli", "hierroom.measure"}
+    found = set()
+    for path in Path(complexity.__file__).parent.glob("*.py"):
+        tree = ast.parse(path.read_text())
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Import):
+                assert not any(name.name.startswith("hierroom") for name in node.names), path
+            elif isinstance(node, ast.ImportFrom):
+                assert node.level == 0, path
+                module = node.module
+                if module.startswith("hierroom") and not module.startswith("hierroom.complexity"):
+                    assert module in allowed or (path.name == "__main__.py" and module in of_command), (path, module)
+                    assert module != "hierroom.measure" or node not in tree.body
+                    found.add(module)
+    assert found == allowed | of_command
+
+
+def test_the_table_of_equations_names_functions_that_exist():
+    rows = re.findall(r"^\| (.+?) \| `(\w+)` \| (.+?) \|$", complexity.__doc__, re.MULTILINE)
+    functions = [function for _, function, _ in rows]
+    assert functions == [
+        "laplacian",
+        "laplacian_hitting_time",
+        "mean_first_passage_time",
+        "first_passage_variance",
+        "hitting_probability",
+        "expected_visits",
+        "reach_probability",
+        "expected_states",
+        "passage_time_sensitivity",
+        "laplacian_sensitivity",
+    ]
+    assert len(rows) == complexity.__doc__.count("\n|") - 2  # without the heading and the rule below it
+    for name in functions:
+        assert name in complexity.__all__
+        function = getattr(complexity, name)
+        assert callable(function)
+        assert "Args:" in function.__doc__
+    for mentioned in re.findall(r"`(\w+)`", complexity.__doc__):
+        assert mentioned in complexity.__all__
+
+
+@pytest.mark.parametrize(
+    ("function", "source"),
+    [
+        (complexity.laplacian, "paper, section 2.1"),
+        (complexity.laplacian_hitting_time, "Table 2"),
+        (complexity.mean_first_passage_time, "theorem 1.3.5"),
+        (complexity.first_passage_variance, "theorem 3.3.3"),
+        (complexity.hitting_probability, "theorem\n    1.3.2"),
+        (complexity.passage_time_sensitivity, "dN = N dQ N"),
+        (complexity.laplacian_sensitivity, "theorem 4.3"),
+    ],
+)
+def test_the_functions_cite_the_same_sources(function, source):
+    assert source in function.__doc__

@@ -4,17 +4,17 @@ import json
 import sys
 
 import pytest
+from turns_helpers import make_mixed
 
 from hierroom import evaluate as command
+from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.evaluate import evaluate
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.learners.config import PPOConfig
-from hierroom.training.presets import TrainConfig
+from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
-from hierroom.turns import Turns
-from hierroom.world.world import World
 
 
 class Turning:
@@ -33,7 +33,7 @@ def test_the_table_has_the_goals_of_every_level_that_was_played():
     tables = {}
     for seed in range(8):
         player.sizes.clear()
-        turns = Turns(World(graphs, 1, size=11, max_steps=3, seed=seed), measure_shortest=True)
+        turns = make_mixed(graphs, 1, max_steps=3, seed=seed, measure_shortest=True)
         table = evaluate(player, turns, 3).steps_to_goals
         largest = max(player.sizes)
         assert list(table) == [f"{kind} {r}" for kind in ("key", "door") for r in range(1, largest)] + ["exit"]
@@ -44,7 +44,8 @@ def test_the_table_has_the_goals_of_every_level_that_was_played():
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """A run with two checkpoints: before anything was learned and, as good as solved, at the end."""
-    config = TrainConfig(graph="b", size=11, max_steps=100, rooms=16, steps=60_000, ppo=PPOConfig(minibatches=2))
+    env = EnvConfig("b", size=11, max_steps=100)
+    config = TrainConfig(env, num_envs=16, steps=60_000, ppo=PPOConfig(minibatches=2))
     folder, trainer = RunFolder.create(tmp_path_factory.mktemp("evaluated") / "run", config), Trainer(config)
     folder.save_checkpoint(trainer.state_dict())
     while not trainer.is_done:
@@ -71,13 +72,16 @@ def test_an_earlier_checkpoint_is_worse(evaluated):
         evaluated("--checkpoint", "1")
 
 
-def test_another_meta_controller_gives_other_goals(evaluated):
+def test_another_meta_controller_gives_other_goals(evaluated, capsys):
     """The oracle never asks for the key of the room without the exit, key 2; the fixed path does half the time."""
     fixed, oracle = evaluated(), evaluated("--meta", "oracle")
     assert oracle["steps_to_goals"]["key 2"][0] < fixed["steps_to_goals"]["key 2"][0] - 0.2  # it is taken by mistake
     assert oracle["length"] < fixed["length"]
     hindered = evaluated("--meta", "random", "--goal-mask", "existing")
     assert hindered["success_rate"] < fixed["success_rate"]
-    for wrong in (["--meta", "learned"], ["--meta", "nobody"], ["--goal-mask", "all"]):
-        with pytest.raises(InputError, match=r"is made in training|a meta-controller is one of|goal_mask|goal mask"):
-            evaluated(*wrong)
+    for wrong in ("learned", "nobody"):
+        with pytest.raises(InputError, match=r"is made in training|a meta-controller is one of"):
+            evaluated("--meta", wrong)
+    with pytest.raises(SystemExit, match="2"):
+        evaluated("--goal-mask", "all")
+    assert "invalid choice 'all' for argument '--goal-mask'" in capsys.readouterr().err

@@ -2,16 +2,20 @@
 
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from turns_rooms import achieve, goal_ids, make
+from turns_helpers import achieve, goal_ids, make
 
-from hierroom.training.presets import TrainConfig
+from hierroom.env_config import EnvConfig
+from hierroom.meta import choose_goals, make_meta
+from hierroom.options import META
+from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
-from hierroom.world.kernels import KEY
+from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SAYS = {
@@ -20,7 +24,7 @@ SAYS = {
     "gymnasium_vector.py": "steps a second",
     "trained_agent.py": "of the episode: exit",
     "warm_start.py": "began with the weights of the first",
-    "supersuit_sb3.py": "2048 turns of both agents in 4 rooms",
+    "supersuit_sb3.py": "2048 turns of both agents in 4 environments",
 }
 
 
@@ -40,18 +44,19 @@ def test_example(name):
     assert SAYS[name] in run(name)
 
 
-def test_the_meta_controller_of_ones_own_trains(tmp_path):
+@pytest.mark.parametrize("name", ["nearest", "NearestKeyFirst"])
+def test_the_meta_controller_of_ones_own_trains(name, tmp_path):
     """From a file outside the package, named on the command line."""
-    room = ["--graph", "a", "--size", "11", "--rooms", "16", "--steps", "4000"]
-    run("-m", "hierroom.train", "--meta", "own_meta_controller:NearestKeyFirst", *room, "--out", str(tmp_path / "run"))
+    settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "4000"]
+    run("-m", "hierroom.train", "--meta", f"own_meta_controller:{name}", *settings, "--out", str(tmp_path / "run"))
     assert (tmp_path / "run" / "summary.json").is_file()
 
 
 def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp_path):
-    room = ["--graph", "c", "--size", "11", "--rooms", "16", "--steps", "30000", "--max-steps", "200"]
+    settings = ["--graph", "c", "--size", "11", "--num-envs", "16", "--steps", "30000", "--max-steps", "200"]
     goals = ["--meta", "own_learning_meta:ReachedMostOften", "--goal-mask", "existing", "--subgoal-horizon", "30"]
-    run("-m", "hierroom.train", *goals, *room, "--out", str(tmp_path / "run"))
-    counts = RunFolder.open(tmp_path / "run").load_checkpoint()["meta"]
+    run("-m", "hierroom.train", *goals, *settings, "--out", str(tmp_path / "run"))
+    counts = RunFolder.open(tmp_path / "run").load_checkpoint()["agents"][META]
     rates = dict(enumerate((counts["reached"] / counts["tried"]).tolist()))
     door_without_key, door_with_key = (2 * kind + 1 for kind in (1, 2))  # both seen
     assert counts["tried"].sum() > 1000
@@ -61,9 +66,8 @@ def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp
 
 def test_the_learning_meta_controller_of_ones_own_is_resumed_as_if_nothing_had_happened(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(EXAMPLES)
-    config = TrainConfig(
-        meta="own_learning_meta:ReachedMostOften", goal_mask="existing", graph="c", size=11, rooms=8, steps=4096
-    )
+    env = EnvConfig("c", size=11, goal_mask="existing")
+    config = TrainConfig(env, meta="own_learning_meta:ReachedMostOften", num_envs=8, steps=4096)
     through, before = Trainer(config), Trainer(config)
     through.advance()
     before.advance()
@@ -72,17 +76,24 @@ def test_the_learning_meta_controller_of_ones_own_is_resumed_as_if_nothing_had_h
     for trainer in (through, after):
         for _ in range(3):
             trainer.advance()
-    for ours, theirs in zip(through.meta.state_dict().values(), after.meta.state_dict().values(), strict=True):
-        np.testing.assert_array_equal(ours, theirs)
+    ours, theirs = (trainer.agents[META].state_dict().values() for trainer in (through, after))
+    for one, other in zip(ours, theirs, strict=True):
+        np.testing.assert_array_equal(one, other)
 
 
 def test_the_network_of_ones_own_trains(tmp_path):
-    room = ["--graph", "a", "--size", "11", "--rooms", "16", "--steps", "4000"]
-    run("-m", "hierroom.train", "--network", "own_network:GatedMemory", *room, "--out", str(tmp_path / "run"))
+    settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "4000"]
+    run("-m", "hierroom.train", "--network", "own_network:GatedMemory", *settings, "--out", str(tmp_path / "run"))
     assert (tmp_path / "run" / "summary.json").is_file()
 
 
-def test_the_meta_controller_of_ones_own_chooses_the_nearest_key(monkeypatch):
+def distance(state, m, tile):
+    """Rows plus columns from the agent of an environment to the only cell with a tile."""
+    ((row, col),) = np.argwhere(state.grids[m] == tile)
+    return abs(row - state.levels[m].row) + abs(col - state.levels[m].col)
+
+
+def test_the_class_of_ones_own_chooses_the_nearest_key(monkeypatch):
     monkeypatch.syspath_prepend(EXAMPLES)
     from own_meta_controller import NearestKeyFirst
 
@@ -90,10 +101,7 @@ def test_the_meta_controller_of_ones_own_chooses_the_nearest_key(monkeypatch):
     turns.ask(NearestKeyFirst())
     state, n_unequal = turns.world.state, 0
     for m in range(50):
-        room, ways = state.levels[m], {}
-        for colour in room.colours[:3].tolist():
-            ((row, col),) = np.argwhere(state.grids[m] == KEY + colour)
-            ways[colour] = abs(row - room.row) + abs(col - room.col)
+        ways = {colour: distance(state, m, KEY + colour) for colour in state.levels[m].colours[:3].tolist()}
         assert ways[int(turns.goals[m])] == min(ways.values())
         n_unequal += len(set(ways.values())) > 1
     assert n_unequal > 25
@@ -104,3 +112,38 @@ def test_the_meta_controller_of_ones_own_chooses_the_nearest_key(monkeypatch):
         assert {int(alone.goals[0])} == goal_ids(alone, name)
         if name != "x":
             achieve(alone, name)
+
+
+def test_the_function_of_ones_own_chooses_the_nearest_goal(monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    turns = make("e", 50, size=19, goal_mask="existing")
+    turns.ask(make_meta("own_meta_controller:nearest"))
+    state, kinds = turns.world.state, set()
+    for m in range(50):
+        colours = state.levels[m].colours[:3].tolist()
+        tiles = {colour: KEY + colour for colour in colours} | {6 + colour: LOCKED_DOOR + colour for colour in colours}
+        ways = {goal: distance(state, m, tile) for goal, tile in (tiles | {12: EXIT}).items()}
+        assert ways[int(turns.goals[m])] == min(ways.values())
+        kinds.add(int(turns.goals[m]) // 6)
+    assert {0, 1} <= kinds  # keys and doors
+
+    alone = make("a")
+    for name in ("k1", "d1", "x"):
+        alone.ask(make_meta("own_meta_controller:nearest"))
+        assert {int(alone.goals[0])} == goal_ids(alone, name)
+        if name != "x":
+            achieve(alone, name)
+
+
+@pytest.mark.parametrize("name", ["nearest", "NearestKeyFirst"])
+def test_how_long_a_choice_takes(name, monkeypatch):
+    """Shown by ``pytest -s``; a plain function is called once for each environment, and may take its time."""
+    monkeypatch.syspath_prepend(EXAMPLES)
+    meta, situation = make_meta(f"own_meta_controller:{name}"), make("c", 256, size=19).situation(np.arange(256))
+    seconds = []
+    for _ in range(5):
+        started = time.perf_counter()
+        choose_goals(meta, situation)
+        seconds.append(time.perf_counter() - started)
+    print(f"\n{name}: {1e6 * min(seconds) / 256:.1f} microseconds a choice, 256 environments at once")
+    assert min(seconds) / 256 < 1e-3

@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
+from turns_helpers import make_mixed
 from views import in_view
 
 from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE
 from hierroom.agents.frontier import nearest_frontiers
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
-from hierroom.turns import Turns
 from hierroom.world.kernels import LOCKED_DOOR, MARGIN, WALL
-from hierroom.world.world import World
 
-N_ROOMS = 8
+N_ENVS = 8
 
 
 def bits(lines):
@@ -33,29 +32,29 @@ def is_inside(cell, rectangle):
     ("size", "graphs"), [(13, [NAMED_GRAPHS[letter] for letter in "cef"]), (63, [GoalGraph((0, 0, 0, 0, 0, 0), 6)])]
 )
 def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs):
-    turns = Turns(World(graphs, N_ROOMS, size=size, max_steps=400, drop_key=True, seed=5))
-    rng, seen, floor = np.random.default_rng(2), [set() for _ in range(N_ROOMS)], [set() for _ in range(N_ROOMS)]
+    turns = make_mixed(graphs, N_ENVS, size=size, max_steps=400, drop_key=True, seed=5)
+    rng, seen, floor = np.random.default_rng(2), [set() for _ in range(N_ENVS)], [set() for _ in range(N_ENVS)]
     compared = {"here": 0, "elsewhere": 0, "none here": 0, "none elsewhere": 0}
     in_doorway = 0
     for step in range(2500):
-        observation = turns.observation()
-        for n, room in enumerate(observation.levels):
-            for cell, tile in in_view(room, observation.tiles[n]):
+        observation = turns.observe("controller_0", np.arange(N_ENVS))
+        for n, level in enumerate(observation.levels):
+            for cell, tile in in_view(level, observation.tiles[n]):
                 seen[n].add(cell)
                 if tile != WALL and tile < LOCKED_DOOR:
                     floor[n].add(cell)
-            assert bits(room.explored) == seen[n]
+            assert bits(level.explored) == seen[n]
         if step % 5 == 0:
-            found, places = nearest_frontiers(observation.levels), FEATURES["frontier-places"].codes(observation)
-            for n, room in enumerate(observation.levels):
+            found, places = nearest_frontiers(observation.levels), FEATURES["frontier-places"].encode(observation)
+            for n, level in enumerate(observation.levels):
                 beside = [(0, 1), (1, 0), (0, -1), (-1, 0)]
                 frontier = [
                     (row, col)
                     for row, col in sorted(floor[n])
                     if not all((row + down, col + right) in seen[n] for down, right in beside)
                 ]
-                agent = int(room.row), int(room.col)
-                home = [rectangle for rectangle in room.rectangles[: room.n_rooms] if is_inside(agent, rectangle)]
+                agent = int(level.row), int(level.col)
+                home = [rectangle for rectangle in level.rectangles[: level.n_rooms] if is_inside(agent, rectangle)]
                 here = [cell for cell in frontier if home and is_inside(cell, home[0])]
                 elsewhere = [cell for cell in frontier if cell not in here]
                 for place, cells in enumerate((here, elsewhere)):
@@ -66,10 +65,10 @@ def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs)
                 compared["elsewhere" if elsewhere else "none elsewhere"] += 1
                 in_doorway += not home
         if size > 13 and step % 20 == 0:  # to somewhere else, or most of a large level is never seen
-            for room in turns.world.state.levels:
-                top, left, bottom, right = room.rectangles[rng.integers(room.n_rooms)]
-                room.row, room.col = rng.choice([top, bottom, (top + bottom) // 2]), rng.choice([left, right])
-        ended = turns.step(rng.choice(6, N_ROOMS, p=[0.45, 0.15, 0.15, 0.1, 0.1, 0.05])).episode_ended
+            for level in turns.world.state.levels:
+                top, left, bottom, right = level.rectangles[rng.integers(level.n_rooms)]
+                level.row, level.col = rng.choice([top, bottom, (top + bottom) // 2]), rng.choice([left, right])
+        ended = turns.step(rng.choice(6, N_ENVS, p=[0.45, 0.15, 0.15, 0.1, 0.1, 0.05])).episode_ended
         for n in np.flatnonzero(ended):
             seen[n].clear()
             floor[n].clear()

@@ -1,10 +1,10 @@
-"""The learned meta-controller's network, and what it is fed."""
+"""The learned meta-controller's network, and what it reads."""
 
 import numpy as np
 import torch
-from turns_rooms import goal_ids, make
+from turns_helpers import goal_ids, make
 
-from hierroom.agents.features import FEATURES
+from hierroom.agents.features import FEATURES, Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
@@ -14,39 +14,38 @@ from hierroom.world.oracle import shortest_actions
 
 
 def test_permuting_colours_permutes_what_the_network_says():
-    inputs = [FEATURES[name].cardinalities(5) for name in find_preset("learned").meta_features]
-    network = GoalNetwork(AgentSpace(sum(inputs, ()), 14), 8)
+    cardinalities = Features(find_preset("learned").meta_features, n_actions=5).cardinalities
+    network = GoalNetwork(AgentSpace(cardinalities, 14), 8)
     with torch.no_grad():
         for head in (network.colour_head, network.exit_head):
             head.weight.normal_()
     rng = np.random.default_rng(0)
-    codes = torch.from_numpy(rng.integers(0, sum(inputs, ()), (6, 5, 26)).astype(np.uint8))
+    features = torch.from_numpy(rng.integers(0, cardinalities, (6, 5, 26)).astype(np.uint8))
     colours = rng.permutation(N_COLOURS)
     goals = np.concatenate([colours, FIRST_DOOR_GOAL + colours, [EXIT_GOAL]])
-    permuted = codes[..., np.concatenate([goals, N_GOALS + goals])]
+    permuted = features[..., np.concatenate([goals, N_GOALS + goals])]
     resets = torch.from_numpy(rng.random((6, 5)) < 0.3)
     state = network.initial_state(5)
-    logits, values = network.sequence(codes, state, resets)
+    logits, values = network.sequence(features, state, resets)
     logits_too, values_too = network.sequence(permuted, state, resets)
     torch.testing.assert_close(logits[..., [*goals, N_GOALS]], logits_too)
     torch.testing.assert_close(values, values_too)
     assert logits.std() > 0.1
     for t in range(6):  # and a sequence is its steps
         state = torch.where(resets[t, :, None], network.initial_state(5), state)
-        step_logits, step_values, state = network.step(codes[t], state)
+        step_logits, step_values, state = network.step(features[t], state)
         torch.testing.assert_close(step_logits, logits[t])
         torch.testing.assert_close(step_values, values[t])
 
 
-def test_inputs_tell_what_was_seen_and_achieved_and_how_the_last_goal_ended():
+def test_features_tell_what_was_seen_and_achieved_and_how_the_last_goal_ended():
     turns = make("a")
     (key,), (door,) = goal_ids(turns, "k1"), goal_ids(turns, "d1")
-    room = np.array([0])
     for name in ("k1", "d1"):
         for action in shortest_actions(turns.world.get_state(), *goal_ids(turns, name)):
             turns.step([action])
-    observation = turns.situation(room).observation
-    status = FEATURES["goal-status"].codes(observation)[0]
+    observation = turns.situation(np.array([0]))
+    status = FEATURES["goal-status"].encode(observation)[0]
     assert status[[key, door]].tolist() == [2, 2]
     assert status[[g for g in range(N_COLOURS) if g != key]].tolist() == [0] * 5
-    assert FEATURES["goal-outcome"].codes(observation).tolist() == [[NO_OUTCOME] * N_GOALS]  # there was no goal
+    assert FEATURES["goal-outcome"].encode(observation).tolist() == [[NO_OUTCOME] * N_GOALS]  # there was no goal

@@ -1,18 +1,22 @@
 """Random network distillation: by hand what can be, and that it gets used to what it sees."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
 
-from hierroom import InputError
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.learners.config import PPOConfig
 from hierroom.learners.distillation import GROWTH, RandomNetworkDistillation, whitening
-from hierroom.training.presets import TrainConfig
+from hierroom.options import CONTROLLER
+from hierroom.training.config import TrainConfig
 from hierroom.training.trainer import Trainer
 
 SIZES = (4, 3)
-SMALL = TrainConfig(method="ppo-rnd", graph="a", size=11, max_steps=60, envs=8, steps=2048)
+SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), "ppo-rnd", num_envs=8, steps=2048)
 
 
 def make(num_envs=6, seed=0):
@@ -46,7 +50,7 @@ def test_features_are_those_of_whitened_one_hot_columns():
 
 
 def settled(curiosity, rng, n=6):
-    """It has learned once and its returns have grown: from here on it pays."""
+    """It has learned once and its returns have grown: from here on it rewards."""
     curiosity.rewards(draw(rng, n))
     curiosity.learn()
     for _ in range(20):  # two horizons at a discount of 0.9
@@ -54,7 +58,7 @@ def settled(curiosity, rng, n=6):
     return curiosity
 
 
-def test_nothing_is_paid_before_counts_and_returns_say_something():
+def test_nothing_is_rewarded_before_counts_and_returns_say_something():
     curiosity, rng = make(), np.random.default_rng(1)
     for _ in range(30):
         assert not curiosity.rewards(draw(rng)).any()
@@ -79,8 +83,8 @@ def test_rewards_are_errors_over_the_deviation_of_all_grown_returns():
             np.testing.assert_allclose(rewards, errors / np.std(counted), rtol=1e-6)
 
 
-def test_the_pay_of_its_first_steps_is_of_the_size_of_later_ones():
-    """It was not, by a factor of ten, while the first returns grew from zero and sights had not been counted."""
+def test_the_rewards_of_its_first_steps_are_of_the_size_of_later_ones():
+    """It was not, by a factor of ten, while the first returns grew from zero and observations had not been counted."""
     curiosity, rng = make(num_envs=32), np.random.default_rng(4)
     settled(curiosity, rng, 32)
     first = np.mean([curiosity.rewards(draw(rng, 32)) for _ in range(20)])
@@ -136,27 +140,39 @@ def test_a_resumed_run_goes_on_curious_as_it_was():
     for trainer in (through, after):
         for _ in range(2):
             trainer.advance()
-    assert through.statistics == after.statistics
+    assert through.agents[CONTROLLER].statistics == after.agents[CONTROLLER].statistics
     assert through.metrics()["curiosity_error"] > 0
 
 
-def test_what_is_new_of_the_room_pays():
-    trainer = Trainer(SMALL)
-    curiosity = trainer.curiosity
+def test_what_is_new_of_the_level_is_rewarded():
+    trainer = Trainer(replace(SMALL, ppo=PPOConfig(sequence_length=200)))
+    turns, agent, told = trainer.turns, trainer.agents[CONTROLLER], []
+    curiosity, finish = agent.curiosity, agent.learner.finish
     assert curiosity is not None
-    assert curiosity.inputs.names == ["view", "direction", "keys"]
+    assert curiosity.features.names == ["view", "direction", "keys"]
+    agent.learner.finish = lambda envs, rewards, *rest: told.append(rewards) or finish(envs, rewards, *rest)
+
+    def step(action):
+        observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
+        agent.act(observation)
+        turns.act(CONTROLLER, observation, np.full(8, action))
+        transition = turns.advance()[CONTROLLER]
+        agent.record(transition)
+        return transition
+
     for _ in range(1 + round(GROWTH / (1 - SMALL.ppo.gamma))):  # first all is counted only, then the returns grow
-        assert not curiosity.rewards(trainer.turns.step([0] * 8), trainer.turns).any()
+        step(0)
+        assert not told[-1].any()
         if not curiosity.state_dict()["has_learned"]:
             curiosity.learn()
-    step = trainer.turns.step([0] * 8)
-    assert (curiosity.rewards(step, trainer.turns) > 0).all()
-    while not step.episode_ended.any():
-        step = trainer.turns.step([1] * 8)
-    curiosity.rewards(step, trainer.turns)
-    ended, found = np.flatnonzero(step.episode_ended), curiosity.state_dict()["pending"][-1].numpy()
-    final = curiosity.inputs.features(trainer.turns.final_observation(step, ended))
-    assert not np.array_equal(final, curiosity.inputs.features(trainer.turns.observation())[ended])
+    transition = step(0)
+    assert (told[-1] > 0).all()
+    while not transition.episode_ended.any():
+        transition = step(1)
+    ended, found = np.flatnonzero(transition.episode_ended), curiosity.state_dict()["pending"][-1].numpy()
+    final = curiosity.features.encode(turns.final_observation(CONTROLLER, transition.step, ended))
+    now = turns.observe(CONTROLLER, turns.due(CONTROLLER))
+    assert not np.array_equal(final, curiosity.features.encode(now)[ended])
     np.testing.assert_array_equal(found[ended], final)
 
 
@@ -169,8 +185,11 @@ def test_a_single_observation_is_learned_from():
 
 @pytest.mark.parametrize(
     ("change", "said"),
-    [({"curiosity_weight": -1.0}, "curiosity_weight must be a number"), ({"inputs": ("previous-action",)}, "none at")],
+    [
+        ({"curiosity_weight": -1.0}, "curiosity_weight must be a number"),
+        ({"features": ("previous-action",)}, "none at"),
+    ],
 )
 def test_wrong_settings_are_one_line(change, said):
     with pytest.raises(InputError, match=said):
-        Trainer(TrainConfig(**{**vars(SMALL), **change}))
+        Trainer(replace(SMALL, **change))

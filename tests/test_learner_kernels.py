@@ -7,7 +7,7 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from learner_rooms import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
+from learner_envs import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
 from torch.nn.utils import parameters_to_vector
 
 from hierroom.learners.config import PPOConfig
@@ -22,7 +22,7 @@ from hierroom.learners.fused.encoder_kernels import (
     rare_rows,
 )
 from hierroom.learners.fused.loss_kernels import heads, loss_backward
-from hierroom.learners.fused.network import TapeMemory, Weights, backward, forward
+from hierroom.learners.fused.network import Parameters, TapeMemory, backward, forward
 from hierroom.learners.fused.product_kernels import add_product, add_transposed_product, pack
 from hierroom.learners.fused.recurrent_kernels import lstm_backward, lstm_forward
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
@@ -44,8 +44,8 @@ def normal(*shape):
 
 @given(st.integers(1, 40), st.integers(1, 140), st.integers(1, 150), st.sampled_from([np.float32, np.float64]))
 @settings(deadline=None, max_examples=40)
-def test_products(n_rows, depth, n_features, dtype):
-    a, b, c = (normal(*shape).astype(dtype) for shape in ((n_rows, depth), (depth, n_features), (n_rows, n_features)))
+def test_products(n_rows, depth, n_columns, dtype):
+    a, b, c = (normal(*shape).astype(dtype) for shape in ((n_rows, depth), (depth, n_columns), (n_rows, n_columns)))
     tolerance = 1e-3 if dtype == np.float32 else 1e-10
     found = c.copy()
     add_product(a, pack(b), found)
@@ -83,7 +83,7 @@ def test_encoder_gradients():
     close(d_bias, network.encoder.bias.grad)
 
 
-def test_the_most_common_value_of_each_column():
+def test_the_most_common_value_of_each_feature():
     features = np.array([[3, 0, 255], [3, 1, 255], [2, 1, 0], [3, 2, 255]], np.uint8)
     np.testing.assert_array_equal(most_common(features), [3, 1, 255])
 
@@ -163,7 +163,7 @@ def test_loss_gradients():
 def test_the_whole_network_backwards():
     network = RecurrentActorCritic(SPACE, 16).double()
     vector = parameters_to_vector(network.parameters()).detach().numpy()
-    weights, gradient = Weights.views(vector, network), np.zeros_like(vector)
+    weights, gradient = Parameters.views(vector, network), np.zeros_like(vector)
     features = RANDOM.integers(0, SPACE.cardinalities, (7, 10, 4)).astype(np.uint8)
     resets, states = RANDOM.random((7, 10)) < 0.2, normal(10, 32)
     memory, d_hidden = TapeMemory(weights), normal(7, 10, 16)
@@ -173,7 +173,7 @@ def test_the_whole_network_backwards():
     encode(features.reshape(70, 4), offsets, table, weights.encoder_bias, tape.encoded)
     forward(weights, states, resets, tape)
     tape.d_hidden[...] = d_hidden
-    parts = Weights.views(gradient, network)
+    parts = Parameters.views(gradient, network)
     common = np.zeros(4, np.uint8)
     rows, counts = rare_rows(features.reshape(70, 4), offsets, common, len(table))
     backward(weights, rows, counts, resets, tape, parts, parts.encoder_weight)
@@ -204,7 +204,7 @@ def test_adam_steps_like_torch():
 
 
 def with_numbers(base):
-    """A network class whose second column is fed as two numbers."""
+    """A network class for which two numbers stand for each value of its second feature."""
     vectors = [None, [[0.0, 1.0], [0.5, -1.0], [2.0, 0.0]], None, None]
     return lambda space, hidden_size: base(space, hidden_size, feature_vectors=vectors)
 
@@ -243,7 +243,7 @@ def test_either_goes_on_from_what_the_other_saved(begun):
     assert (weights[0] - weights[1]).abs().max() < 1e-3
 
 
-@pytest.mark.parametrize(("n_rooms", "many"), [(6, 2), (600, 2), (2400, 9)])
+@pytest.mark.parametrize(("num_envs", "many"), [(6, 2), (600, 2), (2400, 9)])
 def test_the_number_of_threads_changes_nothing(num_envs, many):
     states = []
     for threads in (1, many):

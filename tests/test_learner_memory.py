@@ -34,15 +34,15 @@ class Memoryless(nn.Module):
 
 
 def success_rate(network, updates, seed=0, num_envs=32):
-    """Train in rooms that show a cue (1 or 2) in their first turn and pay 1 if the last action is the cue's.
+    """Train in environments that show a cue (1 or 2) in their first turn and give 1 if the last action is the cue's.
 
-    Returns the share of paid episodes among the last ten updates'.
+    Returns the share of rewarded episodes among the last ten updates'.
     """
     config = PPOConfig(sequence_length=2 * LENGTH, hidden_size=16, learning_rate=0.01, gamma=0.95)
     learner = Learner(SPACE, num_envs, config, seed=seed, network=network)
     random = np.random.default_rng(seed)
     envs, masks, none = np.arange(num_envs), np.ones((num_envs, 2), bool), np.zeros(num_envs, bool)
-    clocks, cues, paid = np.arange(num_envs) % LENGTH, random.integers(0, 2, num_envs), []
+    clocks, cues, rewarded = np.arange(num_envs) % LENGTH, random.integers(0, 2, num_envs), []
 
     def features():
         return np.stack([np.where(clocks == 0, 1 + cues, 0), clocks], axis=1).astype(np.uint8)
@@ -53,14 +53,15 @@ def success_rate(network, updates, seed=0, num_envs=32):
         episode_ended = clocks == LENGTH - 1
         rewards = (episode_ended & (actions == cues)).astype(float)
         if done >= updates - 10:
-            paid.extend(rewards[episode_ended])
+            rewarded.extend(rewards[episode_ended])
         clocks = (clocks + 1) % LENGTH
         cues = np.where(episode_ended, random.integers(0, 2, num_envs), cues)
-        learner.finish(envs, rewards, np.ones(num_envs, int), episode_ended, none, episode_ended, features())
+        learner.finish(envs, rewards, np.ones(num_envs, int), episode_ended, none, episode_ended)
         if learner.ready:
+            learner.bootstrap(envs, features())
             learner.update(0.0)
             done += 1
-    return np.mean(paid)
+    return np.mean(rewarded)
 
 
 def test_a_recurrent_policy_remembers_the_cue():

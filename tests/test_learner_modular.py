@@ -20,14 +20,14 @@ def network():
     return ModularActorCritic(SPACE, HIDDEN).double()
 
 
-def codes_of(*shape, seed=1):
+def features_of(*shape, seed=1):
     generator = torch.Generator().manual_seed(seed)
-    columns = [torch.randint(0, n, shape, generator=generator) for n in SPACE.cardinalities]
-    return torch.stack(columns, dim=-1).to(torch.uint8)
+    of_numbers = [torch.randint(0, n, shape, generator=generator) for n in SPACE.cardinalities]
+    return torch.stack(of_numbers, dim=-1).to(torch.uint8)
 
 
 def test_a_sequence_is_turns_one_after_the_other(network):
-    features, resets = codes_of(7, 5), torch.rand(7, 5, generator=torch.Generator().manual_seed(2)) < 0.3
+    features, resets = features_of(7, 5), torch.rand(7, 5, generator=torch.Generator().manual_seed(2)) < 0.3
     state = torch.randn(5, 2 * HIDDEN, dtype=torch.float64)
     logits, values = network.sequence(features, state, resets)
     for t in range(7):
@@ -37,8 +37,8 @@ def test_a_sequence_is_turns_one_after_the_other(network):
         torch.testing.assert_close(values[t], step_values)
 
 
-def test_each_room_is_a_recurrent_actor_critic_of_its_symbol(network):
-    features, state = codes_of(9), torch.randn(9, 2 * HIDDEN, dtype=torch.float64)
+def test_each_environment_is_a_recurrent_actor_critic_of_its_symbol(network):
+    features, state = features_of(9), torch.randn(9, 2 * HIDDEN, dtype=torch.float64)
     logits, values, states = network.step(features, state)
     for n in range(9):
         part = network.parts[features[n, 0]]
@@ -49,7 +49,7 @@ def test_each_room_is_a_recurrent_actor_critic_of_its_symbol(network):
 
 
 def test_a_symbol_teaches_its_own_sub_policy_and_no_other(network):
-    features = codes_of(4, 3)
+    features = features_of(4, 3)
     features[..., 0] = 2
     logits, values = network.sequence(features, network.initial_state(3), torch.zeros(4, 3).bool())
     (logits.sum() + values.sum()).backward()
@@ -62,14 +62,14 @@ def test_nobody_is_shown_the_symbol(network):
     assert all(part.encoder.offsets.shape == (SEEN.n_features,) for part in network.parts)
     for part in network.parts:
         part.load_state_dict(network.parts[0].state_dict())
-    features = codes_of(6)
+    features = features_of(6)
     other = features.clone()
     other[:, 0] = (other[:, 0] + 1) % N_SYMBOLS
     state = network.initial_state(6)
     torch.testing.assert_close(network.step(features, state), network.step(other, state))
 
 
-def test_columns_fed_as_numbers_reach_every_sub_policy():
+def test_vectors_for_values_reach_every_sub_policy():
     vectors = [None, torch.arange(10.0).reshape(5, 2).numpy(), None]
     network = ModularActorCritic(SPACE, HIDDEN, vectors)
     assert all(part.encoder.weight.shape == (2 + 3, HIDDEN) for part in network.parts)

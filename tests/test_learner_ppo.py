@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import torch
-from learner_rooms import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
+from learner_envs import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
 
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
@@ -42,7 +42,7 @@ def test_the_first_ratio_is_one_for_every_turn(network):
 
 
 @both_paths
-def test_a_turn_moves_only_its_own_rooms(network):
+def test_a_turn_moves_only_its_own_environments(network):
     learner = make_learner(network=network, sequence_length=100)
     envs = RandomEnvs(6, seed=3)
     for _ in range(5):
@@ -66,24 +66,25 @@ def test_no_masked_action_is_ever_sampled(network):
 
 
 @both_paths
-def test_a_room_without_a_legal_action_is_refused(network):
+def test_an_environment_without_a_legal_action_is_refused(network):
     learner = make_learner(network=network)
     masks = np.ones((6, 4), bool)
     masks[3] = False
-    with pytest.raises(InputError, match="room 3 has no legal action"):
+    with pytest.raises(InputError, match="environment 3 has no legal action"):
         learner.act(np.arange(6), np.zeros((6, 4), np.uint8), masks)
 
 
 @both_paths
-@pytest.mark.parametrize("codes", [[[0, 3, 0, 0]], [[0, 0, 0]], [[0, 0, 0, 0]] * 2])
+@pytest.mark.parametrize("features", [[[0, 3, 0, 0]], [[0, 0, 0]], [[0, 0, 0, 0]] * 2])
 def test_observations_of_another_space_are_refused(network, features):
     learner = make_learner(network=network)
-    with pytest.raises(InputError, match=r"column 1 has values below 3, but room 5 shows 3|codes of 1 rooms are"):
+    said = r"column 1 has values below 3, but environment 5 shows 3|features of 1 environments are"
+    with pytest.raises(InputError, match=said):
         learner.act(np.array([5]), np.array(features, np.uint8), np.ones((1, 4), bool))
 
 
 @both_paths
-def test_no_room_at_all_is_a_turn_of_nobody(network):
+def test_no_environment_at_all_is_a_turn_of_nobody(network):
     learner = make_learner(network=network)
     policy = learner.policy(2, seed=0)
     none, nobody = np.zeros(0, bool), np.zeros(0, int)
@@ -120,12 +121,12 @@ def test_turns_are_opened_and_closed_in_pairs():
     none = np.zeros(6, bool)
     rest = (np.zeros(6), np.ones(6, int), none, none)
     with pytest.raises(RuntimeError, match="no turn has begun"):
-        learner.finish(envs, *rest, none, features)
+        learner.finish(envs, *rest, none)
     learner.act(envs, features, np.ones((6, 4), bool))
     with pytest.raises(RuntimeError, match="has not finished"):
         learner.act(envs, features, np.ones((6, 4), bool))
     with pytest.raises(InputError, match="terminated or truncated"):
-        learner.finish(envs, *rest, ~none, features)
+        learner.finish(envs, *rest, ~none)
     with pytest.raises(RuntimeError, match="ready"):
         learner.update(0.0)
 
@@ -148,7 +149,7 @@ def test_a_final_observation_is_valued_with_the_state_after_the_turn(network):
 
 @both_paths
 @pytest.mark.parametrize("time_limit", [5, 50])
-def test_a_room_that_pays_one_is_worth_the_same_whatever_its_time_limit(network, time_limit):
+def test_a_reward_of_one_each_step_is_worth_the_same_whatever_the_time_limit(network, time_limit):
     gamma, n = 0.8, 8
     config = PPOConfig(
         gamma=gamma, hidden_size=8, sequence_length=8, learning_rate=0.03, final_learning_rate_fraction=0.01
@@ -161,8 +162,9 @@ def test_a_room_that_pays_one_is_worth_the_same_whatever_its_time_limit(network,
         clocks += 1
         late = clocks == time_limit
         clocks[late] = 0
-        learner.finish(envs, np.ones(n), np.ones(n, int), none, late, late, features)
+        learner.finish(envs, np.ones(n), np.ones(n, int), none, late, late, features[late])
         if learner.ready:
+            learner.bootstrap(envs, features)
             values = learner._rollout.slots.values.mean()
             learner.update(updates / 80)
             updates += 1
@@ -212,7 +214,7 @@ def test_a_policy_acts_like_the_learner_and_leaves_it_alone():
         np.testing.assert_array_equal(actions[0], actions[1])
         np.testing.assert_array_equal(actions[0], sampled)
         for agent in (learner, twin):
-            agent.finish(envs, np.zeros(6), np.ones(6, int), episode_ended, none, episode_ended, features)
+            agent.finish(envs, np.zeros(6), np.ones(6, int), episode_ended, none, episode_ended)
         policy.reset(envs[episode_ended])
 
 

@@ -5,7 +5,7 @@ from copy import deepcopy
 
 import pytest
 import torch
-from learner_rooms import PlainTorchNetwork, RandomEnvs, make_learner
+from learner_envs import PlainTorchNetwork, RandomEnvs, make_learner
 
 
 def flattened(state, prefix=""):
@@ -23,17 +23,17 @@ def test_resumed_equals_uninterrupted_bit_for_bit(network, ticks):
     learner, envs = make_learner(network=network), RandomEnvs(6, seed=1)
     for _ in range(ticks):
         envs.tick(learner)
-    open_rooms, _, _ = envs.begin(learner)
+    begun, _, _ = envs.begin(learner)
     file = io.BytesIO()
     torch.save(learner.state_dict(), file)
     file.seek(0)
-    resumed, rooms_then = make_learner(network=network, seed=99), deepcopy(envs)
+    resumed, envs_then = make_learner(network=network, seed=99), deepcopy(envs)
     resumed.load_state_dict(torch.load(file, weights_only=True))
-    envs.finish(learner, open_rooms)
-    rooms_then.finish(resumed, open_rooms)
+    envs.finish(learner, begun)
+    envs_then.finish(resumed, begun)
     for _ in range(40):
         _, _, actions, statistics = envs.tick(learner)
-        _, _, actions_after, statistics_after = rooms_then.tick(resumed)
+        _, _, actions_after, statistics_after = envs_then.tick(resumed)
         assert (actions == actions_after).all()
         assert statistics == statistics_after
     expected, found = dict(flattened(learner.state_dict())), dict(flattened(resumed.state_dict()))

@@ -1,4 +1,4 @@
-"""Every turn is stored once, in order, whatever pace the rooms keep."""
+"""Every turn is stored once, in order, whatever pace the environments keep."""
 
 import numpy as np
 import pytest
@@ -7,13 +7,14 @@ from hierroom.learners.rollout import Rollout
 
 
 def run(num_envs=5, length=4, ticks=60, seed=0):
-    """Drive a rollout with turns numbered per room; returns what was put in and the batches that came out."""
+    """Drive a rollout with turns numbered per environment; returns what was put in and the batches that came out."""
     random = np.random.default_rng(seed)
     rollout = Rollout(num_envs, length, capacity=3 + num_envs, n_features=2, n_actions=3, state_size=1)
     pace = np.linspace(0.2, 1, num_envs)
     counts = np.zeros(num_envs, int)
     ended_before = np.zeros(num_envs, bool)
-    values, ends, bootstraps = ([[] for _ in range(num_envs)] for _ in range(3))
+    values, ends, truncated_values = ([[] for _ in range(num_envs)] for _ in range(3))
+    bootstraps = {}
     batches = []
     for _ in range(ticks):
         envs = np.flatnonzero(random.random(num_envs) < pace)
@@ -31,22 +32,25 @@ def run(num_envs=5, length=4, ticks=60, seed=0):
         )
         terminated = random.random(n) < 0.2
         truncated = ~terminated & (random.random(n) < 0.2)
-        needed = rollout.needs_next_value(envs, terminated, truncated)
-        bootstrap = np.where(needed, random.normal(size=n), 0).astype(np.float32)
-        rollout.finish(envs, 100.0 * envs + counts[envs], 1 + counts[envs], terminated, truncated, bootstrap)
+        last = np.where(truncated, random.normal(size=n), 0).astype(np.float32)
+        rollout.finish(envs, 100.0 * envs + counts[envs], 1 + counts[envs], terminated, truncated, last)
         for i, env in enumerate(envs):
             values[env].append(value[i])
             ends[env].append((terminated[i], truncated[i]))
-            bootstraps[env].append(bootstrap[i] if needed[i] else None)
+            truncated_values[env].append(last[i])
         ended_before[envs] = terminated | truncated
         counts[envs] += 1
         if rollout.n_full >= 3:
+            waiting = np.flatnonzero(rollout.awaiting >= 0)
+            bootstrap = random.normal(size=num_envs).astype(np.float32)
+            rollout.bootstrap(np.arange(num_envs), bootstrap)
+            bootstraps |= {(env, counts[env] - 1): bootstrap[env] for env in waiting.tolist()}
             batches.append(rollout.take())
-    return counts, values, ends, bootstraps, batches
+    return counts, values, ends, truncated_values, bootstraps, batches
 
 
 def test_no_turn_is_lost_doubled_or_out_of_order():
-    counts, _, _, _, batches = run()
+    counts, *_, batches = run()
     seen = {env: [] for env in range(5)}
     for batch in batches:
         for m in range(batch.rewards.shape[1]):
@@ -59,11 +63,12 @@ def test_no_turn_is_lost_doubled_or_out_of_order():
     for env, turns in seen.items():
         assert turns == list(range(len(turns)))
         assert counts[env] - len(turns) < 2 * 4 + 1, "a full sequence was left behind"
-    assert len(seen[4]) > 2 * len(seen[0]) > 0, "rooms were meant to keep different paces"
+    assert len(seen[4]) > 2 * len(seen[0]) > 0, "environments were meant to keep different paces"
 
 
 def test_next_values_are_the_next_turns_value_or_the_bootstrap():
-    _, values, ends, bootstraps, batches = run(seed=1)
+    _, values, ends, truncated_values, bootstraps, batches = run(seed=1)
+    n_given_by_the_next = 0
     for batch in batches:
         for m in range(batch.rewards.shape[1]):
             env = int(batch.features[0, m, 0])
@@ -72,11 +77,17 @@ def test_next_values_are_the_next_turns_value_or_the_bootstrap():
                 assert (batch.terminated[t, m], batch.truncated[t, m]) == (terminated, truncated)
                 if terminated:
                     expected = 0.0
-                elif truncated or t == 3:
-                    expected = bootstraps[env][turn]
+                elif truncated:
+                    expected = truncated_values[env][turn]
+                elif (env, turn) in bootstraps:
+                    assert t == 3
+                    expected = bootstraps[env, turn]
                 else:
                     expected = values[env][turn + 1]
+                    n_given_by_the_next += t == 3
                 assert batch.next_values[t, m] == expected
+    assert bootstraps
+    assert n_given_by_the_next
 
 
 def test_the_pool_says_so_when_nobody_takes():

@@ -1,24 +1,25 @@
 """The meta-controllers that ship: which goals they choose, how often, and that the batch does not matter."""
 
 from collections import Counter
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
 from scipy.stats import chisquare
 
+from hierroom.env_config import EnvConfig
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GoalGraph
 from hierroom.meta import make_meta
 from hierroom.turns import Turns
 from hierroom.world.oracle import shortest_actions, shortest_lengths
-from hierroom.world.world import World
 
 SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)
 GRAPHS = [*map(GoalGraph.named, "acdefg"), SEVEN_ROOMS]
 
 
-def make(graph, n=1, *, seed=0, first_index=0, **settings):
-    return Turns(World([graph], n, size=13, seed=seed, first_index=first_index), **settings)
+def make(graph, n=1, *, seed=0, **settings):
+    return Turns(EnvConfig(graph=graph, size=13, **settings), n, seed=seed)
 
 
 def depth_first_paths(graph):
@@ -53,33 +54,33 @@ def test_depth_first_paths_of_two_graphs_by_hand():
     }
 
 
-def name(rooms, goal):
-    """What a goal id is called in one room."""
+def name(level, goal):
+    """What a goal id is called in one level."""
     if goal == EXIT_GOAL:
         return "exit"
-    branch = rooms.colours.tolist().index(goal % FIRST_DOOR_GOAL)
+    branch = level.colours.tolist().index(goal % FIRST_DOOR_GOAL)
     return f"{'key' if goal < FIRST_DOOR_GOAL else 'door'} {branch + 1}"
 
 
 @pytest.mark.parametrize("goal_mask", ["reachable", "none"])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_fixed_dfs_is_uniform_over_depth_first_paths(graph, goal_mask):
-    """In 3000 rooms of the same colours, where every goal is achieved as soon as it is chosen, by magic."""
+    """In 3000 levels of the same colours, where every goal is achieved as soon as it is chosen, by magic."""
     n = 3000
     turns, meta = make(graph, n, goal_mask=goal_mask), make_meta("fixed-dfs")
     turns.world.state.levels["colours"] = turns.world.state.levels["branches"] = np.arange(6)
-    rooms, paths = turns.world.state.levels, [() for _ in range(n)]
+    levels, paths = turns.world.state.levels, [() for _ in range(n)]
     for turn in range(1, 2 * graph.n_rooms):
         turns.ask(meta)
         for i, goal in enumerate(turns.goals.tolist()):
             if "exit" not in paths[i]:
-                paths[i] += (name(rooms[i], goal),)
+                paths[i] += (name(levels[i], goal),)
                 kind, _, room = paths[i][-1].partition(" ")
                 if kind == "key":
-                    rooms[i].keys |= 1 << int(room) - 1
+                    levels[i].keys |= 1 << int(room) - 1
                 elif kind == "door":
-                    rooms[i].doors |= 1 << int(room) - 1
-                    rooms[i].opened_at[int(room) - 1] = turn
+                    levels[i].doors |= 1 << int(room) - 1
+                    levels[i].opened_at[int(room) - 1] = turn
         turns.ledger.is_meta_turn[:] = True
     expected, counts = depth_first_paths(graph), Counter(paths)
     assert counts.keys() == expected.keys()
@@ -97,8 +98,8 @@ def test_fixed_dfs_on_foot(graph):
         path, has_tripped, has_ended = (), False, False
         while not has_ended:
             turns.ask(meta)
-            goal, rooms = int(turns.goals[0]), turns.world.state.levels[0]
-            path += (name(rooms, goal),)
+            goal, level = int(turns.goals[0]), turns.world.state.levels[0]
+            path += (name(level, goal),)
             for action in shortest_actions(turns.world.get_state(), goal):
                 step = turns.step([action])
                 has_tripped |= step.events[0] not in (-1, goal)
@@ -122,8 +123,8 @@ def test_fixed_dfs_has_no_goal_where_it_may_choose_none():
 @pytest.mark.parametrize("spec", ["fixed-dfs", "random"])
 def test_where_no_goal_is_legal_none_is_chosen(spec):
     situation = make(SEVEN_ROOMS, 5).situation(np.arange(5))
-    nothing = {"action_mask": np.zeros((5, 14), np.int8)}
-    assert make_meta(spec).choose(nothing, np.zeros((5, 13), bool), situation).tolist() == [-1] * 5
+    nothing = replace(situation, masks=np.zeros((5, 14), bool))
+    assert make_meta(spec).choose(nothing.as_dict(), nothing.legal, nothing).tolist() == [-1] * 5
 
 
 def test_random_goals_are_legal_and_uniform():
@@ -160,9 +161,9 @@ def test_oracle_goals_lie_on_a_shortest_way(graph):
 
 
 @pytest.mark.parametrize("spec", ["fixed-dfs", "random", "oracle"])
-def test_a_room_gets_the_same_goals_alone_and_among_others(spec):
+def test_an_environment_gets_the_same_goals_alone_and_among_others(spec):
     graph, n = GoalGraph.named("e"), 128
-    alone = {k: make(graph, seed=5, first_index=k, subgoal_horizon=6) for k in (0, 1, 77, 127)}
+    alone = {k: make(graph, seed=5, env_index=k, subgoal_horizon=6) for k in (0, 1, 77, 127)}
     together, meta = make(graph, n, seed=5, subgoal_horizon=6), make_meta(spec)
     rng, given = np.random.default_rng(0), set()
     for _ in range(60 if spec == "oracle" else 300):

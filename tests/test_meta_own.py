@@ -6,9 +6,10 @@ import textwrap
 
 import numpy as np
 import pytest
-from turns_rooms import make
+from turns_helpers import make
 
 from hierroom import InputError
+from hierroom.gym_env import EscapeRoom, EscapeRooms
 from hierroom.meta import META_CONTROLLERS, MetaController, make_meta
 
 MINE = """
@@ -22,7 +23,7 @@ MINE = """
         pass
 
     class Forgetful(Mine):
-        def learn(self, step, turns):
+        def learn(self, transition):
             pass
 
         def state_dict(self):
@@ -35,6 +36,9 @@ MINE = """
     class Broken:
         def __init__(self):
             raise RuntimeError("out of\\ncheese")
+
+    def nearest(level):
+        return min(level.legal_goals, key=lambda goal: goal.distance)
 """
 
 
@@ -122,7 +126,10 @@ class Saying:
     ],
 )
 def test_a_wrong_choice_is_one_clear_line(said, what):
-    start = "the meta-controller's choice must be 3 goal ids (whole numbers, one for each room whose turn it is), not "
+    start = (
+        "the meta-controller's choice must be 3 goal ids "
+        "(whole numbers, one for each environment whose turn it is), not "
+    )
     with pytest.raises(InputError, match=f"^{re.escape(start + what)}$"):
         make("a", 3).ask(Saying(said))
 
@@ -140,24 +147,90 @@ class Diary:
     def __init__(self):
         self.begun, self.asked = [], []
 
-    def reset(self, indices):
-        self.begun.append(indices.tolist())
+    def reset(self, envs):
+        self.begun.append(envs.tolist())
 
     def choose(self, observations, legal, situation):
-        self.asked.append(situation.indices.tolist())
+        self.asked.append(situation.envs.tolist())
         assert {len(values) for values in observations.values()} == {len(situation)} == {len(legal)}
         assert legal.shape == (len(situation), 13)
         assert observations["action_mask"][:, :13].astype(bool).tolist() == legal.tolist()
         return legal.argmax(axis=1)
 
 
-def test_it_is_asked_when_a_goal_is_over_and_told_when_an_episode_begins():
+def test_it_is_asked_when_an_option_has_ended_and_told_when_an_episode_begins():
     turns, diary = make("a", 3, max_steps=10, subgoal_horizon=4), Diary()
     turns.world.state.levels["steps"] = [0, 0, 6]
     for _ in range(11):
         turns.ask(diary)
         turns.step([1, 1, 1])
     turns.ask(diary)
-    # Rooms 0 and 1 end after 10 steps; room 2 after 4, just as its option does, and again after 14.
+    # Environments 0 and 1 end after 10 steps; environment 2 after 4, just as its option does, and again after 14.
     assert diary.begun == [[0, 1, 2], [2], [0, 1]]
     assert diary.asked == [[0, 1, 2], [0, 1, 2], [0, 1, 2], [0, 1]]
+
+
+def nearest_by_hand(turns):
+    """Rows plus columns from the agents to the keys and doors; the nearest of the legal goals, or -1."""
+    levels, situation = turns.world.state.levels, turns.situation(np.arange(len(turns)))
+    places = situation.by_goal(
+        *(levels["keys_at"] @ (100, 1), levels["doors_at"] @ (100, 1)), levels["exit_at"] @ (100, 1)
+    )
+    row, col = np.divmod(places, 100)
+    distances = abs(row - levels["row"][:, None]) + abs(col - levels["col"][:, None])
+    nearest = np.where(situation.legal, distances, 1000).argmin(axis=1)
+    return np.where(situation.legal.any(axis=1), nearest, -1).tolist()
+
+
+NEAREST = {
+    "goal": lambda level: min(level.legal_goals, key=lambda goal: goal.distance),
+    "id": lambda level: min(level.legal_goals, key=lambda goal: goal.distance).id,
+    "numpy id": lambda level: np.int8(min(level.legal_goals, key=lambda goal: goal.distance).id),
+    "by name": "{outside}:nearest",
+}
+
+
+@pytest.mark.parametrize("goal_mask", ["reachable", "seen"])  # under the second, some levels have no legal goal
+@pytest.mark.parametrize("function", NEAREST)
+def test_a_plain_function_from_a_level_to_a_goal(outside, function, goal_mask):
+    function = NEAREST[function].format(outside=outside) if function == "by name" else NEAREST[function]
+    rng, meta, given = np.random.default_rng(0), make_meta(function), set()
+    turns = make("e", 30, size=19, goal_mask=goal_mask, subgoal_horizon=5, max_steps=50)
+    for _ in range(60):
+        expected = np.where(turns.ledger.is_meta_turn, nearest_by_hand(turns), turns.goals)
+        turns.ask(meta)
+        assert turns.goals.tolist() == expected.tolist()
+        given |= set(expected.tolist())
+        turns.step(rng.choice([0, 0, 1, 2, 3, 4], size=30))
+    assert len(given) > 8
+    assert (-1 in given) == (goal_mask == "seen")
+    assert not turns.ledger.illegal_goals.any()
+
+
+def test_a_plain_function_in_the_environments(outside):
+    one, by_name = EscapeRoom("e", meta=NEAREST["goal"]), EscapeRoom("e", meta=f"{outside}:nearest")
+    many = EscapeRooms(3, "e", meta=NEAREST["goal"])
+    for env in (one, by_name, many):
+        env.reset(seed=4)
+    goals = many.turns.goals.tolist()
+    assert goals[0] == one.room.turns.goals[0] == by_name.room.turns.goals[0]
+    assert all(0 <= goal < 6 for goal in goals)
+
+
+@pytest.mark.parametrize("said", [None, -1, 13])
+def test_a_plain_function_may_choose_no_goal(said):
+    turns = make("a", 3, goal_mask="none")
+    turns.ask(make_meta(lambda level: said))
+    assert turns.goals.tolist() == [-1] * 3
+
+
+@pytest.mark.parametrize("bad", [True, 1.0, "red key", [0], np.zeros(13), np.zeros((2, 2)), {"goal": 1}])
+def test_a_wrong_choice_of_a_plain_function_is_one_clear_line(bad):
+    def choose_badly(level):
+        return bad
+
+    for function in (choose_badly, lambda level: bad):
+        said = f"{function.__name__} must return a goal of the level, a goal id or None, not "
+        with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
+            make("a", 3).ask(make_meta(function))
+        assert "\n" not in str(caught.value)

@@ -1,29 +1,29 @@
-"""The episodic first-visit bonus: which states are novel, against a set kept by hand, and what they pay."""
+"""The episodic first-visit bonus: which states are novel, against a set kept by hand, and their reward."""
 
 import numpy as np
 import pytest
-from turns_rooms import achieve, make, well_or_wildly
+from turns_helpers import achieve, make, well_or_wildly
 
 import hierroom
 from hierroom import InputError
-from hierroom.controller import NOVELTY_BONUS
+from hierroom.env_config import NOVELTY_BONUS, EnvConfig
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.training.assembly import make_turns
-from hierroom.training.presets import TrainConfig
+from hierroom.training.config import TrainConfig
 from hierroom.world.kernels import DROP, FORWARD, LEFT, PICKUP
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.world import World
 
 
-def state_of(room):
-    return int(room.row), int(room.col), int(room.found), int(room.doors)
+def state_of(level):
+    return int(level.row), int(level.col), int(level.found), int(level.doors)
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("size", [11, 63])
 def test_novel_is_what_a_set_of_states_does_not_hold(size, drop_key):
     """The agent's cell with the keys it has found and the doors it has opened, kept in a plain set."""
-    world = World([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key)
+    world = World([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key, memories=["visited"])
     rng = np.random.default_rng(0)
     n_novel = 0
     for _ in range(6 if size == 11 else 2):
@@ -42,14 +42,14 @@ def test_novel_is_what_a_set_of_states_does_not_hold(size, drop_key):
     assert n_novel > 100
 
 
-def test_it_pays_the_exit_and_each_new_state():
+def test_the_exit_and_each_new_state_are_rewarded():
     turns = make("a", reward="novelty", novelty_bonus=0.25)
     achieve(turns, "k1")
     assert turns.step([LEFT]).rewards.tolist() == [0.0]  # another direction is not another state
     achieve(turns, "d1")
-    paid = [turns.step([action]).rewards[0] for action in shortest_actions(turns.world.get_state())]
-    assert set(paid[:-1]) <= {0.0, 0.25}
-    assert paid[-1] == 1.25
+    rewards = [turns.step([action]).rewards[0] for action in shortest_actions(turns.world.get_state())]
+    assert set(rewards[:-1]) <= {0.0, 0.25}
+    assert rewards[-1] == 1.25
 
 
 def test_a_key_that_is_dropped_and_taken_again_makes_nothing_new():
@@ -73,7 +73,7 @@ def test_what_was_visited_is_part_of_the_state():
 
 
 def test_the_size_of_the_bonus_is_a_hyperparameter():
-    config = TrainConfig(method="ppo-novelty", graph="a", size=11, novelty_bonus=0.5)
+    config = TrainConfig(method="ppo-novelty", env=EnvConfig(graph="a", size=11, novelty_bonus=0.5))
     turns = make_turns(config, 64, seed=0)
     assert set(turns.step([FORWARD] * 64).rewards) == {0.0, 0.5}
     with pytest.raises(InputError, match="novelty_bonus must be a number of at least 0, not -1"):
@@ -81,8 +81,8 @@ def test_the_size_of_the_bonus_is_a_hyperparameter():
 
 
 @pytest.mark.parametrize(("settings", "bonus"), [({}, NOVELTY_BONUS), ({"novelty_bonus": 0.25}, 0.25)])
-def test_every_face_can_pay_it(settings, bonus):
+def test_the_parallel_environment_can_reward_it(settings, bonus):
     env = hierroom.parallel_env(graph="a", size=11, reward="novelty", **settings)
     env.reset(seed=0)
-    paid = [env.step({"meta_0": 13, "controller_0": action})[1]["controller_0"] for action in [FORWARD, LEFT] * 10]
-    assert set(paid) == {0.0, bonus}
+    rewards = [env.step({"meta_0": 13, "controller_0": action})[1]["controller_0"] for action in [FORWARD, LEFT] * 10]
+    assert set(rewards) == {0.0, bonus}

@@ -27,13 +27,18 @@ def search_cost():
         return importlib.import_module("search_cost")
 
 
-def rooms_of(graph, n, **changes):
-    return make_turns(replace(find_preset("default"), graph=graph, threads=1, **changes), n, 1_000_000)
+def config_of(graph, **changes):
+    preset = find_preset("default")
+    return replace(preset, env=replace(preset.env, graph=graph, **changes), threads=1)
 
 
-def window(view, room):
+def turns_in(graph, n, **changes):
+    return make_turns(config_of(graph, **changes), n, 1_000_000)
+
+
+def window(view, level):
     """The cells of the view in the grid's own orientation, and the (row, col) of their first: east, then turned."""
-    row, col, direction = int(room.row), int(room.col), int(room.direction)
+    row, col, direction = int(level.row), int(level.col), int(level.direction)
     first = [(row - 3, col), (row, col - 3), (row - 3, col - 6), (row - 6, col - 3)][direction]
     return np.rot90(view[:, ::-1], -direction), first
 
@@ -41,9 +46,9 @@ def window(view, room):
 @pytest.mark.parametrize(("graph", "size"), [("a", 19), ("f", 19), ("g", 11), ("d", 31), (CHAIN, 19)])
 def test_it_always_escapes_and_is_no_shorter_than_the_informed(search_cost, graph, size):
     n = 25
-    turns = rooms_of(graph, n, size=size, meta="fixed-dfs")
+    turns = turns_in(graph, n, size=size)
     searching = evaluate(search_cost.Searching(make_meta("fixed-dfs"), turns), turns, 2 * n)
-    informed = evaluate(search_cost.Informed(make_meta("fixed-dfs"), n), rooms_of(graph, n, size=size), 2 * n)
+    informed = evaluate(search_cost.Informed(make_meta("fixed-dfs"), n), turns_in(graph, n, size=size), 2 * n)
     assert searching.success_rate == 1.0
     assert informed.length <= searching.length < 1.5 * informed.length
 
@@ -51,14 +56,14 @@ def test_it_always_escapes_and_is_no_shorter_than_the_informed(search_cost, grap
 @pytest.mark.parametrize("graph", ["c", "e"])
 def test_its_map_holds_exactly_what_was_shown_this_episode(search_cost, graph):
     n = 4
-    turns = rooms_of(graph, n)
+    turns = turns_in(graph, n)
     searching = search_cost.Searching(make_meta("fixed-dfs"), turns)
-    shown, grids, rooms = np.zeros(searching.known.shape, bool), turns.world.state.grids, turns.world.state.levels
+    shown, grids, levels = np.zeros(searching.known.shape, bool), turns.world.state.grids, turns.world.state.levels
     episode_ended = np.zeros(n, int)
     while episode_ended.min() < 3:
         searching.look(turns)
         for i in range(n):
-            view, (top, left) = window(turns.world.outcomes["tiles"][i], rooms[i])
+            view, (top, left) = window(turns.world.outcomes["tiles"][i], levels[i])
             shown[i, top : top + 7, left : left + 7] |= view != UNSEEN
         assert (searching.known != UNSEEN).tolist() == shown.tolist()
         assert (searching.known[shown] == grids[shown]).all()
@@ -71,7 +76,7 @@ def test_its_map_holds_exactly_what_was_shown_this_episode(search_cost, graph):
 def test_it_goes_the_shortest_way_to_goals_it_saw(search_cost):
     """With a map of the whole level, each goal takes as many steps as the oracle says, keys in the way or not."""
     n = 50
-    turns = rooms_of("f", n, size=11)
+    turns = turns_in("f", n, size=11)
     searching = search_cost.Searching(make_meta("fixed-dfs"), turns)
     searching.known[:] = turns.world.state.grids
     turns.ask(make_meta("fixed-dfs"))
@@ -115,13 +120,13 @@ def test_where_goals_may_lie(search_cost):
 
 
 def test_it_needs_goals(search_cost):
-    turns = rooms_of("a", 2)
+    turns = turns_in("a", 2)
     with pytest.raises(InputError, match="always gives a goal"):
         search_cost.Searching(make_meta("none"), turns).step(turns)
 
 
 def test_a_row_of_the_table_is_that_of_the_results_page(search_cost):
-    row = search_cost.row_of(replace(find_preset("default"), graph="a", threads=1), 1000)
+    row = search_cost.row_of(config_of("a"), 1000)
     assert row in (BENCHMARKS.parent / "docs" / "results.md").read_text()
     shortest, informed, searching, ratio = map(float, row.split(" | ")[1:5])
     assert shortest <= informed <= searching

@@ -5,10 +5,11 @@ import io
 import json
 import subprocess
 import sys
+from typing import get_args
 
 import pytest
 
-from hierroom.complexity.__main__ import Options, show
+from hierroom.complexity.__main__ import COLUMNS, ColumnName, Options, show
 from hierroom.complexity.table2 import PAPER_TABLE_2, table_2
 from hierroom.goals import GoalGraph
 
@@ -90,7 +91,6 @@ def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
         (["--graph", "z"], "a graph is a letter from a to g"),
         (["--graph", "a", "--all"], "by one of --graph, --all"),
         (["--rooms", "40"], "2 to 8 rooms, not of 40"),
-        (["--sort", "depth"], "--sort takes a column"),
         (["--json", "--csv"], "--json or --csv, not both"),
         (["--draw", "x.png"], "--draw draws one graph"),
         (["--graph", "a", "--seed", "3"], "--episodes and --seed go with --from-play"),
@@ -104,3 +104,16 @@ def test_a_wrong_input_is_one_line_and_exit_code_2(arguments, message):
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1
     assert message in done.stderr
+
+
+def test_columns_to_sort_by_are_choices():
+    done = command("--sort", "depth")
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert "invalid choice 'depth' for argument '--sort'" in done.stderr
+    assert "Traceback" not in done.stderr
+    listed = "".join(line.strip("│ ") for line in command("--help").stdout.splitlines())
+    for said in (done.stderr, listed):
+        assert all(column in said for column in COLUMNS)
+    assert f"--sort {{None,{','.join(COLUMNS)}}}" in listed
+    assert get_args(ColumnName) == tuple(COLUMNS)

@@ -10,22 +10,26 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hierroom.training.methods import METHODS
 from same_state import equal
 
-from hierroom import commands, evaluate, train
+from hierroom import cli, evaluate, train
+from hierroom.agents.config import METHODS
 from hierroom.controller import REWARDS
+from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
-from hierroom.training.presets import TrainConfig
+from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
 from hierroom.world.kernels import EXIT
 
 SMALL = TrainConfig(
-    graph="a", size=11, max_steps=60, rooms=8, steps=2048, ppo=PPOConfig(sequence_length=16, minibatches=2, epochs=2)
+    EnvConfig("a", size=11, max_steps=60),
+    num_envs=8,
+    steps=2048,
+    ppo=PPOConfig(sequence_length=16, minibatches=2, epochs=2),
 )
-FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--rooms", "8"]
+FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8"]
 FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2"]
 
 
@@ -53,7 +57,7 @@ def test_a_run_leaves_everything_it_promises(trained):
         assert entry in summary
     assert summary["steps"] == 4096
     assert RunFolder.open(trained).config() == TrainConfig(
-        graph="a", size=11, max_steps=60, rooms=8, steps=4096, ppo=SMALL.ppo
+        EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=4096, ppo=SMALL.ppo
     )
     assert (trained / "learning_curve.png").read_bytes().startswith(b"\x89PNG")
     assert list(trained.glob("events.out.tfevents.*"))
@@ -64,12 +68,12 @@ def test_a_run_leaves_everything_it_promises(trained):
 
 
 def test_same_seed_same_result_and_another_seed_another():
-    first, same, other = Trainer(SMALL), Trainer(SMALL), Trainer(TrainConfig(**{**vars(SMALL), "seed": 1}))
+    first, same, other = Trainer(SMALL), Trainer(SMALL), Trainer(replace(SMALL, seed=1))
     for trainer in (first, same, other):
         for _ in range(4):
             trainer.advance()
     assert equal(without_clock(first.state_dict()), without_clock(same.state_dict()))
-    assert not equal(first.state_dict()["learner"], other.state_dict()["learner"])
+    assert not equal(first.controller.learner.state_dict(), other.controller.learner.state_dict())
 
 
 def test_resumed_equals_uninterrupted(tmp_path):
@@ -88,15 +92,15 @@ def test_resumed_equals_uninterrupted(tmp_path):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_every_method_runs_and_pays_as_its_row_says(method):
-    trainer = Trainer(TrainConfig(**{**vars(SMALL), "method": method, "steps": 512}))
+def test_every_method_runs_and_rewards_as_its_row_says(method):
+    trainer = Trainer(replace(SMALL, method=method, steps=512))
     while not trainer.is_done:
         trainer.advance()
     assert trainer.steps == 512
-    assert ("goal" in trainer.inputs.names) == METHODS[method].sees_goal
-    pays = {"hippo": "intrinsic", "ppo-bonus": "bonus", "ppo-novelty": "novelty"}
-    assert trainer.turns.reward == REWARDS[pays.get(method, "extrinsic")]
-    assert (trainer.curiosity is not None) == (method == "ppo-rnd")
+    assert ("goal" in trainer.controller.features.names) == METHODS[method].controller.sees_goal
+    rewards = {"hippo": "intrinsic", "ppo-bonus": "bonus", "ppo-novelty": "novelty"}
+    assert trainer.turns.reward == REWARDS[rewards.get(method, "extrinsic")]
+    assert (trainer.controller.curiosity is not None) == (method == "ppo-rnd")
 
 
 def test_resume_goes_on_and_keeps_the_metrics_in_order(trained, tmp_path):
@@ -122,11 +126,11 @@ def test_resume_with_fewer_steps_than_taken_changes_nothing(trained):
     assert (trained / "config.json").read_text() == config
 
 
-@pytest.mark.parametrize(("name", "value"), [("rooms", 9), ("size", 13)])
-def test_resume_of_a_checkpoint_that_does_not_fit_is_one_line(name, value, tmp_path):
+@pytest.mark.parametrize("change", [{"num_envs": 9}, {"env": replace(SMALL.env, size=13)}])
+def test_resume_of_a_checkpoint_that_does_not_fit_is_one_line(change, tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     folder.save_checkpoint(Trainer(SMALL).state_dict())
-    folder.save_config(replace(SMALL, **{name: value}))
+    folder.save_config(replace(SMALL, **change))
     with pytest.raises(InputError, match=r"does not fit its config\.json$|the state must hold"):
         train.main(["--resume", str(folder.path)])
 
@@ -164,7 +168,7 @@ def test_a_diverged_run_ends_in_one_line_and_keeps_its_checkpoint(tmp_path, monk
     out = tmp_path / "run"
     wild = [*FLAGS, "--steps", "4096", "--learning-rate", "1e30", "--out", str(out)]
     with pytest.raises(SystemExit) as ended:
-        commands.run(lambda: train.main(wild))
+        cli.run(lambda: train.main(wild))
     assert ended.value.code == 1
     said = capsys.readouterr().err
     assert re.fullmatch(r"error: training diverged \(policy_loss .*\); a smaller learning rate may help\n", said)
@@ -205,20 +209,17 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--graph", "huge.toml"], "a grid holds at most 7 rooms"),
         (["--graph", "hitting_time:1000..2000"], "no goal graph"),
         (["--curriculum-stages", "3"], "needs a graph like"),
-        (["--method", "sarsa"], "the methods are"),
         (["--meta", "nobody"], "a meta-controller is one of"),
         (["--meta", "nowhere:Nobody"], "nowhere"),
-        (["--goal-mask", "some"], "goal_mask is one of"),
         (["--network", "best"], "a network is one of"),
         (["--warm-start", "nowhere"], "nowhere is not a run folder"),
         (["--novelty-bonus", "-1"], "novelty_bonus must be a number of at least 0"),
         (["--method", "ppo-rnd", "--curiosity-weight", "-1"], "curiosity_weight must be a number of at least 0"),
         (["--size", "10"], "size must be a whole number from 11 to 63"),
-        (["--rooms", "0"], "number of rooms must be"),
+        (["--num-envs", "0"], "num_envs must be a whole number of at least 1, not 0"),
         (["--steps", "0"], "steps must be at least 1"),
         (["--max-steps", "0"], "max_steps must be"),
         (["--seed", "-1"], "a seed is a whole number"),
-        (["--inputs", "smell"], "inputs are"),
         (["--gamma", "1.5"], "gamma must be from 0 to 1"),
         (["--meta-ppo.gamma", "1.5"], "gamma must be from 0 to 1"),
         (["--device", "tpu9"], "no device"),
@@ -238,6 +239,28 @@ def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, m
         train.main([*FLAGS, "--steps", "512", *arguments])
     assert "\n" not in str(caught.value)
     assert sorted(Path().rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "config", "said"),
+    [
+        (["--method", "sarsa"], replace(SMALL, method="sarsa"), "the methods are"),
+        (["--goal-mask", "some"], replace(SMALL, env=replace(SMALL.env, goal_mask="some")), "goal_mask is one of"),
+        (["--reward", "none"], replace(SMALL, env=replace(SMALL.env, reward="none")), "reward is one of"),
+        (["--features", "smell"], replace(SMALL, features=("smell",)), "features are"),
+    ],
+)
+def test_a_name_that_is_none_of_a_few_is_refused_by_the_command_and_from_python(
+    arguments, config, said, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit, match="2"):
+        train.main([*FLAGS, *arguments])
+    assert f"invalid choice '{arguments[1]}' for argument '{arguments[0]}'" in capsys.readouterr().err
+    with pytest.raises(InputError, match=said) as caught:
+        Trainer(config)
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_process_ends_with_code_2_and_no_traceback(tmp_path):
@@ -278,8 +301,8 @@ def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
 
 
 def test_the_escape_ends_with_the_agent_on_the_exit(monkeypatch):
-    monkeypatch.setattr(train, "draw", lambda state, goal, tile_size: state.copy())
-    states = next(train.escapes(Trainer(replace(SMALL, seed=3, max_steps=1000)), episodes=20))
+    monkeypatch.setattr(train, "draw_level", lambda state, goal, tile_size: state.copy())
+    states = next(train.escapes(Trainer(replace(SMALL, seed=3, env=replace(SMALL.env, max_steps=1000))), episodes=20))
     under = [int(state.grids[0, state.levels[0].row, state.levels[0].col]) for state in states]
     assert under[-1] == EXIT
     assert EXIT not in under[:-1]

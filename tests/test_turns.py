@@ -1,10 +1,11 @@
-"""What either agent is shown and may do."""
+"""What either agent observes and may do."""
 
 import numpy as np
-from turns_rooms import achieve, goal_ids, make
+import pytest
+from turns_helpers import achieve, goal_ids, make
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_VECTORS
-from hierroom.meta import make_meta
+from hierroom.meta import choose_goals, make_meta
 from hierroom.options import NO_OUTCOME, TIMED_OUT
 
 
@@ -12,14 +13,14 @@ def test_what_is_not_legal_is_no_goal_and_counted():
     turns = make("a", n=5)
     (key,) = goal_ids(turns, "k1")
     everyone = np.arange(5)
-    masks = turns.meta_masks(turns.situation(everyone))
+    situation = turns.situation(everyone)
     keys = turns.world.state.levels["colours"][:, 0]
-    turns.choose(everyone, [keys[0], EXIT_GOAL, 13, -1, 99], masks)
+    turns.choose(situation, [keys[0], EXIT_GOAL, 13, -1, 99])
     assert turns.goals.tolist() == [key, -1, -1, -1, -1]
     assert turns.ledger.illegal_goals.tolist() == [0, 1, 1, 1, 1]
-    waiting = turns.meta_masks(turns.situation(everyone))
-    assert waiting.tolist() == [[False] * 13 + [True]] * 5
-    turns.choose(everyone, [EXIT_GOAL, 13, 13, -1, -1], waiting)  # it is not its turn
+    waiting = turns.situation(everyone)
+    assert waiting.masks.tolist() == [[False] * 13 + [True]] * 5
+    turns.choose(waiting, [EXIT_GOAL, 13, 13, -1, -1])  # it is not its turn
     assert turns.goals.tolist() == [key, -1, -1, -1, -1]
     assert turns.ledger.illegal_goals.tolist() == [1, 1, 1, 1, 1]
     assert turns.ledger.meta_turns.tolist() == [1] * 5
@@ -28,7 +29,7 @@ def test_what_is_not_legal_is_no_goal_and_counted():
 def test_no_number_is_taken_for_a_goal_that_it_is_not():
     """Not even from the end, as Python counts, where every goal is legal."""
     turns, everyone = make("a", n=4, goal_mask="none"), np.arange(4)
-    turns.choose(everyone, [-2, -7, -14, 14], turns.meta_masks(turns.situation(everyone)))
+    turns.choose(turns.situation(everyone), [-2, -7, -14, 14])
     assert turns.goals.tolist() == [-1] * 4
     assert turns.ledger.illegal_goals.tolist() == [1] * 4
 
@@ -39,13 +40,13 @@ def test_keys_held_and_doors_open_are_shown_by_colour():
     for name in ("k1", "d1", "k2", "d2"):
         achieve(turns, name)
         (held if name[0] == "k" else is_open).update(goal % FIRST_DOOR_GOAL for goal in goal_ids(turns, name))
-        seen = turns.controller_observations(turns.observation())
+        seen = turns.observe("controller_0", np.array([0])).as_dict()
         assert seen["keys_held"].tolist() == [[int(colour in held) for colour in range(6)]]
         assert seen["doors_open"].tolist() == [[int(colour in is_open) for colour in range(6)]]
         assert seen["direction"].tolist() == turns.world.state.levels["direction"].tolist()
 
 
-def test_actions_the_room_does_not_have_are_counted_and_only_cost_the_step():
+def test_actions_the_environment_does_not_have_are_counted_and_only_cost_the_step():
     turns = make("a", n=4)
     before = turns.world.get_state()
     step = turns.step([-1, 5, 77, 1])
@@ -69,13 +70,13 @@ class Spoiler:
 
     def choose(self, observations, legal, situation):
         legal[:] = True
-        for array in (*observations.values(), situation.draws, situation.last_goals, situation.last_outcomes):
+        for array in (*observations.values(), situation.uniforms, situation.goals, situation.outcomes):
             array[...] = 1
         situation.state.levels["doors"], situation.state.grids[:] = 63, 0
         return np.full(len(situation), EXIT_GOAL)
 
 
-def test_a_meta_controller_cannot_change_the_rooms():
+def test_a_meta_controller_cannot_change_the_environments():
     turns, twin = make(n=3), make(n=3)
     turns.ask(Spoiler())
     twin.ask(make_meta("none"))
@@ -88,16 +89,94 @@ def test_a_meta_controller_cannot_change_the_rooms():
 def test_the_goal_is_shown_to_the_controller_and_the_last_one_to_the_meta_controller():
     turns = make("a", subgoal_horizon=2)
     (key,) = goal_ids(turns, "k1")
-    room = np.array([0])
+    envs = np.array([0])
     for expected in (NO_OUTCOME, TIMED_OUT, TIMED_OUT):
-        situation = turns.situation(room)
-        masks = turns.meta_masks(situation)
-        shown = turns.meta_observations(turns.meta_observation(room), situation.last_outcomes, masks)
+        situation = turns.situation(envs)
+        shown = situation.as_dict()
         assert shown["outcome"].tolist() == [expected]
         np.testing.assert_array_equal(shown["goal"], GOAL_VECTORS[[-1 if expected == NO_OUTCOME else key]])
-        assert turns.meta_space().contains({name: values[0] for name, values in shown.items()})
-        turns.choose(room, [key], masks)
+        assert turns.observation_space("meta_0").contains({name: values[0] for name, values in shown.items()})
+        turns.choose(situation, [key])
         for _ in range(2):
-            seen = turns.controller_observations(turns.observation(room))
+            seen = turns.observe("controller_0", envs).as_dict()
             np.testing.assert_array_equal(seen["goal"], GOAL_VECTORS[[key]])
             turns.step([1])
+
+
+def test_advancing_is_a_step_and_tells_of_the_turns_that_it_ended():
+    """Beside turns that are asked and stepped; the last observations are those before the reset and the next goal."""
+    settings = {"n": 6, "seed": 3, "max_steps": 25, "subgoal_horizon": 4, "reward": "intrinsic"}
+    turns, twin = make("c", **settings), make("c", **settings)
+    meta, rng = make_meta("random"), np.random.default_rng(0)
+    ended = {"options": 0, "episodes": 0}
+    for _ in range(200):
+        due = turns.due("meta_0")
+        np.testing.assert_array_equal(due, np.flatnonzero(twin.ledger.is_meta_turn))
+        situation = turns.observe("meta_0", due)
+        turns.act("meta_0", situation, choose_goals(meta, situation))
+        assert len(turns.due("meta_0")) == 0
+        twin.ask(meta)
+        actions = rng.integers(5, size=6)
+        turns.act("controller_0", turns.observe("controller_0", turns.due("controller_0")), actions)
+        told, step = turns.advance(), twin.step(actions)
+        assert list(told) == ["meta_0", "controller_0"]
+        for name, value in vars(step).items():
+            np.testing.assert_array_equal(vars(turns.last_step)[name], value, err_msg=name)
+        options, every = told["meta_0"], told["controller_0"]
+        assert options.step is every.step is turns.last_step
+        envs = np.flatnonzero(step.option_ended)
+        everyone, none = np.arange(6), np.full(6, -1)
+        of_options = (
+            envs,
+            step.goals,
+            step.meta_rewards,
+            step.meta_elapsed,
+            step.terminated,
+            step.truncated & ~step.terminated,
+        )
+        of_steps = everyone, step.goals, step.rewards, np.ones(6), step.return_terminated, step.return_truncated
+        for transition, (where, *values), instead in (
+            (options, of_options, step.achieved_instead),
+            (every, of_steps, none),
+        ):
+            np.testing.assert_array_equal(transition.envs, where)
+            names = ("goals", "rewards", "elapsed", "terminated", "truncated", "episode_ended", "achieved_instead")
+            for name, value in zip(names, (*values, step.episode_ended, instead), strict=True):
+                np.testing.assert_array_equal(getattr(transition, name), value[where], err_msg=name)
+        for agent, transition in told.items():
+            rows = rng.permutation(len(transition.envs))[:3]
+            last, expected = (
+                transition.last_observation(rows),
+                twin.final_observation(agent, step, transition.envs[rows]),
+            )
+            np.testing.assert_array_equal(last.levels["steps"], step.lengths[transition.envs[rows]])
+            np.testing.assert_array_equal(last.goals, transition.goals[rows])
+            for name, values in last.as_dict().items():
+                np.testing.assert_array_equal(values, expected.as_dict()[name], err_msg=name)
+        ended["options"] += len(envs)
+        ended["episodes"] += int(step.episode_ended.sum())
+    assert min(ended.values()) > 20, ended
+
+
+def test_without_a_seed_nothing_begins_before_the_first_reset():
+    turns, expected = make("c", 3, seed=None), make("c", 3, seed=8)
+    assert not turns.world.has_begun
+    turns.reset(8)
+    assert turns.world.has_begun
+    state = turns.get_state()
+    for name, array in expected.get_state().items():
+        np.testing.assert_array_equal(state[name], array, err_msg=name)
+
+
+class MaskSpoiler:
+    def choose(self, observations, legal, situation):
+        legal[:] = True  # a copy of its own
+        situation.masks[:] = True
+        return legal.argmax(axis=1)
+
+
+def test_a_meta_controller_cannot_make_a_goal_legal():
+    turns = make(n=3)
+    with pytest.raises(ValueError, match="read-only"):
+        turns.ask(MaskSpoiler())
+    assert turns.goals.tolist() == [-1] * 3

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from turns_rooms import achieve, goal_ids, make, well_or_wildly
+from turns_helpers import achieve, goal_ids, make, well_or_wildly
 
 import hierroom
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS, GoalGraph, enumerate_graphs
 from hierroom.situation import GOAL_MASKS
-from hierroom.turns import NO_GOAL_ACTION, Turns
+from hierroom.turns import NO_GOAL_ACTION
 from hierroom.world.kernels import EXIT, KEY, OPEN_DOOR, WALL
-from hierroom.world.world import World
 
 SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)
 BOTH = ("meta_0", "controller_0")
@@ -98,15 +97,15 @@ def test_no_mask_is_ever_all_zero(mask, horizon):
     "graph", [*enumerate_graphs(4), GoalGraph((0, 0, 1, 0, 2, 4), 5)], ids=lambda graph: graph.name
 )
 def test_reachable_goals_are_the_open_goals_of_the_graph(graph):
-    """Whatever keys are held and doors are open, in rooms of other colours."""
+    """Whatever keys are held and doors are open, in levels of other colours."""
     n = 200
-    turns, rng = Turns(World([graph], n, seed=1)), np.random.default_rng(0)
-    rooms, branches = turns.world.state.levels, graph.n_rooms - 1
+    turns, rng = make(graph, n, seed=1, size=19), np.random.default_rng(0)
+    levels, branches = turns.world.state.levels, graph.n_rooms - 1
     keys, doors = rng.random((2, n, branches)) < 0.5
-    rooms["keys"], rooms["doors"] = keys @ (1 << np.arange(branches)), doors @ (1 << np.arange(branches))
+    levels["keys"], levels["doors"] = keys @ (1 << np.arange(branches)), doors @ (1 << np.arange(branches))
     expected = np.zeros((n, N_GOALS), bool)
     for m, goals in enumerate(graph.open_goals(keys, doors)):
-        colours = rooms["colours"][m, :branches]
+        colours = levels["colours"][m, :branches]
         expected[m, colours] = goals[:branches]
         expected[m, FIRST_DOOR_GOAL + colours] = goals[branches:-1]
         expected[m, EXIT_GOAL] = goals[-1]
@@ -114,17 +113,17 @@ def test_reachable_goals_are_the_open_goals_of_the_graph(graph):
 
 
 def test_no_goal_asks_for_something_new():
-    """The controller is paid, once, for a goal event or for a key, door or exit that comes into view."""
+    """The controller is rewarded, once, for a goal event or for a key, door or exit that comes into view."""
     turns = make("d", n=8, seed=2, goal_mask="seen", reward="intrinsic")
     rng = np.random.default_rng(0)
     found_by_looking = 0
     for _ in range(600):
-        indices = np.arange(8)
-        masks = turns.meta_masks(turns.situation(indices))
-        assert masks[turns.ledger.is_meta_turn, NO_GOAL_ACTION].all()  # beside the goals that were seen
-        turns.choose(indices, np.full(8, NO_GOAL_ACTION), masks)
+        everyone = np.arange(8)
+        situation = turns.situation(everyone)
+        assert situation.masks[turns.ledger.is_meta_turn, NO_GOAL_ACTION].all()  # beside the goals that were seen
+        turns.choose(situation, np.full(8, NO_GOAL_ACTION))
         seen, found = turns.world.state.levels["seen"].copy(), turns.world.state.levels["found"].copy()
-        step = turns.step([well_or_wildly(rng, turns.world, n) for n in indices])
+        step = turns.step([well_or_wildly(rng, turns.world, n) for n in everyone])
         went_on = ~step.episode_ended
         now = turns.world.state.levels[went_on]
         is_new = (now["seen"] != seen[went_on]) | (now["found"] != found[went_on])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from turns_rooms import make, well_or_wildly
+from turns_helpers import make, well_or_wildly
 
 from hierroom.controller import REWARDS
 from hierroom.errors import InputError
@@ -10,11 +10,16 @@ from hierroom.meta import make_meta
 from hierroom.world.oracle import shortest_actions
 
 
+def observed(turns):
+    """What the controller observes everywhere."""
+    return turns.observe("controller_0", np.arange(len(turns)))
+
+
 def played(turns, meta, actions):
     told = []
     for row in actions:
         turns.ask(meta)
-        told.append([*vars(turns.step(row)).values(), *turns.controller_observations(turns.observation()).values()])
+        told.append([*vars(turns.step(row)).values(), *observed(turns).as_dict().values()])
     return told
 
 
@@ -38,7 +43,7 @@ def test_going_back_and_playing_again_is_the_same(autoreset):
                 np.testing.assert_array_equal(a, b)
 
 
-def test_going_back_to_an_episode_that_is_over_finds_it_over():
+def test_going_back_to_an_episode_that_has_ended_finds_it_ended():
     turns = make("a", n=2, max_steps=40, autoreset=False)
     way = shortest_actions(turns.world.get_state([0])).tolist()
     for action in way + [1] * (40 - len(way)):
@@ -54,10 +59,13 @@ def test_going_back_to_an_episode_that_is_over_finds_it_over():
 def test_a_state_that_does_not_fit_is_one_clear_line():
     turns = make(n=2)
     state = turns.get_state()
-    with pytest.raises(InputError, match=r"^the state must hold 2 rooms of size 11; it holds 3 of size 11$"):
+    with pytest.raises(InputError, match=r"^the state must hold 2 environments of size 11; it holds 3 of size 11$"):
         turns.set_state(make(n=3).get_state())
     del state["shortest"]
-    with pytest.raises(InputError, match=r"^the state of turns does not hold what get_state gives, but goals, grids, "):
+    with pytest.raises(
+        InputError,
+        match=r"^the state of turns does not hold what get_state gives, but curriculum, first_e",
+    ):
         turns.set_state(state)
 
 
@@ -80,8 +88,8 @@ def test_the_shortest_length_is_that_of_the_episode_that_ends():
     assert (make().step([0]).shortest == -1).all()
 
 
-def test_the_final_sight_is_from_before_the_reset():
-    """Against rooms that do not begin anew by themselves."""
+def test_the_final_observation_is_from_before_the_reset():
+    """Against environments that do not begin anew by themselves."""
     turns, slow = make("a", n=8, seed=6, max_steps=20), make("a", n=8, seed=6, max_steps=20, autoreset=False)
     meta, rng = make_meta("random"), np.random.default_rng(0)
     for t in range(60):
@@ -91,22 +99,23 @@ def test_the_final_sight_is_from_before_the_reset():
         step, slow_step = turns.step(actions), slow.step(actions)
         np.testing.assert_array_equal(step.episode_ended, slow_step.episode_ended)
         everyone = np.arange(8)
-        final, expected = turns.final_observation(step, everyone), slow.final_observation(slow_step, everyone)
+        final = turns.final_observation("controller_0", step, everyone)
+        expected = slow.final_observation("controller_0", slow_step, everyone)
         for name in ("tiles", "goals", "previous_actions"):
             np.testing.assert_array_equal(getattr(final, name), getattr(expected, name), err_msg=name)
         for name in ("row", "col", "direction", "steps", "keys", "doors", "episode"):
             np.testing.assert_array_equal(final.levels[name], expected.levels[name], err_msg=name)
-        np.testing.assert_array_equal(turns.observation().previous_actions, np.where(step.episode_ended, 5, actions))
+        np.testing.assert_array_equal(observed(turns).previous_actions, np.where(step.episode_ended, 5, actions))
         if step.episode_ended.any():
             assert step.episode_ended.all()
             assert (final.levels["steps"] == 20).all()
-            assert (turns.observation().levels["steps"] == 0).all()
+            assert (observed(turns).levels["steps"] == 0).all()
             assert not slow.ledger.is_meta_turn.any()
             slow.reset()
             assert t % 20 == 19
 
 
-@pytest.mark.parametrize("pay", REWARDS)
+@pytest.mark.parametrize("reward", REWARDS)
 def test_what_a_step_tells_of_is_nobody_elses(reward):
     turns, meta, rng = (
         make(n=4, max_steps=15, subgoal_horizon=4, reward=reward),

@@ -6,17 +6,19 @@ from dataclasses import replace
 import pytest
 import torch
 
-from hierroom import InputError, train
-from hierroom.agents.player import Agent
+from hierroom import train
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
 from hierroom.learners import ppo
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.torch_backend import TorchBackend
-from hierroom.training.assembly import make_turns
-from hierroom.training.presets import TrainConfig
+from hierroom.options import CONTROLLER
+from hierroom.training.assembly import load_pair, make_turns
+from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
 
-SMALL = TrainConfig(graph="a", size=11, max_steps=60, rooms=8, steps=1024, ppo=PPOConfig(minibatches=2))
+SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=1024, ppo=PPOConfig(minibatches=2))
 
 
 @pytest.fixture(scope="module", params=["recurrent", "modular"])
@@ -31,34 +33,40 @@ def run(request, tmp_path_factory) -> RunFolder:
     return folder
 
 
+def observed(trainer):
+    """What the controller observes now."""
+    return trainer.turns.observe(CONTROLLER, trainer.turns.due(CONTROLLER))
+
+
 def test_weights_and_nothing_else(run):
-    trained = run.load_checkpoint()["learner"]
-    config = replace(run.config(), meta="random", graph="b", seed=5)
+    trained = run.load_checkpoint()["agents"][CONTROLLER]["learner"]
+    config = run.config()
+    config = replace(config, meta="random", env=replace(config.env, graph="b"), seed=5)
     warm, cold = Trainer(replace(config, warm_start=str(run.path))), Trainer(config)
-    weights = warm.learner.network.state_dict()
+    ours, other = warm.controller, cold.controller
+    weights = ours.learner.network.state_dict()
     assert weights.keys() == trained["backend"]["network"].keys()
     assert all(torch.equal(weights[name], value) for name, value in trained["backend"]["network"].items())
-    fresh, found = cold.learner.state_dict(), warm.learner.state_dict()
+    fresh, found = other.learner.state_dict(), ours.learner.state_dict()
     for name in ("action_random", "shuffle_random"):
         assert found[name] == fresh[name]
     assert warm.steps == 0
-    codes = warm.inputs.codes(warm.turns.observation())
-    assert (codes == cold.inputs.codes(cold.turns.observation())).all()
+    features = ours.features.encode(observed(warm))
+    assert (features == other.features.encode(observed(cold))).all()
     for trainer in (warm, cold):
         trainer.advance()
-    assert any(not torch.equal(weights[name], value) for name, value in cold.learner.network.state_dict().items())
+    assert any(not torch.equal(weights[name], value) for name, value in other.learner.network.state_dict().items())
 
 
 def test_the_weights_act(run):
     """What the policy does is what the trained one does: the compiled kernels read what was loaded."""
     warm = Trainer(replace(run.config(), seed=5, warm_start=str(run.path)))
     trained = Trainer(replace(run.config(), seed=5))
-    trained.learner.load_state_dict(run.load_checkpoint()["learner"])
-    codes, masks = warm.inputs.codes(warm.turns.observation()), torch.ones(8, 5).bool().numpy()
-    policies = [trainer.learner.policy(8, seed=3) for trainer in (warm, trained)]
-    rooms = torch.arange(8).numpy()
+    trained.controller.load_state_dict(run.load_checkpoint()["agents"][CONTROLLER])
+    observation = observed(warm)
+    agents = [trainer.controller.frozen(8, seed=3) for trainer in (warm, trained)]
     for _ in range(5):
-        first, second = (policy.act(rooms, codes, masks) for policy in policies)
+        first, second = (agent.act(observation) for agent in agents)
         assert (first == second).all()
 
 
@@ -66,9 +74,9 @@ def test_the_weights_act(run):
     ("change", "said"),
     [
         ({"ppo": replace(SMALL.ppo, hidden_size=32)}, "its hidden_size is 64, here it is 32"),
-        ({"drop_key": True}, "its drop_key is False, here it is True"),
-        ({"method": "ppo"}, f"{' '.join(SMALL.inputs[1:])}, here it is"),
-        ({"inputs": ("view",)}, "its inputs is "),
+        ({"env": replace(SMALL.env, drop_key=True)}, "its drop_key is False, here it is True"),
+        ({"method": "ppo"}, f"{' '.join(SMALL.features[1:])}, here it is"),
+        ({"features": ("view",)}, "its features is "),
         ({"network": "other"}, "here it is other"),
     ],
 )
@@ -90,7 +98,7 @@ def test_no_run_no_folder_left_behind(tmp_path, monkeypatch):
 
 
 def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
-    flags = ["--graph", "a", "--size", "11", "--max-steps", "60", "--rooms", "8", "--minibatches", "2"]
+    flags = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2"]
     flags += ["--network", run.config().network or "", "--warm-start", str(tmp_path / "before")]
     (tmp_path / "before").symlink_to(run.path)
     out = str(tmp_path / "run")
@@ -111,7 +119,7 @@ def test_what_a_gpu_trained_plays_on_the_cpu(tmp_path, monkeypatch):
     folder = RunFolder.create(tmp_path / "run", config)
     folder.save_checkpoint(trainer.state_dict())
     played = []
-    for agent in (Agent.load(folder, 4, seed=1), Agent.of(trainer, 4, seed=1)):
+    for pair in (load_pair(folder, 4, seed=1), trainer.freeze(4, seed=1)):
         turns = make_turns(SMALL, 4, seed=9)
-        played.append([agent.step(turns).actions.tolist() for _ in range(40)])
+        played.append([pair.step(turns).actions.tolist() for _ in range(40)])
     assert played[0] == played[1]

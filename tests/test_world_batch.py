@@ -7,8 +7,8 @@ import pytest
 
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
-from hierroom.world import batch as batch_module
 from hierroom.world import kernels
+from hierroom.world import world as world_module
 from hierroom.world.kernels import FORWARD, LEFT
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.oracle import shortest_actions
@@ -18,8 +18,8 @@ from hierroom.world.world import MIN_ENVS_PER_THREAD, World
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]
 
 
-def actions_of(n_steps, n_rooms, seed=0):
-    return np.random.default_rng(seed).choice(6, size=(n_steps, n_rooms), p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1])
+def actions_of(n_steps, num_envs, seed=0):
+    return np.random.default_rng(seed).choice(6, size=(n_steps, num_envs), p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1])
 
 
 def assert_same(one: np.ndarray, other: np.ndarray):
@@ -38,30 +38,30 @@ def same_records(one: np.ndarray, other: np.ndarray) -> bool:
 # The same episode in every company.
 
 
-def test_a_room_is_the_same_alone_and_in_a_batch():
+def test_an_environment_is_the_same_alone_and_in_a_batch():
     settings = {"seed": 3, "max_steps": 40, "drop_key": True}
     together = World(GRAPHS, 128, **settings)
     alone = [World(GRAPHS, first_index=n, **settings) for n in range(128)]
     for actions in actions_of(130, 128):
-        one_by_one = np.concatenate([room.step(actions[n : n + 1]) for n, room in enumerate(alone)])
+        one_by_one = np.concatenate([env.step(actions[n : n + 1]) for n, env in enumerate(alone)])
         assert_same(one_by_one, together.step(actions))
     assert (together.state.levels["episode"] >= 3).all()
-    for n, room in enumerate(alone):
-        assert same_state(room.state, together.state[n])
-        assert same_records(room.finals, together.finals[n : n + 1])
+    for n, env in enumerate(alone):
+        assert same_state(env.state, together.state[n])
+        assert same_records(env.finals, together.finals[n : n + 1])
 
 
 def test_two_threads_do_what_one_does(monkeypatch):
-    n_rooms = 2 * MIN_ENVS_PER_THREAD + 1
-    one, two = (World(GRAPHS, n_rooms, size=11, seed=4, max_steps=30, threads=threads) for threads in (1, 2))
-    used, step = [], batch_module._compiled_step()
+    num_envs = 2 * MIN_ENVS_PER_THREAD + 1
+    one, two = (World(GRAPHS, num_envs, size=11, seed=4, max_steps=30, threads=threads) for threads in (1, 2))
+    used, step = [], world_module._compiled_step()
 
     def noted_step(*arrays):
         used.append((threading.get_ident(), len(arrays[0])))
         step(*arrays)
 
-    monkeypatch.setattr(batch_module, "_compiled_step", lambda: noted_step)
-    for actions in actions_of(70, n_rooms):
+    monkeypatch.setattr(world_module, "_compiled_step", lambda: noted_step)
+    for actions in actions_of(70, num_envs):
         assert_same(one.step(actions), two.step(actions))
     assert same_state(one.state, two.state)
     assert same_records(one.finals, two.finals)
@@ -77,46 +77,46 @@ def test_a_small_batch_starts_no_threads():
 
 
 def test_reset_with_a_seed_starts_over_and_without_goes_on():
-    batch = World(GRAPHS, 20, seed=5)
-    first = batch.get_state()
-    batch.reset()
-    second = batch.get_state()
-    batch.step(np.zeros(20, np.int64))
-    batch.reset(5)
-    assert same_state(batch.state, first)
-    batch.reset()
-    assert same_state(batch.state, second)
-    assert (batch.outcomes["length"] == 0).all()
-    assert (batch.outcomes["event"] == -1).all()
+    world = World(GRAPHS, 20, seed=5)
+    first = world.get_state()
+    world.reset()
+    second = world.get_state()
+    world.step(np.zeros(20, np.int64))
+    world.reset(5)
+    assert same_state(world.state, first)
+    world.reset()
+    assert same_state(world.state, second)
+    assert (world.outcomes["length"] == 0).all()
+    assert (world.outcomes["event"] == -1).all()
 
 
-def test_seeds_rooms_and_episodes_differ():
-    batches = [World([NAMED_GRAPHS["c"]], 50, seed=seed) for seed in (0, 1, 2**63 - 1)]
-    grids = [grid.tobytes() for batch in batches for grid in batch.state.grids]
-    batches[0].reset()
-    grids += [grid.tobytes() for grid in batches[0].state.grids]
+def test_seeds_environments_and_episodes_differ():
+    worlds = [World([NAMED_GRAPHS["c"]], 50, seed=seed) for seed in (0, 1, 2**63 - 1)]
+    grids = [grid.tobytes() for world in worlds for grid in world.state.grids]
+    worlds[0].reset()
+    grids += [grid.tobytes() for grid in worlds[0].state.grids]
     assert len(set(grids)) == len(grids)
 
 
 def test_turn_draws_are_fixed_by_episode_and_turn():
-    rooms = World(GRAPHS, 1000, seed=6).state.levels
-    draws, again, next_turn = (np.empty((1000, 13)) for _ in range(3))
-    kernels.turn_uniforms(rooms, np.zeros(1000, np.int64), draws)
-    kernels.turn_uniforms(rooms[:7], np.zeros(7, np.int64), again[:7])
-    kernels.turn_uniforms(rooms, np.ones(1000, np.int64), next_turn)
-    assert ((draws >= 0) & (draws < 1)).all()
-    assert abs(draws.mean() - 0.5) < 0.01
-    assert (draws[:7] == again[:7]).all()
-    assert len(np.unique([draws, next_turn])) == 2 * draws.size
+    levels = World(GRAPHS, 1000, seed=6).state.levels
+    uniforms, again, next_turn = (np.empty((1000, 13)) for _ in range(3))
+    kernels.turn_uniforms(levels, np.zeros(1000, np.int64), uniforms)
+    kernels.turn_uniforms(levels[:7], np.zeros(7, np.int64), again[:7])
+    kernels.turn_uniforms(levels, np.ones(1000, np.int64), next_turn)
+    assert ((uniforms >= 0) & (uniforms < 1)).all()
+    assert abs(uniforms.mean() - 0.5) < 0.01
+    assert (uniforms[:7] == again[:7]).all()
+    assert len(np.unique([uniforms, next_turn])) == 2 * uniforms.size
 
 
 def test_clocks_can_be_staggered():
-    batch = World(GRAPHS, 10, max_steps=100)
-    batch.stagger_clocks()
-    assert batch.state.levels["steps"].tolist() == list(range(0, 100, 10))
+    world = World(GRAPHS, 10, max_steps=100)
+    world.stagger_clocks()
+    assert world.state.levels["steps"].tolist() == list(range(0, 100, 10))
     lengths = []
     for _ in range(100):
-        outcomes = batch.step(np.full(10, LEFT))
+        outcomes = world.step(np.full(10, LEFT))
         lengths.append(outcomes["truncated"].sum())
     assert max(lengths) == 1
 
@@ -125,79 +125,79 @@ def test_clocks_can_be_staggered():
 
 
 def test_branch_replay_compare():
-    batch = World(GRAPHS, 30, seed=7, max_steps=60, drop_key=True)
+    world = World(GRAPHS, 30, seed=7, max_steps=60, drop_key=True)
     actions = actions_of(150, 30)
     for action in actions[:50]:
-        batch.step(action)
-    branch = batch.get_state()
-    first = [batch.step(action).copy() for action in actions[50:100]]
-    reached = batch.get_state()
+        world.step(action)
+    branch = world.get_state()
+    first = [world.step(action).copy() for action in actions[50:100]]
+    reached = world.get_state()
     for action in actions[100:]:
-        batch.step(action)
-    batch.set_state(branch)
-    np.testing.assert_array_equal(batch.outcomes["length"], branch.levels["steps"])
+        world.step(action)
+    world.set_state(branch)
+    np.testing.assert_array_equal(world.outcomes["length"], branch.levels["steps"])
     for expected, action in zip(first, actions[50:100], strict=True):
-        outcomes = batch.step(action)
+        outcomes = world.step(action)
         episode_ended = outcomes["terminated"] | outcomes["truncated"]
         assert_same(outcomes[episode_ended], expected[episode_ended])
         assert_same(outcomes[[name for name in OUTCOME.names if name != "final_tiles"]], expected)
-    assert same_state(batch.state, reached)
+    assert same_state(world.state, reached)
 
 
-def assert_same_view(batch: World, n: int):
-    """A room's outcome shows its current view, as a step that does nothing would."""
-    shown = batch.outcomes["tiles"][n].copy()
-    probe = World(GRAPHS, size=batch.state.size)
-    probe.set_state(batch.get_state(n))
+def assert_same_view(world: World, n: int):
+    """An environment's outcome shows its current view, as a step that does nothing would."""
+    shown = world.outcomes["tiles"][n].copy()
+    probe = World(GRAPHS, size=world.state.size)
+    probe.set_state(world.get_state(n))
     probe.step_within_episode([-1])
     np.testing.assert_array_equal(probe.outcomes["tiles"][0], shown)
 
 
-def test_some_rooms_can_be_put_back():
-    batch = World(GRAPHS, 10, seed=8)
-    start = batch.get_state([2, 5])
+def test_some_environments_can_be_put_back():
+    world = World(GRAPHS, 10, seed=8)
+    start = world.get_state([2, 5])
     for action in actions_of(30, 10):
-        batch.step_within_episode(action)
-    before, outcomes = batch.get_state(), batch.outcomes.copy()
-    batch.set_state(start, [5, 7])
-    assert same_state(batch.get_state(slice(5, 6)), start[0])
-    assert same_state(batch.get_state(7), start[1])
+        world.step_within_episode(action)
+    before, outcomes = world.get_state(), world.outcomes.copy()
+    world.set_state(start, [5, 7])
+    assert same_state(world.get_state(slice(5, 6)), start[0])
+    assert same_state(world.get_state(7), start[1])
     others = np.delete(np.arange(10), [5, 7])
-    assert same_state(batch.get_state(others), before[others])
-    assert_same(batch.outcomes[others], outcomes[others])
+    assert same_state(world.get_state(others), before[others])
+    assert_same(world.outcomes[others], outcomes[others])
     for n in range(10):
-        assert_same_view(batch, n)
+        assert_same_view(world, n)
 
 
 def test_a_state_is_a_copy():
-    batch = World(GRAPHS, 3, seed=9)
-    taken = batch.get_state()
+    world = World(GRAPHS, 3, seed=9)
+    taken = world.get_state()
     kept = taken.copy()
-    batch.step(np.full(3, LEFT))
+    world.step(np.full(3, LEFT))
     assert same_state(taken, kept)
-    batch.set_state(taken)
-    batch.step(np.full(3, LEFT))
+    world.set_state(taken)
+    world.step(np.full(3, LEFT))
     assert same_state(taken, kept)
 
 
 def test_actions_of_any_layout_and_kind_of_number():
-    batches = [World(GRAPHS, 5, seed=10) for _ in range(4)]
+    worlds = [World(GRAPHS, 5, seed=10) for _ in range(4)]
     for actions in actions_of(40, 5):
         strided = np.zeros((5, 3), np.int64)
         strided[:, 1] = actions
-        for batch, given in zip(
-            batches, (actions, strided[:, 1], actions.astype(np.int32), actions.tolist()), strict=True
+        for world, given in zip(
+            worlds, (actions, strided[:, 1], actions.astype(np.int32), actions.tolist()), strict=True
         ):
-            batch.step(given)
-    for batch in batches[1:]:
-        assert same_state(batch.state, batches[0].state)
+            world.step(given)
+    for world in worlds[1:]:
+        assert same_state(world.state, worlds[0].state)
 
 
-@pytest.mark.parametrize("n_rooms", [1, 2, 50])
-def test_observations_of_views_in_any_layout(n_rooms):
-    batch = World(GRAPHS, n_rooms, seed=11)
-    for actions in actions_of(30, n_rooms):
-        field = batch.step(actions)["tiles"]
+@pytest.mark.parametrize("num_envs", [1, 2, 50])
+def test_observations_of_views_in_any_layout(num_envs):
+    world = World(GRAPHS, num_envs, seed=11)
+    for actions in actions_of(30, num_envs):
+        field = world.step(actions)["tiles"]
         observations = [encode(views) for views in (field, field.copy(), np.asfortranarray(field))]
         for observation in observations:
             np.testing.assert_array_equal(observation, TRIPLES[field])
@@ -208,38 +208,38 @@ def test_observations_of_views_in_any_layout(n_rooms):
 
 
 def test_truncation_keeps_the_final_view_and_begins_the_next_episode():
-    batch = World([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
+    world = World([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
     twin = World([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
     for step, actions in enumerate(actions_of(5, 20), start=1):
-        outcomes, unreset = batch.step(actions), twin.step_within_episode(actions)
+        outcomes, unreset = world.step(actions), twin.step_within_episode(actions)
         assert (outcomes["truncated"] == (step == 5)).all()
         assert (outcomes["length"] == step).all()
         assert not outcomes["terminated"].any()
     np.testing.assert_array_equal(outcomes["final_tiles"], unreset["tiles"])
-    assert same_records(batch.finals, twin.state.levels)
+    assert same_records(world.finals, twin.state.levels)
     twin.reset()
-    assert same_state(batch.state, twin.state)
+    assert same_state(world.state, twin.state)
     np.testing.assert_array_equal(outcomes["tiles"], twin.outcomes["tiles"])
-    assert (batch.state.levels["episode"] == 1).all()
+    assert (world.state.levels["episode"] == 1).all()
 
 
 def test_the_exit_on_the_last_step_ends_both_ways():
     """As in MiniGrid, both flags are set."""
     length = len(shortest_actions(World([NAMED_GRAPHS["a"]], seed=11).state))
-    batch = World([NAMED_GRAPHS["a"]], seed=11, max_steps=length)
-    for action in shortest_actions(batch.state):
-        outcome = batch.step_within_episode([action])[0]
+    world = World([NAMED_GRAPHS["a"]], seed=11, max_steps=length)
+    for action in shortest_actions(world.state):
+        outcome = world.step_within_episode([action])[0]
     assert (outcome.reward, outcome.terminated, outcome.truncated) == (1, True, True)
     assert (outcome.event, outcome.is_first) == (EXIT_GOAL, True)
 
 
-def test_after_the_end_nothing_happens_and_nothing_is_paid():
-    batch = World([NAMED_GRAPHS["a"]], seed=12)
-    for action in shortest_actions(batch.state):
-        batch.step_within_episode([action])
-    ended = batch.get_state()
-    outcome = batch.step_within_episode([FORWARD])[0]
-    assert same_state(batch.state, ended)
+def test_after_the_end_nothing_happens_and_nothing_is_rewarded():
+    world = World([NAMED_GRAPHS["a"]], seed=12)
+    for action in shortest_actions(world.state):
+        world.step_within_episode([action])
+    ended = world.get_state()
+    outcome = world.step_within_episode([FORWARD])[0]
+    assert same_state(world.state, ended)
     assert (outcome.reward, outcome.event, outcome.terminated) == (0, -1, True)
 
 
@@ -252,7 +252,7 @@ def test_after_the_end_nothing_happens_and_nothing_is_paid():
         ({"size": 10}, "size must be a whole number from 11 to 63, not 10"),
         ({"size": 64}, "size must be a whole number from 11 to 63, not 64"),
         ({"size": 19.5}, "size must be a whole number from 11 to 63, not 19.5"),
-        ({"batch_size": 0}, "the number of rooms must be a whole number of at least 1, not 0"),
+        ({"num_envs": 0}, "num_envs must be a whole number of at least 1, not 0"),
         ({"max_steps": 0}, "max_steps must be a whole number from 1 to 2**31 - 1, not 0"),
         ({"max_steps": 2**31}, "max_steps must be a whole number from 1 to 2**31 - 1, not 2147483648"),
         ({"threads": 0}, "threads must be a whole number from 1 to 2**31 - 1, not 0"),
@@ -270,17 +270,17 @@ def test_wrong_settings(settings, message):
 
 @pytest.mark.parametrize("actions", [[0], [0, 0, 0], [[0, 0]], [0.0, 1.0], 0, ["left", "right"]])
 def test_wrong_actions(actions):
-    batch = World([NAMED_GRAPHS["a"]], 2)
-    for step in (batch.step, batch.step_within_episode):
-        with pytest.raises(InputError, match="actions must be 2 whole numbers, one for each room"):
+    world = World([NAMED_GRAPHS["a"]], 2)
+    for step in (world.step, world.step_within_episode):
+        with pytest.raises(InputError, match="actions must be 2 whole numbers, one for each environment"):
             step(actions)
 
 
 def test_wrong_states():
-    batch = World([NAMED_GRAPHS["a"]], 2)
-    with pytest.raises(InputError, match="must hold 2 rooms of size 19; it holds 1 of size 19"):
-        batch.set_state(batch.get_state(0))
-    with pytest.raises(InputError, match="must hold 2 rooms of size 19; it holds 2 of size 11"):
-        batch.set_state(World([NAMED_GRAPHS["a"]], 2, size=11).state)
-    with pytest.raises(InputError, match="rooms are numbered from 0 to 1; there is no 2"):
-        batch.get_state(2)
+    world = World([NAMED_GRAPHS["a"]], 2)
+    with pytest.raises(InputError, match="must hold 2 environments of size 19; it holds 1 of size 19"):
+        world.set_state(world.get_state(0))
+    with pytest.raises(InputError, match="must hold 2 environments of size 19; it holds 2 of size 11"):
+        world.set_state(World([NAMED_GRAPHS["a"]], 2, size=11).state)
+    with pytest.raises(InputError, match="environments are numbered from 0 to 1; there is no 2"):
+        world.get_state(2)

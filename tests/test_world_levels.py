@@ -32,7 +32,7 @@ def assert_uniform_ranks(ranks, counts):
 
 
 @pytest.fixture(scope="module")
-def levels():
+def sample():
     """20,000 levels of graph f at the default size."""
     return World([NAMED_GRAPHS["f"]], 20_000, seed=11).state
 
@@ -64,41 +64,41 @@ def test_levels_of_many_rooms_are_solvable(graph, size):
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_a_level_is_what_its_graph_says(graph, size):
     state = World([graph], 100, size=size, seed=14).state
-    for grid, room in zip(state.grids, state.levels, strict=True):
+    for grid, level in zip(state.grids, state.levels, strict=True):
         # With its doors closed, a level falls into the rooms' rectangles.
         parts, n_parts = label(~np.isin(grid, [WALL, *range(LOCKED_DOOR, WALL)]))
         assert n_parts == graph.n_rooms
-        for number, (top, left, bottom, right) in enumerate(room.rectangles[: graph.n_rooms]):
+        for number, (top, left, bottom, right) in enumerate(level.rectangles[: graph.n_rooms]):
             part = parts == parts[top, left]
             assert part.sum() == part[top : bottom + 1, left : right + 1].sum()
             assert part[top : bottom + 1, left : right + 1].all()
             assert min(bottom - top, right - left) + 1 >= (MIN_SIDE if number else MIN_CENTRE)
-        of_room = [parts[top, left] for top, left, _, _ in room.rectangles[: graph.n_rooms]]
-        assert parts[room.row, room.col] == of_room[0]
+        of_room = [parts[top, left] for top, left, _, _ in level.rectangles[: graph.n_rooms]]
+        assert parts[level.row, level.col] == of_room[0]
         assert (grid == EXIT).sum() == 1
         assert parts[grid == EXIT] == of_room[graph.exit_room]
         assert ((grid >= KEY) & (grid < OPEN_DOOR)).sum() == graph.n_rooms - 1
         assert ((grid >= LOCKED_DOOR) & (grid < WALL)).sum() == graph.n_rooms - 1
         for branch, key_room in enumerate(graph.key_rooms):
-            assert parts[grid == KEY + room.colours[branch]] == of_room[key_room]
-            ((row, col),) = np.argwhere(grid == LOCKED_DOOR + room.colours[branch])
+            assert parts[grid == KEY + level.colours[branch]] == of_room[key_room]
+            ((row, col),) = np.argwhere(grid == LOCKED_DOOR + level.colours[branch])
             around = {parts[row - 1, col], parts[row + 1, col], parts[row, col - 1], parts[row, col + 1]} - {0}
             assert around == {of_room[0], of_room[branch + 1]}
             assert abs(np.argwhere(grid == EXIT)[0] - (row, col)).sum() > 1
-        assert grid[room.row, room.col] == EMPTY
+        assert grid[level.row, level.col] == EMPTY
         assert (grid[:MARGIN] == WALL).all()
         assert (grid[:, -MARGIN - 1 :] == WALL).all()
 
 
-def sides_of(rooms):
+def sides_of(levels):
     """[N, branches] side of the centre that each door is on: 0 east, 1 south, 2 west, 3 north."""
-    rows, cols = np.moveaxis(rooms["doors_at"], 2, 0)
-    top, left, bottom, right = (line[:, None] for line in rooms["rectangles"][:, 0].T)
+    rows, cols = np.moveaxis(levels["doors_at"], 2, 0)
+    top, left, bottom, right = (line[:, None] for line in levels["rectangles"][:, 0].T)
     return np.select([cols > right, rows > bottom, cols < left, rows < top], [0, 1, 2, 3], -1)
 
 
-def test_rooms_lie_on_all_sides_alike(levels):
-    sides = sides_of(levels.levels)[:, :3]
+def test_rooms_lie_on_all_sides_alike(sample):
+    sides = sides_of(sample.levels)[:, :3]
     assert_uniform(sides[:, 0], 4)
     first, second = sides[:, 0], (sides[:, 1] - sides[:, 0]) % 4 - 1
     third = np.array([sorted(set(range(4)) - set(row[:2])).index(row[2]) for row in sides])
@@ -121,50 +121,50 @@ def test_sides_are_shared_fairly(graph):
         assert_uniform(shared, 4)
 
 
-def test_colours_are_uniform_and_distinct(levels):
-    colours = levels.levels["colours"]
+def test_colours_are_uniform_and_distinct(sample):
+    colours = sample.levels["colours"]
     assert (np.sort(colours, axis=1) == np.arange(6)).all()
     assert_uniform((colours[:, 0] * 5 + (colours[:, 1] - colours[:, 0]) % 6 - 1), 30)
     assert_uniform(colours[:, 2], 6)
 
 
-def test_the_agent_starts_anywhere_facing_anywhere(levels):
-    rooms = levels.levels
-    assert_uniform(rooms["direction"], 4)
+def test_the_agent_starts_anywhere_facing_anywhere(sample):
+    levels = sample.levels
+    assert_uniform(levels["direction"], 4)
     ranks, counts = [], []
-    for grid, room in zip(levels.grids, rooms, strict=True):
-        top, left, bottom, right = room.rectangles[0]
+    for grid, level in zip(sample.grids, levels, strict=True):
+        top, left, bottom, right = level.rectangles[0]
         free = np.argwhere(grid[top : bottom + 1, left : right + 1] == EMPTY).tolist()
-        ranks.append(free.index([room.row - top, room.col - left]))
+        ranks.append(free.index([level.row - top, level.col - left]))
         counts.append(len(free))
     assert_uniform_ranks(np.array(ranks), np.array(counts))
 
 
-def test_walls_and_doors_stand_anywhere(levels):
-    rooms = levels.levels
-    depths = (levels.size - 4 - MIN_CENTRE) // 2 - MIN_SIDE + 1
-    low, high = MARGIN + MIN_SIDE + 2, MARGIN + levels.size - 3 - MIN_SIDE
-    top, left, bottom, right = rooms["rectangles"][:, 0].T
+def test_walls_and_doors_stand_anywhere(sample):
+    levels = sample.levels
+    depths = (sample.size - 4 - MIN_CENTRE) // 2 - MIN_SIDE + 1
+    low, high = MARGIN + MIN_SIDE + 2, MARGIN + sample.size - 3 - MIN_SIDE
+    top, left, bottom, right = levels["rectangles"][:, 0].T
     for depth in (top - low, left - low, high - bottom, high - right):
         assert_uniform(depth, depths)
-    sides = sides_of(rooms)
+    sides = sides_of(levels)
     for branch in range(3):
         is_vertical = sides[:, branch] % 2 == 1
         first, last = np.where(is_vertical, left, top), np.where(is_vertical, right, bottom)
-        row, col = rooms["doors_at"][:, branch].T
+        row, col = levels["doors_at"][:, branch].T
         assert_uniform_ranks(np.where(is_vertical, col, row) - first, last - first + 1)
 
 
 def test_the_exit_stands_anywhere_but_behind_its_door():
     state = World([NAMED_GRAPHS["a"]], 10_000, seed=16).state
     ranks, counts = [], []
-    for grid, room in zip(state.grids, state.levels, strict=True):
-        top, left, bottom, right = room.rectangles[1]
+    for grid, level in zip(state.grids, state.levels, strict=True):
+        top, left, bottom, right = level.rectangles[1]
         cells = [
             (row, col)
             for row in range(top, bottom + 1)
             for col in range(left, right + 1)
-            if abs(row - room.doors_at[0, 0]) + abs(col - room.doors_at[0, 1]) > 1
+            if abs(row - level.doors_at[0, 0]) + abs(col - level.doors_at[0, 1]) > 1
         ]
         ((row, col),) = np.argwhere(grid == EXIT)
         ranks.append(cells.index((row, col)))
@@ -177,9 +177,9 @@ def test_the_exit_stands_anywhere_but_behind_its_door():
 def test_keys_lie_anywhere_in_their_room(letter, branch):
     state = World([NAMED_GRAPHS[letter]], 10_000, seed=17).state
     ranks, counts = [], []
-    for grid, room in zip(state.grids, state.levels, strict=True):
-        top, left, bottom, right = room.rectangles[room.key_rooms[branch]]
-        ((row, col),) = np.argwhere(grid == KEY + room.colours[branch])
+    for grid, level in zip(state.grids, state.levels, strict=True):
+        top, left, bottom, right = level.rectangles[level.key_rooms[branch]]
+        ((row, col),) = np.argwhere(grid == KEY + level.colours[branch])
         ranks.append((row - top) * (right - left + 1) + col - left)
         counts.append((bottom - top + 1) * (right - left + 1))
     assert_uniform_ranks(np.array(ranks), np.array(counts))
@@ -187,9 +187,9 @@ def test_keys_lie_anywhere_in_their_room(letter, branch):
 
 def test_each_graph_of_a_mixture_is_as_likely():
     graphs = list(NAMED_GRAPHS.values())
-    rooms = World(graphs, 10_000, seed=18).state.levels
+    levels = World(graphs, 10_000, seed=18).state.levels
     drawn = [
-        graphs.index(GoalGraph(tuple(room.key_rooms[: room.n_rooms - 1].tolist()), int(room.exit_room)))
-        for room in rooms
+        graphs.index(GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room)))
+        for level in levels
     ]
     assert_uniform(np.array(drawn), len(graphs))

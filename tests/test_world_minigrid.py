@@ -1,4 +1,4 @@
-"""The world equals MiniGrid: what is seen, where the agent is, what it is paid, when the episode ends, how it looks."""
+"""The world equals MiniGrid: what is seen, where the agent is, rewards, ends of episodes, pictures."""
 
 from types import SimpleNamespace
 
@@ -8,12 +8,12 @@ import pytest
 from minigrid.core.constants import COLOR_TO_IDX, OBJECT_TO_IDX, STATE_TO_IDX
 from minigrid.core.grid import Grid
 from minigrid.core.world_object import Wall
-from minigrid_room import MiniGridRoom
+from minigrid_level import MiniGridLevel
 
 from hierroom.goals import COLOURS, NAMED_GRAPHS, GoalGraph
 from hierroom.world import kernels, tiles
 from hierroom.world.oracle import shortest_actions
-from hierroom.world.render import draw
+from hierroom.world.render import draw_level
 from hierroom.world.world import World
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5)]
@@ -27,36 +27,36 @@ def expected(observation):
     return image
 
 
-def assert_equal(batch, env, observation):
-    room = batch.state.levels[0]
-    np.testing.assert_array_equal(tiles.encode(batch.outcomes["tiles"])[0], expected(observation))
-    assert (room.row - kernels.MARGIN, room.col - kernels.MARGIN) == (env.agent_pos[1], env.agent_pos[0])
-    assert room.direction == env.agent_dir
-    assert room.steps == env.step_count
-    assert [key.color for key in env.bag] == [COLOURS[room.colours[branch]] for branch in room.bag[: room.bag_size]]
+def assert_equal(world, env, observation):
+    level = world.state.levels[0]
+    np.testing.assert_array_equal(tiles.encode(world.outcomes["tiles"])[0], expected(observation))
+    assert (level.row - kernels.MARGIN, level.col - kernels.MARGIN) == (env.agent_pos[1], env.agent_pos[0])
+    assert level.direction == env.agent_dir
+    assert level.steps == env.step_count
+    assert [key.color for key in env.bag] == [COLOURS[level.colours[branch]] for branch in level.bag[: level.bag_size]]
 
 
-def play(batch, env, actions):
+def play(world, env, actions):
     """Take the same actions in both, to the end of the episode or of the actions; returns how many were taken."""
     observation, _ = env.reset()
-    assert_equal(batch, env, observation)
+    assert_equal(world, env, observation)
     taken = 0
     for taken, action in enumerate(actions, start=1):  # noqa: B007 - it is returned
-        outcome = batch.step_within_episode(np.array([action]))[0]
+        outcome = world.step_within_episode(np.array([action]))[0]
         observation, reward, terminated, truncated, _ = env.step(action)
         assert (outcome.reward, outcome.terminated, outcome.truncated) == (reward, terminated, truncated)
-        assert_equal(batch, env, observation)
+        assert_equal(world, env, observation)
         if terminated or truncated:
             break
     return taken
 
 
-def bold_actions(batch, rng):
+def bold_actions(world, rng):
     """Random actions without end; half of the time one that does something to what is ahead, if there is one."""
     while True:
-        room = batch.state.levels[0]
-        ahead = room.row + kernels.ROW_STEP[room.direction], room.col + kernels.COL_STEP[room.direction]
-        tile = batch.state.grids[0][ahead]
+        level = world.state.levels[0]
+        ahead = level.row + kernels.ROW_STEP[level.direction], level.col + kernels.COL_STEP[level.direction]
+        tile = world.state.grids[0][ahead]
         if rng.random() < 0.5 and kernels.KEY <= tile < kernels.OPEN_DOOR:
             yield kernels.PICKUP
         elif rng.random() < 0.5 and kernels.LOCKED_DOOR <= tile < kernels.WALL:
@@ -71,22 +71,22 @@ def bold_actions(batch, rng):
 def test_random_walks(graph, size, can_drop):
     """48 cases of 500 steps or more."""
     rng = np.random.default_rng(size)
-    batch = World([graph], size=size, seed=8, drop_key=can_drop, max_steps=150)
+    world = World([graph], size=size, seed=8, drop_key=can_drop, max_steps=150)
     taken = 0
     while taken < 500:
-        taken += play(batch, MiniGridRoom(batch.state), bold_actions(batch, rng))
-        batch.reset()
+        taken += play(world, MiniGridLevel(world.state), bold_actions(world, rng))
+        world.reset()
 
 
 @pytest.mark.parametrize("size", [11, 19, 31])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_episodes_solved_by_the_oracle(graph, size):
-    batch = World([graph], size=size, seed=9)
+    world = World([graph], size=size, seed=9)
     for _ in range(3):
-        path = shortest_actions(batch.state)
-        assert play(batch, MiniGridRoom(batch.state), path) == len(path)
-        assert batch.outcomes[0].terminated
-        batch.reset()
+        path = shortest_actions(world.state)
+        assert play(world, MiniGridLevel(world.state), path) == len(path)
+        assert world.outcomes[0].terminated
+        world.reset()
 
 
 def test_spread_of_light_on_every_row(monkeypatch):
@@ -117,10 +117,10 @@ def test_ids_are_those_of_minigrid():
 @pytest.mark.parametrize(("size", "tile_size"), [(11, 32), (19, 12)])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_pictures(graph, size, tile_size):
-    batch = World([graph], size=size, seed=10)
-    env = MiniGridRoom(batch.state, render_mode="rgb_array", tile_size=tile_size)
+    world = World([graph], size=size, seed=10)
+    env = MiniGridLevel(world.state, render_mode="rgb_array", tile_size=tile_size)
     env.reset()
-    for action in [*shortest_actions(batch.state)[:-1], -1]:
-        np.testing.assert_array_equal(draw(batch.state, tile_size=tile_size), env.render())
-        batch.step_within_episode(np.array([action]))
+    for action in [*shortest_actions(world.state)[:-1], -1]:
+        np.testing.assert_array_equal(draw_level(world.state, tile_size=tile_size), env.render())
+        world.step_within_episode(np.array([action]))
         env.step(action)

@@ -16,7 +16,7 @@ GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5), EXIT_AMONG_K
 
 
 def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:
-    """Fewest steps to each goal event, by breadth-first search over the real rules, one room at a time."""
+    """Fewest steps to each goal event, by breadth-first search over the real rules, one environment at a time."""
     start = state.copy()
     start.levels["can_drop"], start.levels["steps"] = can_drop, 0
     outcome = np.zeros(1, OUTCOME)
@@ -39,60 +39,60 @@ def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:
     return found
 
 
-def check_against_search(batch: World, can_drop: bool) -> None:
-    found = reachable_goals(batch.state, can_drop)
-    room = batch.state.levels[0]
+def check_against_search(world: World, can_drop: bool) -> None:
+    found = reachable_goals(world.state, can_drop)
+    level = world.state.levels[0]
     for goal in range(13):
-        length = shortest_lengths(batch.state, goal)[0]
-        branch = room.branches[goal % 6]
+        length = shortest_lengths(world.state, goal)[0]
+        branch = level.branches[goal % 6]
         if goal == EXIT_GOAL:
             assert length == found[goal]
-        elif branch >= room.n_rooms - 1:
+        elif branch >= level.n_rooms - 1:
             assert length == -1
             assert goal not in found
-        elif (room.doors >> branch) & 1 or (goal < 6 and (room.keys >> branch) & 1):
+        elif (level.doors >> branch) & 1 or (goal < 6 and (level.keys >> branch) & 1):
             assert length == 0
         else:
             assert length == found[goal], (goal, length)
 
 
-def wander(batch: World, steps: int, rng: np.random.Generator) -> None:
+def wander(world: World, steps: int, rng: np.random.Generator) -> None:
     """Act at random, and now and then as the oracle would for a random goal, so that something happens."""
     for _ in range(steps):
-        goals = rng.integers(12, size=len(batch))
-        actions = rng.integers(6, size=len(batch))
-        for n in np.flatnonzero(rng.random(len(batch)) < 0.5):
-            if shortest_lengths(batch.state[n], goals[n])[0] > 0:
-                actions[n] = shortest_actions(batch.state[n], goals[n])[0]
-        batch.step_within_episode(actions)
+        goals = rng.integers(12, size=len(world))
+        actions = rng.integers(6, size=len(world))
+        for n in np.flatnonzero(rng.random(len(world)) < 0.5):
+            if shortest_lengths(world.state[n], goals[n])[0] > 0:
+                actions[n] = shortest_actions(world.state[n], goals[n])[0]
+        world.step_within_episode(actions)
 
 
 @pytest.mark.parametrize("letter", ["a", "b", "c", "d"])
 @pytest.mark.parametrize("index", range(4))
 def test_no_path_is_shorter(letter, index):
-    batch = World([NAMED_GRAPHS[letter]], size=11, seed=1, first_index=index, drop_key=True)
-    check_against_search(batch, can_drop=False)
-    wander(batch, 40, np.random.default_rng(index))
-    check_against_search(batch, can_drop=False)
+    world = World([NAMED_GRAPHS[letter]], size=11, seed=1, first_index=index, drop_key=True)
+    check_against_search(world, can_drop=False)
+    wander(world, 40, np.random.default_rng(index))
+    check_against_search(world, can_drop=False)
 
 
 def test_paths_to_keys_go_around_the_exit():
     n_around = 0
     for index in range(30):
-        batch = World([EXIT_AMONG_KEYS], size=11, seed=1, first_index=index)
-        check_against_search(batch, can_drop=False)
-        key = batch.state.levels[0].colours[1]
-        free = batch.get_state()
+        world = World([EXIT_AMONG_KEYS], size=11, seed=1, first_index=index)
+        check_against_search(world, can_drop=False)
+        key = world.state.levels[0].colours[1]
+        free = world.get_state()
         free.grids[free.grids == kernels.EXIT] = kernels.EMPTY
-        n_around += shortest_lengths(free, key)[0] < shortest_lengths(batch.state, key)[0]
+        n_around += shortest_lengths(free, key)[0] < shortest_lengths(world.state, key)[0]
     assert n_around > 0
 
 
 def test_dropping_keys_shortens_nothing():
-    batch = World([NAMED_GRAPHS["a"]], size=11, seed=3, drop_key=True)
-    check_against_search(batch, can_drop=True)
-    wander(batch, 20, np.random.default_rng(0))
-    check_against_search(batch, can_drop=True)
+    world = World([NAMED_GRAPHS["a"]], size=11, seed=3, drop_key=True)
+    check_against_search(world, can_drop=True)
+    wander(world, 20, np.random.default_rng(0))
+    check_against_search(world, can_drop=True)
 
 
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
@@ -101,64 +101,64 @@ def test_paths_reach_their_goals_in_as_many_steps_as_stated(graph, size):
     levels = World([graph], 10, size=size, seed=5)
     for n in range(len(levels)):
         for goal in range(13):
-            batch = World([graph], size=size, seed=5, first_index=n)
-            length = shortest_lengths(batch.state, goal)[0]
+            world = World([graph], size=size, seed=5, first_index=n)
+            length = shortest_lengths(world.state, goal)[0]
             if length < 0:
-                assert batch.state.levels[0].branches[goal % 6] >= graph.n_rooms - 1
+                assert world.state.levels[0].branches[goal % 6] >= graph.n_rooms - 1
                 continue
-            path = shortest_actions(batch.state, goal)
+            path = shortest_actions(world.state, goal)
             assert len(path) == length > 0
-            events = [int(batch.step_within_episode(path[t : t + 1])[0].event) for t in range(length)]
+            events = [int(world.step_within_episode(path[t : t + 1])[0].event) for t in range(length)]
             assert events[-1] == goal
             assert goal not in events[:-1]
-            assert batch.outcomes[0].terminated == (goal == EXIT_GOAL)
+            assert world.outcomes[0].terminated == (goal == EXIT_GOAL)
 
 
 def test_a_step_never_gains_more_than_one():
     """The regret of any walk is never negative: no action brings the exit nearer by more than one step."""
     rng = np.random.default_rng(0)
-    batch = World(GRAPHS, 100, seed=2, drop_key=True)
-    lengths = shortest_lengths(batch.state)
+    world = World(GRAPHS, 100, seed=2, drop_key=True)
+    lengths = shortest_lengths(world.state)
     for _ in range(300):
         before = lengths
-        wander(batch, 1, rng)
-        lengths = shortest_lengths(batch.state)
+        wander(world, 1, rng)
+        lengths = shortest_lengths(world.state)
         assert (before - lengths).max() <= 1
-        assert (lengths > 0).sum() == (~batch.state.levels["is_over"]).sum()
-    assert (batch.state.levels["found"] & ~batch.state.levels["keys"]).any()  # keys were dropped
-    assert batch.state.levels["doors"].any()
+        assert (lengths > 0).sum() == (~world.state.levels["has_ended"]).sum()
+    assert (world.state.levels["found"] & ~world.state.levels["keys"]).any()  # keys were dropped
+    assert world.state.levels["doors"].any()
 
 
-def test_each_room_may_have_its_own_goal():
-    batch = World([NAMED_GRAPHS["c"]], 30, seed=4)
-    doors = 6 + batch.state.levels["colours"][:, 1]
-    together = shortest_lengths(batch.state, doors)
-    assert together.tolist() == [shortest_lengths(batch.state[n], doors[n])[0] for n in range(30)]
-    assert (together > shortest_lengths(batch.state, doors - 6)).all()
+def test_each_environment_may_have_its_own_goal():
+    world = World([NAMED_GRAPHS["c"]], 30, seed=4)
+    doors = 6 + world.state.levels["colours"][:, 1]
+    together = shortest_lengths(world.state, doors)
+    assert together.tolist() == [shortest_lengths(world.state[n], doors[n])[0] for n in range(30)]
+    assert (together > shortest_lengths(world.state, doors - 6)).all()
 
 
 def test_a_goal_achieved_takes_no_action():
-    batch = World([NAMED_GRAPHS["a"]], seed=6)
-    key = int(batch.state.levels[0].colours[0])
-    for action in shortest_actions(batch.state):
-        held = batch.state.levels[0].keys
-        assert (shortest_lengths(batch.state, key)[0] == 0) == bool(held)
-        batch.step_within_episode(np.array([action]))
-    assert shortest_lengths(batch.state)[0] == 0
-    assert len(shortest_actions(batch.state)) == 0
-    assert shortest_lengths(batch.state, key)[0] == -1  # the episode has ended
+    world = World([NAMED_GRAPHS["a"]], seed=6)
+    key = int(world.state.levels[0].colours[0])
+    for action in shortest_actions(world.state):
+        held = world.state.levels[0].keys
+        assert (shortest_lengths(world.state, key)[0] == 0) == bool(held)
+        world.step_within_episode(np.array([action]))
+    assert shortest_lengths(world.state)[0] == 0
+    assert len(shortest_actions(world.state)) == 0
+    assert shortest_lengths(world.state, key)[0] == -1  # the episode has ended
 
 
 def test_wrong_input():
-    batch = World([NAMED_GRAPHS["a"]], 2)
+    world = World([NAMED_GRAPHS["a"]], 2)
     for goals in (13, -1, 0.5, [0, 13]):
         with pytest.raises(InputError, match="goals are whole numbers from 0 to 12"):
-            shortest_lengths(batch.state, goals)
-    with pytest.raises(InputError, match="one room; the state holds 2"):
-        shortest_actions(batch.state)
+            shortest_lengths(world.state, goals)
+    with pytest.raises(InputError, match="one environment; the state holds 2"):
+        shortest_actions(world.state)
     for goal in (13, -1, "exit"):
         with pytest.raises(InputError, match="whole number from 0 to 12, not"):
-            shortest_actions(batch.state[0], goal)  # type: ignore[arg-type]
-    missing = 6 + int(batch.state.levels[0].colours[1])
+            shortest_actions(world.state[0], goal)  # type: ignore[arg-type]
+    missing = 6 + int(world.state.levels[0].colours[1])
     with pytest.raises(InputError, match="door cannot be achieved: the level has none"):
-        shortest_actions(batch.state[0], missing)
+        shortest_actions(world.state[0], missing)

@@ -13,13 +13,13 @@ from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS
 from hierroom.world import kernels
 from hierroom.world.animation import animate
 from hierroom.world.oracle import shortest_actions
-from hierroom.world.render import OUTLINE, Screen, draw, text
+from hierroom.world.render import OUTLINE, Screen, draw_level, text
 from hierroom.world.window import Window
 from hierroom.world.world import World
 
 
 @pytest.fixture
-def batch():
+def world():
     return World([NAMED_GRAPHS["c"]], seed=1)
 
 
@@ -28,16 +28,16 @@ def where(state, tile):
     return row, col
 
 
-def test_the_subgoal_is_outlined_and_named(batch):
-    plain, colour = draw(batch.state), int(batch.state.levels[0].colours[0])
+def test_the_subgoal_is_outlined_and_named(world):
+    plain, colour = draw_level(world.state), int(world.state.levels[0].colours[0])
     for goal, tile in (
         (colour, kernels.KEY + colour),
         (6 + colour, kernels.LOCKED_DOOR + colour),
         (EXIT_GOAL, kernels.EXIT),
     ):
-        frame = draw(batch.state, goal)
+        frame = draw_level(world.state, goal)
         assert frame.shape == plain.shape == (19 * 32, 19 * 32, 3)
-        row, col = where(batch.state, tile)
+        row, col = where(world.state, tile)
         assert (frame[row * 32, col * 32 : (col + 1) * 32] == OUTLINE).all()
         # The rest of the picture is as it was, but for the lowest wall, which holds the caption.
         expected = plain.copy()
@@ -46,56 +46,56 @@ def test_the_subgoal_is_outlined_and_named(batch):
         ]
         np.testing.assert_array_equal(frame[:-32], expected[:-32])
         assert (frame[-32:] != plain[-32:]).any()
-    captions = {draw(batch.state, goal)[-32:].tobytes() for goal in range(13)}
+    captions = {draw_level(world.state, goal)[-32:].tobytes() for goal in range(13)}
     assert len(captions) == 13
 
 
-def test_a_key_in_hand_is_outlined_nowhere(batch):
-    colour = int(batch.state.levels[0].colours[0])
-    for action in shortest_actions(batch.state, colour):
-        batch.step_within_episode([action])
-    np.testing.assert_array_equal(draw(batch.state, colour)[:-32], draw(batch.state)[:-32])
+def test_a_key_in_hand_is_outlined_nowhere(world):
+    colour = int(world.state.levels[0].colours[0])
+    for action in shortest_actions(world.state, colour):
+        world.step_within_episode([action])
+    np.testing.assert_array_equal(draw_level(world.state, colour)[:-32], draw_level(world.state)[:-32])
 
 
-def test_drawing_changes_nothing(batch):
-    before = batch.get_state()
+def test_drawing_changes_nothing(world):
+    before = world.get_state()
     before.levels["seen"] = 0
     kept = before.copy()
-    draw(before, 3)
+    draw_level(before, 3)
     text(before, 3)
     assert before.levels["seen"] == kept.levels["seen"]
     assert (before.grids == kept.grids).all()
 
 
-def test_text_says_where_everything_is(batch):
-    room = batch.state.levels[0]
-    path = shortest_actions(batch.state, int(room.colours[0]))
+def test_text_says_where_everything_is(world):
+    level = world.state.levels[0]
+    path = shortest_actions(world.state, int(level.colours[0]))
     for action in path:
-        batch.step_within_episode([action])
-    shown = text(batch.state, 6 + int(room.colours[0]))
-    assert f"\x1b[1;91m{('>>', 'vv', '<<', '^^')[room.direction]}\x1b[0m" in shown
+        world.step_within_episode([action])
+    shown = text(world.state, 6 + int(level.colours[0]))
+    assert f"\x1b[1;91m{('>>', 'vv', '<<', '^^')[level.direction]}\x1b[0m" in shown
     lines = re.sub(r"\x1b\[[0-9;]*m", "", shown).split("\n")
     assert [len(line) for line in lines[:19]] == [38] * 19
-    names = [("red", "green", "blue", "purple", "yellow", "grey")[colour] for colour in room.colours]
-    initials = ["rgbpyw"[colour] for colour in room.colours]
+    names = [("red", "green", "blue", "purple", "yellow", "grey")[colour] for colour in level.colours]
+    initials = ["rgbpyw"[colour] for colour in level.colours]
     for tile, letters in (
         (kernels.EXIT, "EX"),
-        (kernels.KEY + room.colours[1], "k" + initials[1]),
-        (kernels.LOCKED_DOOR + room.colours[0], "D" + initials[0]),
+        (kernels.KEY + level.colours[1], "k" + initials[1]),
+        (kernels.LOCKED_DOOR + level.colours[0], "D" + initials[0]),
     ):
-        row, col = where(batch.state, tile)
+        row, col = where(world.state, tile)
         assert lines[row][2 * col : 2 * col + 2] == letters
-    agent = lines[room.row - kernels.MARGIN][2 * (room.col - kernels.MARGIN) :][:2]
-    assert agent == (">>", "vv", "<<", "^^")[room.direction]
+    agent = lines[level.row - kernels.MARGIN][2 * (level.col - kernels.MARGIN) :][:2]
+    assert agent == (">>", "vv", "<<", "^^")[level.direction]
     assert lines[19:] == [f"step {len(path)} of 1000, keys: {names[0]}", f"subgoal: {names[0]} door"]
-    assert text(batch.state).count("\n") == 19
+    assert text(world.state).count("\n") == 19
 
 
-def test_animation_holds_every_frame(batch, tmp_path):
-    frames = [draw(batch.state, tile_size=8)]
-    for action in shortest_actions(batch.state):
-        batch.step_within_episode([action])
-        frames.append(draw(batch.state, tile_size=8))
+def test_animation_holds_every_frame(world, tmp_path):
+    frames = [draw_level(world.state, tile_size=8)]
+    for action in shortest_actions(world.state):
+        world.step_within_episode([action])
+        frames.append(draw_level(world.state, tile_size=8))
     path = tmp_path / "escape.gif"
     animate(iter(frames), path, seconds_per_frame=0.2)
     with Image.open(path) as animation:
@@ -109,53 +109,53 @@ def test_animation_holds_every_frame(batch, tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["escape.gif"]
 
 
-def test_animation_is_written_whole_or_not_at_all(batch, tmp_path, monkeypatch):
-    frame = draw(batch.state, tile_size=8)
+def test_animation_is_written_whole_or_not_at_all(world, tmp_path, monkeypatch):
+    frame = draw_level(world.state, tile_size=8)
     with pytest.raises(InputError, match="at least one picture"):
         animate([], tmp_path / "a.gif")
-    with pytest.raises(InputError, match=r"cannot write the animation .*a.gif: No such file or directory"):
+    with pytest.raises(InputError, match=r"cannot write .*a.gif: No such file or directory"):
         animate([frame], tmp_path / "missing" / "a.gif")
 
     def full_disk(*_args, **_kwargs):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.replace", full_disk)
-    with pytest.raises(InputError, match=r"cannot write the animation .*a.gif: No space left on device"):
+    with pytest.raises(InputError, match=r"cannot write .*a.gif: No space left on device"):
         animate([frame, frame], tmp_path / "a.gif")
     assert not list(tmp_path.iterdir())
 
 
-def test_window(batch, monkeypatch):
+def test_window(world, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     import pygame
 
-    window = Window("a room", frames_per_second=1000)
+    window = Window("a level", frames_per_second=1000)
     window.close()  # nothing is open yet
     for tile_size in (16, 8):
-        frame = draw(batch.state, tile_size=tile_size)
+        frame = draw_level(world.state, tile_size=tile_size)
         window.show(frame)
         screen = pygame.display.get_surface()
         assert screen.get_size() == (frame.shape[1], frame.shape[0])
         np.testing.assert_array_equal(pygame.surfarray.array3d(screen).swapaxes(0, 1), frame)
-    assert pygame.display.get_caption()[0] == "a room"
+    assert pygame.display.get_caption()[0] == "a level"
     window.close()
     assert not pygame.display.get_init()
 
 
-def test_a_window_without_a_screen(batch, monkeypatch):
+def test_a_window_without_a_screen(world, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "no such driver")
     with pytest.raises(InputError, match=r"cannot open a window \(.*\); render_mode 'rgb_array' needs none"):
-        Window().show(draw(batch.state))
+        Window().show(draw_level(world.state))
 
 
-def test_screens(batch, monkeypatch):
+def test_screens(world, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    assert Screen("ansi").render(batch.state, 3) == text(batch.state, 3)
-    np.testing.assert_array_equal(Screen("rgb_array").render(batch.state, 3), draw(batch.state, 3))
-    assert Screen(None).render(batch.state) is None
+    assert Screen("ansi").render(world.state, 3) == text(world.state, 3)
+    np.testing.assert_array_equal(Screen("rgb_array").render(world.state, 3), draw_level(world.state, 3))
+    assert Screen(None).render(world.state) is None
     screen = Screen("human")
-    screen.show(batch.state, 3)
-    assert screen.render(batch.state, 3) is None
+    screen.show(world.state, 3)
+    assert screen.render(world.state, 3) is None
     screen.close()
     with pytest.raises(InputError, match="render_mode must be one of ansi, rgb_array, human or None, not 'rgb'"):
         Screen("rgb")
@@ -167,14 +167,14 @@ def test_large_grids_fit_a_screen():
     assert frame.shape == (756, 756, 3)
 
 
-def test_wrong_input(batch):
-    for show in (draw, text):
-        with pytest.raises(InputError, match="shows one room; the state holds 2"):
+def test_wrong_input(world):
+    for show in (draw_level, text):
+        with pytest.raises(InputError, match="shows one environment; the state holds 2"):
             show(World([NAMED_GRAPHS["a"]], 2).state)
         with pytest.raises(InputError, match="whole number from 0 to 12, or -1 for none, not 13"):
-            show(batch.state, 13)
+            show(world.state, 13)
     with pytest.raises(InputError, match="tile_size must be a whole number of at least 1, not 0"):
-        draw(batch.state, tile_size=0)
+        draw_level(world.state, tile_size=0)
 
 
 def test_nothing_is_drawn_with_before_it_is_asked_for():

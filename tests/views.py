@@ -1,14 +1,26 @@
-"""Where the cells of a view are in the room."""
+"""Where the cells of a view, and what they hold, are in the level."""
 
 import numpy as np
 
-from hierroom.world.kernels import COL_STEP, ROW_STEP, UNSEEN, VIEW
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
+from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, UNSEEN, VIEW, WALL
 
 
-def in_view(room, view):
+def in_view(level, view):
     """(row, col) and tile code of the cells that a view shows; on the agent's own it shows what is carried."""
-    rows, cols = ROW_STEP[room.direction], COL_STEP[room.direction]
+    rows, cols = ROW_STEP[level.direction], COL_STEP[level.direction]
     for i, j in np.argwhere(view != UNSEEN):
         ahead, right = VIEW - 1 - j, i - VIEW // 2
-        cell = room.row + ahead * rows + right * cols, room.col + ahead * cols - right * rows
+        cell = level.row + ahead * rows + right * cols, level.col + ahead * cols - right * rows
         yield (int(cell[0]), int(cell[1])), int(view[i, j])
+
+
+def shown_goals(level, view):
+    """(goal id, cell) of each key, door and exit in a view; not the key that is carried."""
+    for cell, tile in in_view(level, view):
+        if tile == EXIT:
+            yield EXIT_GOAL, cell
+        elif KEY <= tile < OPEN_DOOR and cell != (level.row, level.col):
+            yield tile - KEY, cell
+        elif OPEN_DOOR <= tile < WALL:
+            yield FIRST_DOOR_GOAL + (tile - OPEN_DOOR) % (LOCKED_DOOR - OPEN_DOOR), cell

@@ -1,4 +1,4 @@
-"""Plays some rooms and prints a digest of all that happened: run with and without Numba, the digests must be equal."""
+"""Plays in some environments and prints a digest of all that happened, which must not depend on Numba."""
 
 import hashlib
 
@@ -7,6 +7,7 @@ import numpy as np
 from hierroom.agents.frontier import nearest_frontiers
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.world import kernels, tiles
+from hierroom.world.layout import MEMORIES
 from hierroom.world.oracle import shortest_actions, shortest_lengths
 from hierroom.world.world import World
 
@@ -23,25 +24,25 @@ def main() -> None:
             digest.update(np.ascontiguousarray(array))
 
     for size, drop_key in ((11, True), (19, False)):
-        batch = World(GRAPHS, 6, size=size, max_steps=70, drop_key=drop_key, seed=2**63 - 1)
+        world = World(GRAPHS, 6, size=size, max_steps=70, drop_key=drop_key, seed=2**63 - 1, memories=MEMORIES)
         rng = np.random.default_rng(size)
         for actions in rng.choice(6, size=(150, 6), p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1]):
-            record(batch.step(actions))
-            record(tiles.encode(batch.outcomes["tiles"]))
-            record(nearest_frontiers(batch.state.levels))
-        draws = np.empty((6, 3))
-        kernels.turn_uniforms(batch.state.levels, np.arange(6), draws)
-        record(draws)
+            record(world.step(actions))
+            record(tiles.encode(world.outcomes["tiles"]))
+            record(nearest_frontiers(world.state.levels))
+        uniforms = np.empty((6, 3))
+        kernels.turn_uniforms(world.state.levels, np.arange(6), uniforms)
+        record(uniforms)
         for goal in range(0, 13, 3):
-            record(shortest_lengths(batch.state, goal))
+            record(shortest_lengths(world.state, goal))
         for n in range(6):
-            for action in shortest_actions(batch.state[n]):
+            for action in shortest_actions(world.state[n]):
                 actions = np.full(6, -1)
                 actions[n] = action
-                record(batch.step_within_episode(actions))
-        record(batch.state.levels)
-        record(batch.state.grids)
-        record(batch.finals)
+                record(world.step_within_episode(actions))
+        record(world.state.levels)
+        record(world.state.grids)
+        record(world.finals)
     print(digest.hexdigest())
 
 

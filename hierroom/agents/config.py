@@ -62,7 +62,7 @@ class Method:
 
 MethodName = Literal["ppo", "ppo-bonus", "ppo-sketch", "hippo", "ppo-novelty", "ppo-rnd", "ppo-modular"]
 
-METHODS: Mapping[MethodName, Method] = {
+METHODS: Mapping[str, Method] = {
     "ppo": Method("none", Controller("extrinsic")),
     "ppo-bonus": Method("none", Controller("bonus")),
     "ppo-sketch": Method("fixed-dfs", Controller("extrinsic", sees_goal=True)),

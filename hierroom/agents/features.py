@@ -9,7 +9,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hierroom.agents.config import FeatureName
 from hierroom.agents.frontier import nearest_frontiers
 from hierroom.controller import Observation
 from hierroom.errors import InputError
@@ -144,7 +143,7 @@ def _view(observation: Observation) -> NDArray:
 
 _PLACE = UNKNOWN_DISTANCE + 1
 
-FEATURES: Mapping[FeatureName, Feature] = {
+FEATURES: Mapping[str, Feature] = {
     "view": Feature(lambda _: (N_TILES,) * N_CELLS, _view),
     "view-ids": Feature(lambda _: (N_TILES,) * N_CELLS, _view, TRIPLES.astype(np.float32)),
     "goal": Feature(lambda _: (4, 1 + N_COLOURS), lambda observation: _GOAL_CATEGORIES[observation.goals]),

@@ -13,7 +13,7 @@ from hierroom.agents.warm_up import WarmUp
 from hierroom.controller import Observation
 from hierroom.goals import NO_GOAL
 from hierroom.learners.policy import Policy
-from hierroom.learners.ppo import STATISTICS, Learner
+from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.options import Transition
 from hierroom.situation import Situation
 
@@ -55,7 +55,7 @@ class PPOAgent:
         self.curiosity = curiosity
         self._warm_up = warm_up
         self._hindsight = hindsight
-        self._updated = dict.fromkeys((*STATISTICS, *(curiosity.STATISTICS if curiosity else ())), float("nan"))
+        self._updated = dict.fromkeys((*UPDATE_STATISTICS, *(curiosity.STATISTICS if curiosity else ())), float("nan"))
 
     @property
     def is_learning(self) -> bool:

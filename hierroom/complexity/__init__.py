@@ -1,4 +1,26 @@
-"""Exploration complexity of goal graphs: depth, width and passage times, before anybody trains."""
+"""Exploration complexity of goal graphs: depth, width and passage times, before anybody trains.
+
+W holds the chance of each move in one step, D its row sums. Q are the chances to move between nodes that are not
+targets, staying included, and N = (I - Q)^-1. The walk starts at node s, and for equations of one target node t,
+b = e_s - e_t.
+
+| equation | function | source |
+|---|---|---|
+| L = W - D | `laplacian` | paper, section 2.1 |
+| hitting time b' pinv(D - W) b | `laplacian_hitting_time` | paper, section 2.1 and Table 2 |
+| mean m of the first-passage time: ((D - W) m)_i = 1, 0 at targets | `mean_first_passage_time` | Norris, 1.3.5 |
+| its variance (2 N - I) m - m^2 | `first_passage_variance` | Kemeny and Snell, 3.3.3 |
+| hitting probability h: ((D - W) h)_i = 0, 1 at targets | `hitting_probability` | Norris, 1.3.2 |
+| expected visits v = e_s' N | `expected_visits` | Kemeny and Snell, chapter 3 |
+| reach probability P(T <= t) = h_s - (Q^t h)_s | `reach_probability` | derived in `complexity.reach` |
+| expected distinct states: sum over i of P(T_i <= t) | `expected_states` | derived in `complexity.reach` |
+| sensitivity dm_s / dW_ij = v_i (m_j - m_i) | `passage_time_sensitivity` | from dN = N dQ N |
+| sensitivity d(b' pinv(D - W) b) / dW_ij | `laplacian_sensitivity` | Golub and Pereyra, 4.3 |
+
+The paper's augmented graph and its weights W (appendix A) are `AugmentedGraph`. The numbers of the textbooks are those
+of theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains, 1960; Golub and Pereyra, The
+Differentiation of Pseudo-Inverses, 1973. Each function's own docstring has its equation in full.
+"""
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes
 from hierroom.complexity.chain import Chain, EdgeSensitivity
@@ -13,7 +35,6 @@ from hierroom.complexity.hitting import (
 from hierroom.complexity.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.reach import expected_states, reach_probability
 from hierroom.complexity.report import ComplexityReport, analyze
-from hierroom.complexity.simulate import simulate_passage_times
 from hierroom.complexity.walk import Reading, Walk
 
 __all__ = [
@@ -40,5 +61,4 @@ __all__ = [
     "parse_difficulty",
     "passage_time_sensitivity",
     "reach_probability",
-    "simulate_passage_times",
 ]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import tyro
 
@@ -19,19 +19,21 @@ from hierroom.files import to_json
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, as_goal_graph, enumerate_graphs
 
 MAX_LISTED_ROOMS = 8
-"""Graphs of so many rooms are 612; of nine rooms there would be 1,747, which take most of a minute."""
+"""There are 612 goal graphs of 8 rooms. The 1,747 of 9 rooms would take most of a minute."""
+
+ColumnName = Literal["graph", "exit_depth", "width", "nodes", "edges", "hitting_time", "expected_steps", "std"]
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the list of graphs: its heading, its value, and how to print it."""
+    """A column of the list of graphs: its heading, its value, and the format to print it in."""
 
     heading: str
     value: Callable[[ComplexityReport], Any]
     style: str = ""
 
 
-COLUMNS = {
+COLUMNS: Mapping[ColumnName, Column] = {
     "graph": Column("graph", lambda report: report.graph.name),
     "exit_depth": Column("exit\ndepth", lambda report: report.exit_depth),
     "width": Column("width", lambda report: report.width),
@@ -47,32 +49,36 @@ COLUMNS = {
 class Options:
     """How hard goal graphs are to explore: depth, width and passage times, before anybody trains.
 
-    Name one graph for its full report, or several for a list. Without any, the paper's seven are listed.
+    Name one graph for its full report, or several for a list. Without a choice the paper's seven graphs are listed.
+
+    Args:
+        graph: a letter from a to g, a path to a .toml file, or for all graphs in between hitting_time:LOW..HIGH or
+            expected_steps:LOW..HIGH.
+        all: list the paper's seven graphs.
+        rooms: list every goal graph of this many rooms, 2 to 8.
+        drop: let the controller drop keys.
+        sort: sort the list by a column, the smallest value first.
+        json: print everything that the reports hold as JSON.
+        csv: print the list as CSV.
+        draw: draw the goal graph and its augmented graph into this .png, .pdf or .svg file.
+        from_play: measure the chain from play instead of assuming the walk. The trained agents of a run play if
+            this is the run's folder, random actions are played for random, and shortest solutions for oracle.
+            Without --graph the goal graph is that of the run, or c for random and oracle.
+        episodes: least number of episodes to play.
+        seed: fixes the levels, the actions and the bootstrap.
     """
 
     graph: str | None = None
-    """A letter from a to g, a path to a .toml file, or hitting_time:LOW..HIGH for all graphs in between."""
     all: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    """List the paper's seven graphs."""
     rooms: int | None = None
-    """List every goal graph of so many rooms, 2 to 8."""
     drop: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    """Keys can be dropped."""
-    sort: str | None = None
-    """Sort the list by a column: graph, exit_depth, width, nodes, edges, hitting_time, expected_steps or std."""
+    sort: ColumnName | None = None
     json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    """Print JSON, everything the reports hold."""
     csv: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    """Print the list as CSV."""
     draw: Path | None = None
-    """Draw the goal graph and its augmented graph into this file: .png, .pdf, .svg."""
     from_play: str | None = None
-    """Measure the chain from play instead of assuming the walk: a run's folder for its trained agent, or random, or
-    oracle for shortest solutions; --graph takes it to another goal graph than the run's (for the last two: than c)."""
     episodes: int = 1000
-    """Episodes to play, at least."""
     seed: int = 1_000_000
-    """Fixes the levels played, the actions and the bootstrap."""
 
 
 def show(options: Options) -> None:
@@ -83,8 +89,6 @@ def show(options: Options) -> None:
     """
     if options.json and options.csv:
         raise InputError("print --json or --csv, not both")
-    if options.sort is not None and options.sort not in COLUMNS:
-        raise InputError(f"--sort takes a column, one of {', '.join(COLUMNS)}; not {options.sort}")
     if options.from_play is not None:
         _show_play(options, options.from_play)
         return
@@ -131,7 +135,7 @@ def _graphs(options: Options) -> Iterable[GoalGraph]:
 def _draw(reports: list[ComplexityReport], path: Path) -> None:
     if len(reports) != 1:
         raise InputError(f"--draw draws one graph, named by --graph, not {len(reports)}")
-    from hierroom.complexity.draw import draw_graph  # matplotlib takes its time, and few commands draw
+    from hierroom.complexity.draw import draw_graph  # matplotlib loads slowly, and few commands draw
 
     draw_graph(reports[0].augmented, path)
 
@@ -142,7 +146,7 @@ def _show_play(options: Options, player: str) -> None:
         raise InputError(
             "--from-play measures one goal graph; beside it go --graph, --drop, --json, --episodes and --seed"
         )
-    from hierroom.measure import measure_named  # it brings the worlds and the learners along
+    from hierroom.measure import measure_named  # it loads the world and the learners
 
     report = measure_named(player, options.graph, options.drop, options.episodes, options.seed)
     if options.json:
@@ -168,7 +172,7 @@ def _print_table(reports: list[ComplexityReport]) -> None:
     table = Table(
         title=f"{len(reports)} goal graphs, {'with' if reports[0].drop_key else 'without'} drop",
         box=SIMPLE_HEAD,
-        padding=0,  # graphs of 8 rooms have long names, and all of it is to fit into 80 columns
+        padding=0,  # graphs of 8 rooms have long names, and the table must fit into 80 columns
     )
     for name, column in COLUMNS.items():
         table.add_column(column.heading, justify="left" if name == "graph" else "right", no_wrap=name == "graph")

@@ -197,9 +197,9 @@ class AugmentedGraph:
                 yield Node("room", room, node.doors)
 
     def _leads_to(self, room: int, other: int) -> bool:
-        if self.reading.levels == "accessible":
+        if self.reading.rooms == "accessible":
             return True
-        if self.reading.levels == "through the start":
+        if self.reading.rooms == "through the start":
             return 0 in (room, other)
         return self._parent(room) == other or self._parent(other) == room
 

@@ -174,7 +174,7 @@ class Chain:
         return sorted(edges, key=lambda edge: edge.elasticity)
 
     def goal_sensitivity(self) -> dict[str, float]:
-        """Which goal makes this room hard: percent by which expected_steps changes if a goal gets one percent easier.
+        """Which goal makes this graph hard: percent by which expected_steps changes if a goal gets one percent easier.
 
         The elasticities of the edges that achieve a goal, summed: from a node where it has not been achieved to one
         where it has. The most negative is the bottleneck.

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
-
-from hierroom.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,40 +43,6 @@ class EpisodeCounts:
         times = np.ones(len(self.lengths)) if multiplicity is None else np.asarray(multiplicity, float)
         shape = (self.n_nodes, self.n_nodes)
         return sp.coo_array((self.counts * times[self.episodes], (self.sources, self.targets)), shape=shape).tocsr()
-
-
-def count_transitions(trajectories: Iterable[ArrayLike], n_nodes: int, start: int, exit_node: int) -> EpisodeCounts:
-    """Count the transitions of whole episodes.
-
-    Args:
-        trajectories: for each episode its nodes [length + 1], from the start on; it escaped if the last is the exit,
-            and else was truncated there, which counts as one more transition, back to the start.
-        n_nodes: number of nodes.
-        start: the node every episode begins at.
-        exit_node: the node that ends an episode.
-
-    Returns:
-        The counts of each episode.
-
-    Raises:
-        InputError: if there is no episode, one does not begin at the start or passes the exit, or a node is unknown.
-    """
-    keys, lengths, escaped = [], [], []
-    for episode, trajectory in enumerate(trajectories):
-        nodes = np.asarray(trajectory)
-        if nodes.ndim != 1 or len(nodes) < 2 or nodes.dtype.kind not in "iu":
-            raise InputError(f"episode {episode} must be a row of at least two nodes, not {trajectory!r}")
-        if nodes.min() < 0 or nodes.max() >= n_nodes:
-            raise InputError(f"nodes are 0 to {n_nodes - 1}; episode {episode} holds {nodes.min()} to {nodes.max()}")
-        if nodes[0] != start or (nodes[:-1] == exit_node).any():
-            raise InputError(f"episode {episode} must begin at node {start} and may be at the exit only at its end")
-        lengths.append(len(nodes) - 1)
-        escaped.append(nodes[-1] == exit_node)
-        closed = nodes if escaped[-1] else np.append(nodes, start)
-        keys.append((episode * n_nodes + closed[:-1].astype(np.int64)) * n_nodes + closed[1:])
-    if not keys:
-        raise InputError("a chain cannot be measured from no episodes at all")
-    return counts_of(np.concatenate(keys), n_nodes, np.array(lengths), np.array(escaped))
 
 
 def counts_of(

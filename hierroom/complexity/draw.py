@@ -6,6 +6,7 @@ the picture.
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 from matplotlib.axes import Axes
@@ -26,6 +27,7 @@ from hierroom.complexity.canvas import (
     square,
 )
 from hierroom.errors import InputError
+from hierroom.files import write_atomically
 from hierroom.goals import GoalGraph
 
 MAX_DRAWN_NODES = 250
@@ -46,10 +48,10 @@ def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
 
     Args:
         augmented: the augmented graph, which knows its goal graph.
-        path: where to; the ending chooses the format: .png, .pdf, .svg, ...
+        path: the file; its suffix chooses the format: .png, .pdf, .svg, ...; without a suffix .png is added.
 
     Raises:
-        InputError: if the graph is too large to be read, the ending is unknown, or the file cannot be written.
+        InputError: if the graph is too large to be read, the suffix is unknown, or the file cannot be written.
     """
     if len(augmented.nodes) > MAX_DRAWN_NODES:
         raise InputError(
@@ -67,12 +69,15 @@ def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
     _draw_goal_graph(left, augmented.graph, goal_places)
     _draw_augmented(right, augmented, places)
     figure.supxlabel(CAPTION, fontsize=8, color=INK)
+    path = Path(path)
+    if not path.suffix:
+        path = path.with_name(f"{path.name}.png")
+    picture = io.BytesIO()
     try:
-        figure.savefig(path, dpi=150, facecolor="white")
-    except OSError as error:
-        raise InputError(f"cannot write the drawing {path}: {error.strerror}") from error
-    except ValueError as error:  # an ending matplotlib does not know; it lists those it does
+        figure.savefig(picture, format=path.suffix[1:], dpi=150, facecolor="white")
+    except ValueError as error:  # a suffix that matplotlib does not know; it lists those it does
         raise InputError(f"cannot write the drawing {path}: {error}") from error
+    write_atomically(path, picture.getvalue())
 
 
 def _draw_goal_graph(axes: Axes, graph: GoalGraph, places: dict[str, Point]) -> None:

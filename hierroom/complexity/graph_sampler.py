@@ -79,12 +79,16 @@ class GraphSampler:
         self._is_older[:] = True  # in environments that this step began anew too: they have drawn already
         return True
 
+    def reset(self) -> None:
+        """Episodes begin in every environment, all of them in the stage of now."""
+        self._is_older[:] = False
+
     def get_state(self) -> dict[str, NDArray]:
         """Where the curriculum stands, as fresh arrays."""
         return {"curriculum": self._counts.copy(), "is_older": self._is_older.copy()}
 
-    def set_state(self, state: Mapping[str, NDArray]) -> None:
-        """Go back to what `get_state` gave.
+    def check_state(self, state: Mapping[str, NDArray]) -> None:
+        """Refuse what `get_state` cannot have given.
 
         Raises:
             InputError: if there is no such stage.
@@ -92,4 +96,8 @@ class GraphSampler:
         n_stages = 1 if self._curriculum is None else len(self._curriculum.stages)
         if not 0 <= state["curriculum"][0] < n_stages:
             raise InputError(f"the stages are 0 to {n_stages - 1}; there is no stage {state['curriculum'][0]}")
+
+    def set_state(self, state: Mapping[str, NDArray]) -> None:
+        """Go back to what `get_state` gave; `check_state` says what is refused."""
+        self.check_state(state)
         self._counts[:], self._is_older[:] = state["curriculum"], state["is_older"]

@@ -17,7 +17,7 @@ from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph, as_goal_graph
 
 REPORT_TIMES = (10, 100, 1000)
-"""Numbers of steps at which `to_dict` and `str` give the curves; a room is truncated after 1000."""
+"""Numbers of steps at which `to_dict` and `str` give the curves; an episode is truncated after 1000."""
 
 
 def analyze(
@@ -141,7 +141,7 @@ class ComplexityReport:
         return self.chain.edge_sensitivity()
 
     def goal_sensitivity(self) -> dict[str, float]:
-        """Which goal makes this room hard; see `Chain.goal_sensitivity`."""
+        """Which goal makes this graph hard; see `Chain.goal_sensitivity`."""
         return self.chain.goal_sensitivity()
 
     def to_dict(self) -> dict[str, Any]:

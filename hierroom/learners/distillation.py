@@ -37,8 +37,8 @@ class RandomNetworkDistillation:
     r"""Curiosity of N environments: :math:`r_t = \| \hat f(s_{t+1}) - f(s_{t+1}) \|^2 / H / \sigma_t`.
 
     f is the fixed random network, f-hat its predictor, H their number of outputs and sigma the running standard
-    deviation of the returns :math:`R_t = \gamma R_{t-1} + \| \cdot \|^2 / H` of all environments. Zero at first: until it
-    has learned once, and then for `GROWTH` horizons more.
+    deviation of the returns :math:`R_t = \gamma R_{t-1} + \| \cdot \|^2 / H` of all environments. Zero at first:
+    until it has learned once, and then for `GROWTH` horizons more.
 
     Args:
         cardinalities: number of values of each of the K columns of an observation.

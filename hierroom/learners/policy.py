@@ -55,7 +55,7 @@ class Policy:
         return greedy_actions(self._logits(envs, features, masks), masks)
 
     def reset(self, envs: NDArray[np.integer]) -> None:
-        """An episode is over in these environments [M]: their next turn starts from the initial recurrent state."""
+        """An episode ended in these environments [M]: their next turn starts from the initial recurrent state."""
         self._states[envs] = self._stepper.initial_states(len(envs))
 
     def _logits(

@@ -10,8 +10,9 @@ Reinforcement Learning (2021).
     update. `gae.generalized_advantages`.
 3.  A turn of k primitive steps is discounted by ``gamma ** k`` (options: Sutton, Precup & Singh 1999).
 4.  Terminated and truncated are kept apart: a truncated return counts V of its final observation (Pardo et al. 2018).
-    That V, like the one after the last turn of a sequence, is computed with the recurrent state after the turn,
-    without moving the stored state.
+    That V is computed with the recurrent state after the turn, without moving the stored state. So is V of the next
+    observation where a sequence is full and its return goes on: the next turn gives it, or before an update
+    `Learner.bootstrap`.
 5.  A reached subgoal ends the return but not the episode: the advantage is cut, the recurrent state goes on.
 6.  Sequences hold the T turns of one agent in one environment, whatever other agents did in between; nothing is padded.
 7.  A sequence is replayed from the recurrent state stored when it began, and episodes that begin inside it reset the
@@ -59,12 +60,15 @@ from hierroom.learners.rollout import Batch, Rollout
 from hierroom.learners.sampling import log_probabilities, sample_actions
 from hierroom.learners.torch_backend import STATISTICS, TorchBackend
 
+UPDATE_STATISTICS = (*STATISTICS, "explained_variance", "learning_rate", "turns")
+"""What `Learner.update` returns, by name: the means of the losses, and three numbers on the whole update."""
+
 
 class Learner:
     """Trains one agent, in N environments, from that agent's own turns.
 
-    A turn begins with `act` and ends with `finish`; any subset of the environments may do either at a time. When `ready`,
-    call `update` before the next `act`.
+    A turn begins with `act` and ends with `finish`; any subset of the environments may do either at a time.
+    When `ready`, call `bootstrap` and `update` before the next `act`.
 
     Args:
         space: what the agent sees and can do.
@@ -77,7 +81,8 @@ class Learner:
             a function; None: `RecurrentActorCritic`.
 
     Raises:
-        InputError: if there is no environment or thread, too few environments for the minibatches, or the network lacks a method.
+        InputError: if there is no environment or thread, too few sequences for the minibatches, or the network lacks a
+            method.
     """
 
     def __init__(
@@ -126,7 +131,7 @@ class Learner:
         self._rollout = Rollout(
             num_envs,
             config.sequence_length,
-            # Below the threshold, one `finish` can fill a sequence in every environment while every environment has one.
+            # Below the threshold, one `finish` can fill a sequence everywhere while every environment has one.
             capacity=self.sequences_per_update + num_envs,
             n_features=space.n_features,
             n_actions=space.n_actions,
@@ -151,19 +156,19 @@ class Learner:
     def act(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.int64]:
-        """Begin a turn in some environments: draw actions, store the turns, move these environments' recurrent states.
+        """Begin a turn in some environments: draw actions, store the turns, move the recurrent states.
 
         Args:
             envs: [M] int, each once, or none at all; none may have a turn open.
-            features: [M, K] uint8, each column below its cardinality.
+            features: [M, K] uint8, each below its cardinality.
             masks: [M, A] bool, the legal actions, at least one for each environment.
 
         Returns:
             [M] int64 actions, all legal.
 
         Raises:
-            InputError: if an environment has no legal action, or a feature is outside its column's range.
-            RuntimeError: if a environment's last turn has not finished, or `update` is overdue.
+            InputError: if an environment has no legal action, or a feature is outside its range.
+            RuntimeError: if the last turn of an environment has not finished, or `update` is overdue.
         """
         self.space.check_features(envs, features)
         self.space.check_masks(envs, masks)
@@ -227,7 +232,7 @@ class Learner:
         if not self._rollout.is_open[envs].all():
             raise RuntimeError("finish() was called for an environment in which no turn has begun")
         if (episode_ended & ~(terminated | truncated)).any():
-            raise InputError("an episode that is over must be terminated or truncated")
+            raise InputError("an episode that ended must be terminated or truncated")
         next_values, cut = np.zeros(len(envs), np.float32), np.flatnonzero(truncated & ~terminated)
         if len(cut):
             if last_features is None:
@@ -263,8 +268,8 @@ class Learner:
             progress: how far training is, 0 to 1; anneals the learning rate.
 
         Returns:
-            statistics of the losses, means over the minibatches: `torch_backend.STATISTICS`, and
-            ``explained_variance`` of the old values, ``learning_rate``, ``turns`` learned from.
+            `UPDATE_STATISTICS`: of the losses, means over the minibatches; ``explained_variance`` of the old values;
+            ``learning_rate``; ``turns`` learned from.
 
         Raises:
             RuntimeError: if the learner is not `ready`.
@@ -306,7 +311,7 @@ class Learner:
         }
 
     def policy(self, num_envs: int, *, seed: int) -> Policy:
-        """What acts in an evaluation: the current weights, but environments, recurrent states and generator of its own."""
+        """What acts in an evaluation: the current weights, with recurrent states and a generator of its own."""
         return Policy(self._backend, self.space, num_envs, seed)
 
     def state_dict(self) -> dict:

@@ -1,8 +1,9 @@
 """Where finished turns wait for an update: sequences of each environment's own turns.
 
-An environment that acts rarely fills its sequence slowly; there is no row for a tick at which it waited. The store is a pool
-of columns ``[T, C]``. Each environment writes its turns into one column; a column with T finished turns is full and waits
-for the update, and the environment's next turn opens another one, whose initial state is the environment's state at that moment.
+An environment in which the agent acts rarely fills its sequence slowly; there is no row for a step at which it waited.
+The store is a pool of columns ``[T, C]``. The turns of each environment go into one column; a column with T finished
+turns is full and waits for the update, and the next turn opens another one, whose initial state is the recurrent state
+at that moment.
 """
 
 from __future__ import annotations
@@ -145,8 +146,8 @@ class Rollout:
     ) -> None:
         """Close the open turn of each of ``envs`` [M].
 
-        ``next_values`` [M] are those of truncated turns; elsewhere they must be zero. A column that this fills joins the
-        queue, in the order of ``envs``; where its return goes on, it lacks a value until `bootstrap` or `begin`.
+        ``next_values`` [M] are those of truncated turns; elsewhere they must be zero. A column that this fills joins
+        the queue, in the order of ``envs``; where its return goes on, it lacks a value until `bootstrap` or `begin`.
         """
         columns, turns = self.columns[envs], self.turns[envs]
         slots = self.slots

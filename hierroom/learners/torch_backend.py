@@ -46,7 +46,7 @@ class TorchBackend:
             return self._network.initial_state(n).cpu().numpy()
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """One turn of M environments: features [M, K], states [M, S] to logits [M, A], values [M] and new states [M, S]."""
+        """One turn: features [M, K] and states [M, S] to logits [M, A], values [M] and new states [M, S]."""
         with torch.no_grad():
             outputs = self._network.step(self._tensor(features), self._tensor(states))
         logits, values, new_states = (output.cpu().numpy() for output in outputs)
@@ -79,7 +79,7 @@ class TorchBackend:
 
     def _minibatch(self, data: dict[str, Tensor], advantages: Tensor, part: Tensor) -> Tensor:
         logits, values = self._network.sequence(
-            data["codes"][:, part], data["initial_states"][part], data["resets"][:, part]
+            data["features"][:, part], data["initial_states"][part], data["resets"][:, part]
         )
         loss, statistics = ppo_loss(
             logits,

@@ -26,9 +26,6 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.turns import N_META_ACTIONS, Turns
 
-Agents = dict[str, PPOAgent | ScriptedAgent]
-"""Who acts, by the names of `options.AGENTS`, the meta-controller first."""
-
 
 def make_turns(
     config: TrainConfig,
@@ -61,15 +58,15 @@ def make_turns(
     )
 
 
-def make_agents(config: TrainConfig) -> Agents:
-    """The agents of a config, untrained.
+def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
+    """The meta-controller and the controller of a config, untrained.
 
     Raises:
         InputError: if there is no such device, network or meta-controller, or a setting of theirs cannot be used.
     """
     if config.device != "cpu" and not _has_device(config.device):
         raise InputError(f"this machine has no device {config.device!r}; cpu is always there")
-    return {META: _make_meta_agent(config), CONTROLLER: _make_controller(config)}
+    return _make_meta_agent(config), _make_controller(config)
 
 
 def controller_features(config: TrainConfig) -> Features:
@@ -141,27 +138,24 @@ def load_pair(
                 goals.load_state_dict(state["agents"][META])
         except (RuntimeError, KeyError, ValueError) as error:
             raise InputError(f"the checkpoint of {run.path} does not fit its config.json") from error
-    return freeze({META: goals, CONTROLLER: controller}, num_envs, seed=seed, is_greedy=is_greedy)
+    return freeze(goals, controller, num_envs, seed=seed, is_greedy=is_greedy)
 
 
-def freeze(agents: Agents, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
-    """What agents have learned so far, as a pair that plays in a number of environments of its own.
+def freeze(
+    meta: PPOAgent | ScriptedAgent, controller: PPOAgent, num_envs: int, *, seed: int, is_greedy: bool = False
+) -> Pair:
+    """What two agents have learned so far, as a pair that plays in a number of environments of its own.
 
     Args:
-        agents: by name; those of a trainer, for one.
+        meta: the meta-controller.
+        controller: the controller.
         num_envs: how many environments.
         seed: fixes the pair's actions.
         is_greedy: whether the controller takes its most probable action instead of drawing one. A policy that escapes
             whenever it draws can turn on the spot for ever when it is greedy. A learned meta-controller draws.
     """
-    controller = agents[CONTROLLER]
-    assert isinstance(controller, PPOAgent)
-    return Pair(
-        {
-            META: agents[META].frozen(num_envs, seed=meta_seed(seed)),
-            CONTROLLER: controller.frozen(num_envs, seed=seed, is_greedy=is_greedy),
-        }
-    )
+    goals = meta.frozen(num_envs, seed=meta_seed(seed))
+    return Pair({META: goals, CONTROLLER: controller.frozen(num_envs, seed=seed, is_greedy=is_greedy)})
 
 
 def meta_seed(seed: int) -> int:

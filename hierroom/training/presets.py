@@ -12,7 +12,7 @@ from hierroom.training.config import TrainConfig
 
 PresetName = Literal["default", "long", "large", "learned", "paper"]
 
-PRESETS: Mapping[PresetName, TrainConfig] = {
+PRESETS: Mapping[str, TrainConfig] = {
     "default": TrainConfig(),
     # At a constant rate the policy goes on wavering: before the doorways and frontiers, at the end of 5M steps with a
     # falling one episodes took 53 and 72 steps on graphs c and f, with a constant one 66 and 87.
@@ -38,7 +38,7 @@ PRESETS: Mapping[PresetName, TrainConfig] = {
         meta="learned",
         env=EnvConfig(goal_mask="existing", subgoal_horizon=50),
         steps=3_000_000,
-        # Environments, features, discount and the weight of the values are what the default's were when this was measured.
+        # Environments, features, discount and value weight are what the default's were when this was measured.
         num_envs=128,
         features=("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
         # Annealed, as what the meta-controller asks for goes on changing: at a constant rate success on graph f fell

@@ -25,7 +25,8 @@ class Trainer:
         config: what to train.
 
     Attributes:
-        agents: who acts and learns, by name.
+        agents: who acts and learns, by name, the meta-controller first.
+        controller: the second of them.
         turns: the environments.
         steps: primitive steps taken so far, over all environments.
         seconds: seconds spent in `advance` so far.
@@ -41,9 +42,11 @@ class Trainer:
         self.config = config
         self.turns = make_turns(config, config.num_envs, config.seed)
         self.turns.world.stagger_clocks()
-        self.agents = make_agents(config)
+        meta, controller = make_agents(config)
+        self.agents = {META: meta, CONTROLLER: controller}
+        self.controller = controller
         if config.warm_start:
-            warm_start(self.agents[CONTROLLER], config, RunFolder.open(config.warm_start))
+            warm_start(controller, config, RunFolder.open(config.warm_start))
         self.log = EpisodeLog()
         self.steps = 0
         self.seconds = 0.0
@@ -56,7 +59,7 @@ class Trainer:
     def advance(self) -> None:
         """Act in every environment until the controller has learned once more (paper, Algorithm 1)."""
         started = time.perf_counter() - self.seconds
-        while not self.agents[CONTROLLER].ready:
+        while not self.controller.ready:
             for name in self.agents:  # meta_0 first
                 self._act(name)
             transitions = self.turns.advance()
@@ -83,7 +86,7 @@ class Trainer:
 
     def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
         """What the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
-        return freeze(self.agents, num_envs, seed=seed, is_greedy=is_greedy)
+        return freeze(self.agents[META], self.controller, num_envs, seed=seed, is_greedy=is_greedy)
 
     def metrics(self) -> dict[str, float]:
         """One row of numbers on how training stands."""
@@ -93,7 +96,7 @@ class Trainer:
             "episodes": self.log.episodes,
             "success_rate": self.log.success_rate,
             "episode_length": self.log.episode_length,
-            **self.agents[CONTROLLER].statistics,
+            **self.controller.statistics,
             **{f"meta_{name}": value for name, value in self.agents[META].statistics.items()},
         }
 
@@ -106,7 +109,7 @@ class Trainer:
             "steps": self.steps,
             "seconds": self.seconds,
             "steps_per_second": self.steps / self.seconds if self.seconds else 0.0,
-            "rollout_bytes": self.agents[CONTROLLER].learner.n_rollout_bytes,
+            "rollout_bytes": self.controller.learner.n_rollout_bytes,
             **{f"steps_to_{m}": self.log.steps_to.get(m) for m in MILESTONES},
             **{f"seconds_to_{m}": self.log.seconds_to.get(m) for m in MILESTONES},
         }

@@ -1,9 +1,9 @@
 """The world's rules as compiled scalar functions on one level, and the thin drivers that run them over a batch.
 
 A level under play is a record of `layout.LEVEL` and a grid of tile codes; both are changed in place. All that a step is
-made of, and every constant it reads, stands in this one module, because Numba's disk cache notices a change only in the file of the
-function that is called: after changing a constant, delete ``__pycache__`` for those who read it elsewhere. With
-``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
+made of, and every constant it reads, stands in this one module, because Numba's disk cache notices a change only in the
+file of the function that is called: after changing a constant, delete ``__pycache__`` for those who read it elsewhere.
+With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
 """
 
 import numpy as np
@@ -419,7 +419,7 @@ def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
 
 @njit(cache=True, nogil=True)
 def turn_uniforms(levels, turns, uniforms):
-    """Write uniform numbers in [0, 1) [N, K] for a turn of each environment: fixed by its episode and the turn's number."""
+    """Write uniform numbers in [0, 1) [N, K] for a turn of each environment: fixed by episode and turn number."""
     for n in range(levels.shape[0]):
         key = mix(levels[n].key ^ mix(np.uint64(turns[n]) + GOLDEN))
         for k in range(uniforms.shape[1]):
@@ -440,9 +440,9 @@ def encode_tiles(tiles, triples, observations):
 
 if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
     # As ordinary Python, uint64 scalars warn of the overflow that the generator lives by.
-    reset_levels = np.errstate(episode_ended="ignore")(reset_levels)
-    turn_uniforms = np.errstate(episode_ended="ignore")(turn_uniforms)
-    step_and_reset_levels = np.errstate(episode_ended="ignore")(step_and_reset_levels)
+    reset_levels = np.errstate(over="ignore")(reset_levels)
+    turn_uniforms = np.errstate(over="ignore")(turn_uniforms)
+    step_and_reset_levels = np.errstate(over="ignore")(step_and_reset_levels)
 
 
 def compiled(kernel, *arrays):

@@ -1,4 +1,4 @@
-"""How environments lie in memory: the records of a level under play, of what a step did and of a goal graph, and the state."""
+"""How environments lie in memory: records of a level under play, of what a step did, of a goal graph; their state."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ OUTCOME = _record(
 
 
 MEMORIES: Mapping[str, int] = {"visited": VISITED, "explored": EXPLORED, "doorways": DOORWAYS}
-"""What a level can remember of its episode, in the fields of `LEVEL` of those names; kept only where it was asked for."""
+"""What a level can remember of its episode, in the fields of `LEVEL` of those names; kept only where asked for."""
 
 
 @dataclass(frozen=True)

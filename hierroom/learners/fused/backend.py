@@ -64,7 +64,7 @@ class FusedBackend:
         return self._network.initial_state(n).numpy()
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """One turn of M environments: features [M, K], states [M, S] to logits [M, A], values [M] and new states [M, S]."""
+        """One turn: features [M, K] and states [M, S] to logits [M, A], values [M] and new states [M, S]."""
         num_envs, features = len(features), np.ascontiguousarray(features)
         logits = np.empty((num_envs, len(self._weights.policy_bias)), np.float32)
         values, new_states = np.empty(num_envs, np.float32), np.empty_like(states)

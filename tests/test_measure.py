@@ -1,41 +1,42 @@
-"""Chains measured in real rooms: the node an agent is at, and players whose numbers are known otherwise."""
+"""Chains measured in real levels: the node an agent is at, and players whose numbers are known otherwise."""
 
 import json
 
 import numpy as np
 import pytest
+from turns_helpers import make_mixed
 
+from hierroom.agents.player import OraclePlayer, RandomPlayer
 from hierroom.complexity import AugmentedGraph, Node
 from hierroom.complexity.__main__ import Options, show
+from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, enumerate_graphs
-from hierroom.measure import NodeMap, acting, graph_of, measure, oracle_player, play, random_player
-from hierroom.training.presets import TrainConfig
+from hierroom.measure import NodeMap, count_transitions, graph_of, measure
+from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
-from hierroom.turns import Turns
 from hierroom.world.oracle import shortest_lengths
-from hierroom.world.world import World
 
 
-def rooms_of(*graphs, n=20, seed=3, **settings):
-    return Turns(World(graphs, n, seed=seed, size=11, **settings))
+def turns_in(*graphs, n=20, seed=3, **settings):
+    return make_mixed(graphs, n, seed=seed, **settings)
 
 
-def node_by_hand(room):
-    """The mapping of `hierroom.measure`, written down for one room with no arrays."""
-    branches = range(int(room["n_rooms"]) - 1)
-    doors = tuple(b + 1 for b in branches if int(room["doors"]) >> b & 1)
-    bag = [int(b) for b in room["bag"][: int(room["bag_size"])]]
+def node_by_hand(level):
+    """The mapping of `hierroom.measure`, written down for one level with no arrays."""
+    branches = range(int(level["n_rooms"]) - 1)
+    doors = tuple(b + 1 for b in branches if int(level["doors"]) >> b & 1)
+    bag = [int(b) for b in level["bag"][: int(level["bag_size"])]]
     locked = [b for b in bag if b + 1 not in doors]
     if locked:
         return Node("key", locked[-1] + 1, doors)
-    for r in range(int(room["n_rooms"])):
-        top, left, bottom, right = room["rectangles"][r]
-        if top <= room["row"] <= bottom and left <= room["col"] <= right:
+    for r in range(int(level["n_rooms"])):
+        top, left, bottom, right = level["rectangles"][r]
+        if top <= level["row"] <= bottom and left <= level["col"] <= right:
             return Node("room", r, doors)
     return next(
-        Node("room", b + 1, doors) for b in branches if tuple(room["doors_at"][b]) == (room["row"], room["col"])
+        Node("room", b + 1, doors) for b in branches if tuple(level["doors_at"][b]) == (level["row"], level["col"])
     )
 
 
@@ -44,33 +45,33 @@ def test_every_state_has_one_node(drop_key):
     rng, seen = np.random.default_rng(0), set()
     for graph in [*NAMED_GRAPHS.values(), enumerate_graphs(7)[100]]:
         augmented = AugmentedGraph(graph, drop_key)
-        node_of, turns = NodeMap(augmented), rooms_of(graph, n=12, drop_key=drop_key, max_steps=2000)
+        node_of, turns = NodeMap(augmented), turns_in(graph, n=12, drop_key=drop_key, max_steps=2000)
         # shortest solutions up to where a dice says otherwise: far into the room, and off the straight way
-        steer = oracle_player()
+        steer = OraclePlayer()
         for _ in range(40):
-            steer(turns)
+            steer.step(turns)
         for _ in range(150):
             turns.step(rng.choice([0, 0, 1, 2, 3, 4, 5], size=12))
-            rooms = turns.world.state.levels
-            nodes = node_of(rooms, np.zeros(12, bool))
-            assert [augmented.nodes[i] for i in nodes] == [node_by_hand(room) for room in rooms]
+            levels = turns.world.state.levels
+            nodes = node_of(levels, np.zeros(12, bool))
+            assert [augmented.nodes[i] for i in nodes] == [node_by_hand(level) for level in levels]
             seen |= {augmented.nodes[i].kind for i in nodes}
     assert seen == {"room", "key"}
 
 
 def test_oracle_takes_the_shortest_solutions():
-    turns = rooms_of(NAMED_GRAPHS["f"], n=10)
+    turns = turns_in(NAMED_GRAPHS["f"], n=10)
     shortest = shortest_lengths(turns.world.get_state())
-    counts = play(turns, oracle_player(), episodes=10)
+    counts = count_transitions(turns, OraclePlayer(), episodes=10)
     assert counts.escaped.all()
     assert counts.lengths.tolist() == shortest.tolist()
-    report = measure(rooms_of(NAMED_GRAPHS["f"], n=10), oracle_player(), episodes=10)
+    report = measure(turns_in(NAMED_GRAPHS["f"], n=10), OraclePlayer(), episodes=10)
     assert report.chain.expected_steps == pytest.approx(shortest.mean(), rel=1e-9)
 
 
 def test_a_random_policy_against_its_own_first_passage_times():
-    turns = rooms_of(NAMED_GRAPHS["a"], n=100, max_steps=100_000)
-    report = measure(turns, random_player(np.random.default_rng(5)), episodes=400)
+    turns = turns_in(NAMED_GRAPHS["a"], n=100, max_steps=100_000)
+    report = measure(turns, RandomPlayer(np.random.default_rng(5)), episodes=400)
     lengths = report.counts.lengths
     assert report.success_rate == 1
     assert report.chain.expected_steps == pytest.approx(lengths.mean(), rel=1e-9)
@@ -88,39 +89,46 @@ def test_goals_on_the_way_take_the_measured_chain_as_long_as_the_episodes():
     graph = NAMED_GRAPHS["c"]
     first = {"key 1": [], "door 1": [], "key 2": [], "door 2": []}
 
-    def noting(turns):
-        step = steer(turns)
-        for goal, times in first.items():
-            bit = 1 << int(goal[-1]) - 1
-            field = "found" if goal.startswith("key") else "doors"
-            has = np.where(step.episode_ended, turns.world.finals[field], turns.world.state.levels[field]) & bit > 0
-            new = has & ~done[goal]  # in the first episode of each room
-            times.extend(step.lengths[new].tolist())
-            done[goal] |= has
-        return step
+    class Noting(OraclePlayer):
+        def step(self, turns):
+            step = super().step(turns)
+            for goal, times in first.items():
+                bit = 1 << int(goal[-1]) - 1
+                field = "found" if goal.startswith("key") else "doors"
+                has = np.where(step.episode_ended, turns.world.finals[field], turns.world.state.levels[field]) & bit > 0
+                new = has & ~done[goal]  # in the first episode of each environment
+                times.extend(step.lengths[new].tolist())
+                done[goal] |= has
+            return step
 
-    steer, turns = oracle_player(), rooms_of(graph, n=50)
-    done = {goal: np.zeros(50, bool) for goal in first}
-    report = measure(turns, noting, episodes=50)
+    turns, done = turns_in(graph, n=50), {goal: np.zeros(50, bool) for goal in first}
+    report = measure(turns, Noting(), episodes=50)
     for goal, times in first.items():
         assert report.chain.expected_steps_to(goal) == pytest.approx(np.mean(times), rel=1e-9), goal
 
 
-def test_rooms_play_equally_many_episodes_and_truncation_restarts():
-    turns = rooms_of(NAMED_GRAPHS["a"], n=4, max_steps=7)
-    counts = play(turns, acting(lambda turns: np.ones(len(turns), int)), episodes=10)  # turns on the spot
+class Spinner:
+    """Turns on the spot."""
+
+    def step(self, turns):
+        return turns.step(np.ones(len(turns), int))
+
+
+def test_environments_play_equally_many_episodes_and_truncation_restarts():
+    turns = turns_in(NAMED_GRAPHS["a"], n=4, max_steps=7)
+    counts = count_transitions(turns, Spinner(), episodes=10)
     assert counts.lengths.tolist() == [7] * 12
     assert not counts.escaped.any()
     assert counts.total().toarray()[0, 0] == 12 * 8
 
 
-def test_the_goal_graph_is_the_rooms_own():
+def test_the_goal_graph_is_that_of_the_environments():
     graph = NAMED_GRAPHS["g"]
-    assert graph_of(rooms_of(graph, n=2)) == graph
-    with pytest.raises(InputError, match="rooms of one goal graph, not of 2"):
-        measure(rooms_of(graph, NAMED_GRAPHS["a"], n=2), oracle_player(), 2)
+    assert graph_of(turns_in(graph, n=2)) == graph
+    with pytest.raises(InputError, match="environments of one goal graph, not of 2"):
+        measure(turns_in(graph, NAMED_GRAPHS["a"], n=2), OraclePlayer(), 2)
     with pytest.raises(InputError, match="at least one episode, not 0"):
-        play(rooms_of(graph, n=2), oracle_player(), 0)
+        count_transitions(turns_in(graph, n=2), OraclePlayer(), 0)
 
 
 def test_from_play_on_the_command_line(capsys):
@@ -149,7 +157,7 @@ def test_one_clear_message(options, message):
 
 
 def test_a_trained_agent_is_measured_from_its_run_folder(tmp_path, capsys):
-    config = TrainConfig(graph="a", size=11, rooms=4, max_steps=60)
+    config = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=4)
     folder = RunFolder.create(tmp_path / "run", config)
     folder.save_checkpoint(Trainer(config).state_dict())
     show(Options(from_play=str(folder.path), episodes=8, json=True))
@@ -160,7 +168,7 @@ def test_a_trained_agent_is_measured_from_its_run_folder(tmp_path, capsys):
 
 
 def test_an_agent_of_many_graphs_is_measured_in_one_of_them(tmp_path):
-    config = TrainConfig(graph="hitting_time:8..13", size=11, rooms=4, max_steps=60)
+    config = TrainConfig(EnvConfig("hitting_time:8..13", size=11, max_steps=60), num_envs=4)
     folder = RunFolder.create(tmp_path / "run", config)
     with pytest.raises(InputError, match=r"trained on hitting_time:8\.\.13; name one goal graph by --graph"):
         show(Options(from_play=str(folder.path)))

@@ -9,12 +9,14 @@ import pytest
 import torch
 
 import hierroom
+from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
+from hierroom.files import to_json
 from hierroom.goals import GoalGraph, as_goal_graph
-from hierroom.training.presets import TrainConfig
-from hierroom.training.run_folder import CHECKPOINT_FORMAT, RunFolder, to_json
+from hierroom.training.config import TrainConfig
+from hierroom.training.run_folder import CHECKPOINT_FORMAT, RunFolder
 
-SMALL = TrainConfig(graph="a", size=11)
+SMALL = TrainConfig(EnvConfig("a", size=11))
 
 
 def test_dropping_metrics_keeps_the_rows_before_as_they_were(tmp_path):
@@ -34,11 +36,12 @@ def test_dropping_metrics_keeps_the_rows_before_as_they_were(tmp_path):
 def test_a_run_keeps_its_goal_graph_and_what_it_began_with(tmp_path):
     own = tmp_path / "own.toml"
     GoalGraph((0, 1), 2).to_toml(own)
-    folder = RunFolder.create(tmp_path / "run", replace(SMALL, graph=str(own)))
+    config = replace(SMALL, env=replace(SMALL.env, graph=str(own)))
+    folder = RunFolder.create(tmp_path / "run", config)
     own.unlink()
     moved = RunFolder.open(folder.path.rename(tmp_path / "elsewhere"))
-    assert as_goal_graph(moved.config().graph) == GoalGraph((0, 1), 2)
-    assert replace(moved.config(), graph="a") == SMALL
+    assert as_goal_graph(moved.config().env.graph) == GoalGraph((0, 1), 2)
+    assert replace(moved.config(), env=replace(moved.config().env, graph="a")) == SMALL
     versions = json.loads((moved.path / "versions.json").read_text())
     assert versions["hierroom"] == hierroom.__version__
     assert versions["torch"] == torch.__version__
@@ -46,7 +49,7 @@ def test_a_run_keeps_its_goal_graph_and_what_it_began_with(tmp_path):
 
 def test_a_file_that_is_called_as_a_named_graph_is_not_the_graph(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    Path(SMALL.graph).write_text("something else")
+    Path(SMALL.env.graph).write_text("something else")
     assert RunFolder.create(tmp_path / "run", SMALL).config() == SMALL
 
 
@@ -73,7 +76,7 @@ def test_a_full_disk_is_one_line_and_the_old_file_stays(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("hierroom.training.run_folder.os.fsync", full)
+    monkeypatch.setattr("hierroom.files.os.fsync", full)
     for write in (lambda: folder.save_summary({"steps": 2}), lambda: folder.save_checkpoint({"steps": 2})):
         with pytest.raises(InputError, match="No space left on device"):
             write()

@@ -1,10 +1,10 @@
-"""The batch of turns and its faces tell the same story: same seed, same actions, same everything, step for step."""
+"""The batch of turns and all APIs give the same: same seed, same actions, same everything, step for step."""
 
 import itertools
 
 import numpy as np
 import pytest
-from face_scripts import Script, record
+from api_scripts import Script, record
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 import hierroom
@@ -17,13 +17,21 @@ SEED = 5
 REWARDS = ("intrinsic", "extrinsic", "bonus")
 MASKS = ("reachable", "existing", "seen", "none", "reachable")
 CASES = [
-    EnvConfig(graph, 11, 90, drop_key, REWARDS[i % 3], horizon, MASKS[i % 5])
+    EnvConfig(
+        graph=graph,
+        size=11,
+        max_steps=90,
+        drop_key=drop_key,
+        reward=REWARDS[i % 3],
+        subgoal_horizon=horizon,
+        goal_mask=MASKS[i % 5],
+    )
     for i, (graph, drop_key, horizon) in enumerate(itertools.product("abcdefg", (False, True), (None, 7)))
 ]
 
 
 @pytest.fixture(
-    scope="module", params=CASES, ids=lambda s: f"{s.graph}{s.drop_key:d}-{s.reward}-{s.goal_mask}-{s.subgoal_horizon}"
+    scope="module", params=CASES, ids=lambda c: f"{c.graph}{c.drop_key:d}-{c.reward}-{c.goal_mask}-{c.subgoal_horizon}"
 )
 def case(request):
     return request.param, record(request.param)
@@ -35,8 +43,8 @@ def same(one, other):
         np.testing.assert_array_equal(one[name], other[name], err_msg=name, strict=isinstance(one[name], np.ndarray))
 
 
-def keywords(settings, **changes):
-    return {**vars(settings), **changes}
+def keywords(config, **changes):
+    return {**vars(config), **changes}
 
 
 def test_plays_hold_what_is_to_be_compared(case):
@@ -53,9 +61,9 @@ def is_legal(moment):
 
 
 def test_aec(case):
-    settings, plays = case
+    config, plays = case
     for n, play in enumerate(plays):
-        env = hierroom.raw_env(**keywords(settings, env_index=n))
+        env = hierroom.raw_env(**keywords(config, env_index=n))
         env.reset(seed=SEED)
         illegal = 0
         for moment in play:
@@ -84,9 +92,9 @@ def test_aec(case):
 
 
 def test_parallel(case):
-    settings, plays = case
+    config, plays = case
     for n, play in enumerate(plays):
-        env = hierroom.parallel_env(**keywords(settings, env_index=n))
+        env = hierroom.parallel_env(**keywords(config, env_index=n))
         observations, _ = env.reset(seed=SEED)
         for moment in play:
             if moment.meta is None:
@@ -111,9 +119,9 @@ def test_parallel(case):
 
 
 def test_gymnasium(case):
-    settings, plays = case
+    config, plays = case
     for n, play in enumerate(plays):
-        env = EscapeRoom(**keywords(settings, env_index=n, meta=Script(plays)))
+        env = EscapeRoom(**keywords(config, env_index=n, meta=Script(plays)))
         observation, _ = env.reset(seed=SEED)
         for moment in play:
             same(observation, moment.controller)
@@ -125,11 +133,11 @@ def test_gymnasium(case):
                 observation, _ = env.reset()
 
 
-def test_vector_as_gymnasium_makes_one_of_single_rooms(case):
-    settings, plays = case
-    ours = EscapeRooms(len(plays), **keywords(settings, meta=Script(plays)))
+def test_vector_as_gymnasium_makes_one_of_single_environments(case):
+    config, plays = case
+    ours = EscapeRooms(len(plays), **keywords(config, meta=Script(plays)))
     theirs = SyncVectorEnv(
-        [lambda n=n: EscapeRoom(**keywords(settings, env_index=n, meta=Script(plays))) for n in range(len(plays))],
+        [lambda n=n: EscapeRoom(**keywords(config, env_index=n, meta=Script(plays))) for n in range(len(plays))],
         autoreset_mode=AutoresetMode.SAME_STEP,
     )
     (observations, infos), (expected, expected_infos) = ours.reset(seed=SEED), theirs.reset(seed=[SEED] * len(plays))

@@ -10,26 +10,26 @@ from hierroom.world import kernels
 from hierroom.world.layout import State
 
 
-class MiniGridRoom(MiniGridEnv):
+class MiniGridLevel(MiniGridEnv):
     """The level of a state in which the agent holds nothing and no door is open."""
 
     def __init__(self, state: State, **settings):
         self.start = state.copy()
-        room = self.start.levels[0]
-        self.can_drop = bool(room.can_drop)
+        level = self.start.levels[0]
+        self.can_drop = bool(level.can_drop)
         super().__init__(
-            MissionSpace(lambda: "reach the exit"), grid_size=state.size, max_steps=int(room.max_steps), **settings
+            MissionSpace(lambda: "reach the exit"), grid_size=state.size, max_steps=int(level.max_steps), **settings
         )
 
     def _gen_grid(self, width, height):
-        room = self.start.levels[0]
+        level = self.start.levels[0]
         self.grid = Grid(width, height)
         for row in range(height):
             for col in range(width):
                 tile = self.start.grids[0, row + kernels.MARGIN, col + kernels.MARGIN]
                 self.grid.set(col, row, make_object(tile))
-        self.agent_pos = (int(room.col) - kernels.MARGIN, int(room.row) - kernels.MARGIN)
-        self.agent_dir = int(room.direction)
+        self.agent_pos = (int(level.col) - kernels.MARGIN, int(level.row) - kernels.MARGIN)
+        self.agent_dir = int(level.direction)
         self.bag: list[Key] = []
         self.unlocked: set[str] = set()
 

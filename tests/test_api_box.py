@@ -14,7 +14,7 @@ BOTH = ("meta_0", "controller_0")
 
 
 def make(**settings):
-    return hierroom.wrappers(hierroom.parallel_env(**{"graph": "a", "size": 11, "max_steps": 60, **settings}))
+    return hierroom.box_view(hierroom.parallel_env(**{"graph": "a", "size": 11, "max_steps": 60, **settings}))
 
 
 def test_spaces_are_equal_boxes_and_the_same_objects_at_every_call():
@@ -48,7 +48,7 @@ def numbers(agent, observation):
 
 @pytest.mark.parametrize("drop_key", [False, True])
 def test_numbers_say_what_the_dicts_say(drop_key):
-    settings = {"drop_key": drop_key, "goal_mask": "none", "subgoal_horizon": 3, "pay": "bonus"}
+    settings = {"drop_key": drop_key, "goal_mask": "none", "subgoal_horizon": 3, "reward": "bonus"}
     env, plain = make(**settings), hierroom.parallel_env(graph="a", size=11, max_steps=60, **settings)
     rng = np.random.default_rng(0)
     (seen, infos), (expected, expected_infos) = env.reset(seed=3), plain.reset(seed=3)
@@ -73,10 +73,10 @@ def test_numbers_say_what_the_dicts_say(drop_key):
 def test_supersuit_for_ten_thousand_steps():
     env = concat_vec_envs_v1(pettingzoo_env_to_vec_env_v1(make()), 2, base_class="gymnasium")
     observations, _ = env.reset(seed=0)
-    assert len(np.unique(observations[::2], axis=0)) == 2  # two rooms, no copies
+    assert len(np.unique(observations[::2], axis=0)) == 2  # two environments, no copies
     rng = np.random.default_rng(0)
     ends = 0
-    for _ in range(5_000):  # of two rooms
+    for _ in range(5_000):  # of two environments
         observations, rewards, terminated, truncated, infos = env.step(rng.integers(6, size=4))
         assert observations.shape == (4, 191)
         assert np.isfinite(rewards).all()
@@ -99,7 +99,7 @@ def one_thread():
 
 @pytest.mark.usefixtures("one_thread")
 def test_stable_baselines_learns_through_it():
-    """Two updates, from rooms that are the same again, change every weight, the same way again."""
+    """Two updates, in environments that are the same again, change every weight, the same way again."""
     policies = []
     for _ in range(2):
         env = concat_vec_envs_v1(pettingzoo_env_to_vec_env_v1(make()), 2, base_class="stable_baselines3")

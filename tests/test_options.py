@@ -1,8 +1,8 @@
-"""Turns and pay, counted by hand."""
+"""Options and rewards, counted by hand."""
 
 import numpy as np
 import pytest
-from turns_rooms import make, well_or_wildly
+from turns_helpers import make, well_or_wildly
 
 import hierroom
 from hierroom.controller import NOVELTY_BONUS, REWARDS
@@ -16,7 +16,7 @@ from hierroom.world.world import World
 BOTH = ("meta_0", "controller_0")
 
 
-# chosen goal or None | event | reward, end | pay: extrinsic, bonus, intrinsic | reached, late, over | owed, elapsed
+# goal chosen | event | reward, end | extrinsic, bonus, intrinsic | reached, timed out, ended | meta reward, elapsed
 STORY = [
     (2, -1, 0.00, "", 0.00, 0, 0, False, False, False, 0.00, 1),
     (None, 8, 0.25, "", 0.25, 1, 0, False, False, False, 0.00, 2),  # another goal than the one pursued
@@ -50,14 +50,14 @@ ENDINGS = [
 
 @pytest.mark.parametrize("place", [0, 1, 2])
 @pytest.mark.parametrize("story", [STORY, TRUNCATED_AS_ITS_HORIZON_RUNS_OUT, *[[ending] for ending in ENDINGS]])
-@pytest.mark.parametrize("pay", REWARDS)
-def test_a_story_told_by_hand(story, reward, place):
-    """In one of three rooms; the others pursue nothing and nothing happens in them."""
-    ledger = Ledger.of_beginnings(3, n_actions=5)
+@pytest.mark.parametrize("reward_name", REWARDS)
+def test_a_story_told_by_hand(story, reward_name, place):
+    """In one of three environments; the others pursue nothing and nothing happens in them."""
+    ledger = Ledger.at_reset(3, n_actions=5)
     others = np.setdiff1d(np.arange(3), place)
     ledger.begin_options(others, np.full(2, -1))
-    owed_before = 0
-    for goal, event, reward, end, extrinsic, bonus, intrinsic, reached, late, episode_ended, owed, elapsed in story:
+    meta_rewards = 0
+    for goal, event, reward, end, extrinsic, bonus, intrinsic, reached, late, ended, meta_reward, elapsed in story:
         assert ledger.is_meta_turn[place] == (goal is not None)
         if goal is not None:
             ledger.begin_options(np.array([place]), np.array([goal]))
@@ -66,41 +66,42 @@ def test_a_story_told_by_hand(story, reward, place):
         outcomes[place]["event"], outcomes[place]["is_first"], outcomes[place]["reward"] = event, event >= 0, reward
         if end:
             outcomes[place][end] = True
-        step = ledger.record(np.zeros(3, np.int64), outcomes, REWARDS[reward], 4, 5)
-        expected = {"extrinsic": extrinsic, "bonus": bonus, "intrinsic": intrinsic, "novelty": extrinsic}[reward]
+        step = ledger.record(np.zeros(3, np.int64), outcomes, REWARDS[reward_name], 4, 5)
+        expected = {"extrinsic": extrinsic, "bonus": bonus, "intrinsic": intrinsic, "novelty": extrinsic}[reward_name]
         assert (step.rewards[place], step.extrinsic[place]) == (expected, extrinsic)
-        assert (step.reached[place], step.timed_out[place], step.option_ended[place]) == (reached, late, episode_ended)
-        assert (step.meta_rewards[place], step.meta_elapsed[place]) == (owed, elapsed)
+        assert (step.reached[place], step.timed_out[place], step.option_ended[place]) == (reached, late, ended)
+        assert (step.meta_rewards[place], step.meta_elapsed[place]) == (meta_reward, elapsed)
         assert step.episode_ended[place] == bool(end)
-        if episode_ended:
+        if ended:
             assert (
                 step.outcomes[place] == ledger.last_outcomes[place] == [OTHER, TIMED_OUT, REACHED][2 * reached + late]
             )
             assert ledger.goals[place] == -1
         assert not step.rewards[others].any()
         assert not step.meta_rewards[others].any()
-        owed_before += owed
-    assert owed_before == sum(line[4] for line in story)
+        meta_rewards += meta_reward
+    assert meta_rewards == sum(line[4] for line in story)
 
 
-def test_a_bonus_is_paid_once_for_each_key():
+def test_there_is_one_bonus_for_each_key():
     turns = make(drop_key=True, reward="bonus")
     key = int(turns.world.state.levels[0].colours[0])
     fetch = shortest_actions(turns.world.get_state(), key)
-    paid = [turns.step([action]).rewards[0] for action in fetch]
-    assert paid == [0.0] * (len(fetch) - 1) + [1.0]
+    rewards = [turns.step([action]).rewards[0] for action in fetch]
+    assert rewards == [0.0] * (len(fetch) - 1) + [1.0]
     turns.step([5])
     again = turns.step([3])
     assert (again.events[0], again.rewards[0]) == (key, 0.0)
 
 
-@pytest.mark.parametrize("pay", REWARDS)
+@pytest.mark.parametrize("reward_name", REWARDS)
 @pytest.mark.parametrize("horizon", [None, 9])
-def test_rewards_are_conserved(reward, horizon):
+def test_rewards_are_conserved(reward_name, horizon):
     """What ``last`` gives each agent over an episode is what the parallel environment and a hand count give it."""
-    settings = {"graph": "b", "size": 11, "max_steps": 150, "pay": reward, "subgoal_horizon": horizon, "drop_key": True}
+    settings = {"graph": "b", "size": 11, "max_steps": 150, "subgoal_horizon": horizon, "drop_key": True}
+    settings["reward"] = reward_name
     aec, parallel = hierroom.env(**settings), hierroom.parallel_env(**settings)
-    world = World([GoalGraph.named("b")], size=11, max_steps=150, drop_key=True)
+    world = World([GoalGraph.named("b")], size=11, max_steps=150, drop_key=True, memories=["visited"])
     rng = np.random.default_rng(1)
     successes = 0
     for seed in range(12):
@@ -121,8 +122,8 @@ def test_rewards_are_conserved(reward, horizon):
             else:
                 action = well_or_wildly(rng, world)
                 aec.step(action)
-                for name, paid in parallel.step({"meta_0": choice, "controller_0": action})[1].items():
-                    from_parallel[name] += paid
+                for name, given in parallel.step({"meta_0": choice, "controller_0": action})[1].items():
+                    from_parallel[name] += given
                 outcome = world.step_within_episode(np.array([action]))[0]
                 event = int(outcome["event"])
                 by_hand["meta_0"] += event == EXIT_GOAL
@@ -131,24 +132,24 @@ def test_rewards_are_conserved(reward, horizon):
                     "bonus": event >= 0 and event not in seen_before,
                     "intrinsic": event >= 0 and event == goal,
                     "novelty": (event == EXIT_GOAL) + NOVELTY_BONUS * float(outcome["is_novel"]),
-                }[reward]
+                }[reward_name]
                 seen_before.add(event)
                 successes += bool(outcome["terminated"])
         assert from_last == from_parallel == by_hand
     assert successes > 0
 
 
-def test_the_batch_owes_both_agents_what_it_pays():
+def test_the_rewards_of_options_add_up_to_those_of_steps():
     turns, meta = make(n=32, seed=2, max_steps=60, subgoal_horizon=5, reward="extrinsic"), make_meta("fixed-dfs")
     rng = np.random.default_rng(0)
-    owed, earned, elapsed = np.zeros(32), np.zeros(32), np.zeros(32, np.int64)
+    of_options, of_steps, elapsed = np.zeros(32), np.zeros(32), np.zeros(32, np.int64)
     for t in range(1, 401):
         turns.ask(meta)
         step = turns.step([well_or_wildly(rng, turns.world) if n == 0 else rng.integers(5) for n in range(32)])
-        owed += step.meta_rewards
-        earned += step.rewards
+        of_options += step.meta_rewards
+        of_steps += step.rewards
         elapsed += np.where(step.option_ended, step.meta_elapsed, 0)
-        np.testing.assert_array_equal(owed[step.option_ended], earned[step.option_ended])
+        np.testing.assert_array_equal(of_options[step.option_ended], of_steps[step.option_ended])
         np.testing.assert_array_equal(elapsed[step.option_ended], t)
         assert (step.meta_elapsed <= 5).all()
-    assert earned.sum() > 0
+    assert of_steps.sum() > 0

@@ -3,21 +3,26 @@
 import re
 import sys
 import textwrap
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from hierroom import InputError, train
+from hierroom import train
 from hierroom.agents.networks import make_network
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
 from hierroom.goals import N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.networks.modular import ModularActorCritic
-from hierroom.training.presets import TrainConfig
+from hierroom.options import CONTROLLER, META
+from hierroom.training.config import TrainConfig
 from hierroom.training.trainer import Trainer
 
 SPACE = AgentSpace((5, 3), 4)
-SMALL = {"graph": "a", "size": 11, "max_steps": 60, "rooms": 8, "steps": 512}
-FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--rooms", "8", "--steps", "512", "--minibatches", "2"]
+SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512)
+FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8"]
+FLAGS += ["--steps", "512", "--minibatches", "2"]
 
 MINE = """
     import torch
@@ -26,24 +31,24 @@ MINE = """
     class Mine(nn.Module):
         def __init__(self, space, hidden_size):
             super().__init__()
-            self.heads = nn.Linear(space.n_columns, space.n_actions + 1)
+            self.heads = nn.Linear(space.n_features, space.n_actions + 1)
 
         def initial_state(self, n):
             return torch.zeros(n, 1)
 
-        def step(self, codes, state):
-            outputs = self.heads(codes.float())
+        def step(self, features, state):
+            outputs = self.heads(features.float())
             return outputs[..., :-1], outputs[..., -1], state
 
-        def sequence(self, codes, state, resets):
-            return self.step(codes, state)[:2]
+        def sequence(self, features, state, resets):
+            return self.step(features, state)[:2]
 
     class Flat(Mine):
-        def sequence(self, codes, state, resets):
-            return super().sequence(codes.flatten(0, 1), state, resets)
+        def sequence(self, features, state, resets):
+            return super().sequence(features.flatten(0, 1), state, resets)
 
     class Fragile(Mine):
-        def step(self, codes, state):
+        def step(self, features, state):
             raise RuntimeError("out of\\ncheese")
 
     class Sizeless(Mine):
@@ -103,13 +108,18 @@ def test_wrong_ones_are_one_clear_line(outside, spec, said):
 
 @pytest.mark.parametrize("settings", [{"method": "ppo-modular"}, {"method": "hippo", "network": "modular"}])
 def test_the_goal_picks_the_sub_policy(settings):
-    trainer = Trainer(TrainConfig(**SMALL, **settings))
-    assert isinstance(trainer.learner.network, ModularActorCritic)
-    assert len(trainer.learner.network.parts) == N_GOALS + 1
-    codes = trainer.inputs.codes(trainer.turns.observation())
-    np.testing.assert_array_equal(codes[:, 0], trainer.turns.goals)
-    trainer.turns.ledger.goals[:] = -1
-    assert (trainer.inputs.codes(trainer.turns.observation())[:, 0] == N_GOALS).all()
-    seen = trainer.inputs.names[1:]
+    trainer = Trainer(replace(SMALL, **settings))
+    turns, agent = trainer.turns, trainer.controller
+    assert isinstance(agent.learner.network, ModularActorCritic)
+    assert len(agent.learner.network.parts) == N_GOALS + 1
+    situation = turns.observe(META, turns.due(META))
+    turns.act(META, situation, trainer.agents[META].act(situation))
+    assert (turns.goals >= 0).all()
+    observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
+    np.testing.assert_array_equal(agent.features.encode(observation)[:, 0], turns.goals)
+    turns.ledger.goals[:] = -1
+    observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
+    assert (agent.features.encode(observation)[:, 0] == N_GOALS).all()
+    seen = agent.features.names[1:]
     assert "symbol" not in seen
     assert ("goal" in seen) == (settings["method"] == "hippo")

@@ -1,10 +1,11 @@
-"""Plays recorded from the batch of turns, to be replayed through every face of it."""
+"""Plays recorded from a batch of turns, to be replayed through every API."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from hierroom.env_config import EnvConfig
+from hierroom.turns import Turns
 from hierroom.world.oracle import shortest_actions
 
 META_NONSENSE, NONSENSE = (-7, 14, 99), (-1, 6, 77)  # what neither agent has among its actions
@@ -12,7 +13,7 @@ META_NONSENSE, NONSENSE = (-7, 14, 99), (-1, 6, 77)  # what neither agent has am
 
 @dataclass
 class Moment:
-    """One primitive step of one room, as the batch tells it."""
+    """One primitive step of one environment, as the batch of turns gives it."""
 
     choice: int  # what meta_0 says, which counts on its turn only
     action: int
@@ -29,15 +30,15 @@ class Script:
 
     def __init__(self, plays):
         self.choices = {}
-        for room, moments in enumerate(plays):
+        for env, moments in enumerate(plays):
             episode, steps = 0, 0
             for moment in moments:
-                self.choices[room, episode, steps] = moment.choice
+                self.choices[env, episode, steps] = moment.choice
                 episode, steps = (episode + 1, 0) if any(moment.ends) else (episode, steps + 1)
 
     def choose(self, observations, legal, situation):
-        rooms = situation.state.levels
-        when = zip(rooms["index"].tolist(), rooms["episode"].tolist(), rooms["steps"].tolist(), strict=True)
+        levels = situation.state.levels
+        when = zip(levels["index"].tolist(), levels["episode"].tolist(), levels["steps"].tolist(), strict=True)
         return np.array([self.choices.get(moment, -1) for moment in when])
 
 
@@ -45,37 +46,34 @@ def row(observations, m):
     return {name: values[m] for name, values in observations.items()}
 
 
-def record(settings: EnvConfig, n_rooms=2, n_steps=160, seed=5):
-    """[N][T] moments of rooms played half well, half wildly, with nonsense in between."""
+def record(config: EnvConfig, num_envs=2, n_steps=160, seed=5):
+    """[N][T] moments of environments played half well, half wildly, with nonsense in between."""
     rng = np.random.default_rng(seed)
-    turns = settings.turns(n_rooms, autoreset=True)
+    turns = Turns(config, num_envs, measure_shortest=True)
     turns.reset(seed)
-    everyone = np.arange(n_rooms)
-    plays = [[] for _ in range(n_rooms)]
+    everywhere = np.arange(num_envs)
+    plays = [[] for _ in range(num_envs)]
     for _ in range(n_steps):
         is_turn = turns.ledger.is_meta_turn.copy()
-        situation = turns.situation(everyone)
-        masks = turns.meta_masks(situation)
-        shown = turns.meta_observations(turns.meta_observation(everyone), situation.last_outcomes, masks)
-        choices = [choice(rng, mask) for mask in masks]
-        turns.choose(everyone, choices, masks)
+        situation = turns.situation(everywhere)
+        meta = situation.as_dict()
+        choices = [choice(rng, mask) for mask in situation.masks]
+        turns.choose(situation, choices)
         illegal_goals = turns.ledger.illegal_goals.copy()
-        seen = turns.controller_observations(turns.observation())
-        actions = [action(rng, turns.world.get_state([n])) for n in everyone]
+        controller = turns.observe("controller_0", everywhere).as_dict()
+        actions = [action(rng, turns.world.get_state([n])) for n in everywhere]
         step = turns.step(actions)
-        last_seen = turns.controller_observations(turns.final_observation(step, everyone))
-        no_goal_only = np.arange(14) == 13
-        last_shown = turns.meta_observations(
-            turns.final_observation(step, everyone), step.outcomes, np.tile(no_goal_only, (n_rooms, 1))
-        )
-        for n in everyone:
-            moment = Moment(choices[n], actions[n], row(shown, n) if is_turn[n] else None, row(seen, n))
+        last_controller = turns.final_observation("controller_0", step, everywhere).as_dict()
+        last_meta = turns.final_observation("meta_0", step, everywhere).as_dict() | {"outcome": step.outcomes}
+        np.testing.assert_array_equal(last_meta["action_mask"], np.tile(np.arange(14) == 13, (num_envs, 1)))
+        for n in everywhere:
+            moment = Moment(choices[n], actions[n], row(meta, n) if is_turn[n] else None, row(controller, n))
             moment.rewards = {"meta_0": step.extrinsic[n], "controller_0": step.rewards[n]}
             moment.ends = (bool(step.terminated[n]), bool(step.truncated[n]))
             ending = {}
             if step.episode_ended[n]:
                 ending = {"success": moment.ends[0], "length": step.lengths[n], "shortest_length": step.shortest[n]}
-                moment.finals = {"meta_0": row(last_shown, n), "controller_0": row(last_seen, n)}
+                moment.finals = {"meta_0": row(last_meta, n), "controller_0": row(last_controller, n)}
             common = {"goal_event": step.events[n], **ending}
             moment.infos = {
                 "meta_0": {"elapsed": step.meta_elapsed[n], "illegal_actions": illegal_goals[n], **common},

@@ -1,4 +1,4 @@
-"""Made-up rooms for tests of the learner: everything random, uneven turns, every kind of end."""
+"""Made-up environments for tests of the learner: everything random, uneven turns, every kind of end."""
 
 import numpy as np
 import torch
@@ -23,7 +23,7 @@ def make_learner(num_envs=6, network=None, seed=1, **config):
 
 
 class RandomEnvs:
-    """Random observations, masks, rewards and ends; a room acts in a tick with its own probability."""
+    """Random observations, masks, rewards and ends; each environment takes part in a tick with its own probability."""
 
     def __init__(self, num_envs, seed, space=SPACE):
         self.random = np.random.default_rng(seed)
@@ -41,7 +41,7 @@ class RandomEnvs:
         return masks
 
     def begin(self, learner):
-        """A turn begins in a random subset of the rooms; returns rooms, masks and actions."""
+        """A turn begins in a random subset of the environments; returns these, masks and actions."""
         envs = np.flatnonzero(self.random.random(self.num_envs) < self.pace)
         masks = self.draw_masks(len(envs))
         return envs, masks, learner.act(envs, self.features[envs], masks)
@@ -55,11 +55,15 @@ class RandomEnvs:
         episode_ended = ended & (self.random.random(n) < 0.6)
         final = self.draw_features(n)
         rewards, elapsed = self.random.normal(size=n), self.random.integers(1, 4, n)
-        learner.finish(envs, rewards, elapsed, terminated, truncated, episode_ended, final)
+        learner.finish(envs, rewards, elapsed, terminated, truncated, episode_ended, final[truncated])
         self.features[envs] = np.where(ended[:, None], self.draw_features(n), final)
-        return learner.update(0.5) if learner.ready else None
+        if not learner.ready:
+            return None
+        waiting = np.flatnonzero(~learner.has_begun)
+        learner.bootstrap(waiting, self.features[waiting])
+        return learner.update(0.5)
 
     def tick(self, learner):
-        """`begin` and `finish`; returns rooms, masks, actions and statistics."""
+        """`begin` and `finish`; returns environments, masks, actions and statistics."""
         envs, masks, actions = self.begin(learner)
         return envs, masks, actions, self.finish(learner, envs)

@@ -129,10 +129,10 @@ def arrays_of(thing):
             yield from arrays_of(value)
 
 
-FACES = {
+APIS = {
     "parallel": lambda: hierroom.parallel_env(graph="a", size=11, max_steps=25, subgoal_horizon=6),
-    "gymnasium": lambda: EscapeRoom("fixed-dfs", graph="a", size=11, max_steps=25),
-    "vector": lambda: EscapeRooms(3, "fixed-dfs", graph="a", size=11, max_steps=25),
+    "gymnasium": lambda: EscapeRoom("a", meta="fixed-dfs", size=11, max_steps=25),
+    "vector": lambda: EscapeRooms(3, "a", meta="fixed-dfs", size=11, max_steps=25),
 }
 
 
@@ -147,10 +147,10 @@ def advance(env, rng):
     return env.reset() if isinstance(env, EscapeRoom) and (result[2] or result[3]) else result
 
 
-@pytest.mark.parametrize("face", FACES)
-def test_what_is_returned_is_the_callers_own(face):
+@pytest.mark.parametrize("api", APIS)
+def test_what_is_returned_is_the_callers_own(api):
     """Spoiling it changes nothing, and what was kept does not change later."""
-    env, twin = FACES[face](), FACES[face]()
+    env, twin = APIS[api](), APIS[api]()
     rng, twin_rng = np.random.default_rng(0), np.random.default_rng(0)
     spoil(env.reset(seed=7, options={"complexity": True}))
     twin.reset(seed=7)
@@ -187,9 +187,9 @@ def test_what_the_aec_environment_returns_is_the_callers_own():
 
 
 @pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: cloudpickle.loads(cloudpickle.dumps(env))])
-@pytest.mark.parametrize("face", FACES)
-def test_a_copy_goes_its_own_way(face, clone):
-    env, twin = FACES[face](), FACES[face]()
+@pytest.mark.parametrize("api", APIS)
+def test_a_copy_goes_its_own_way(api, clone):
+    env, twin = APIS[api](), APIS[api]()
     for each in (env, twin):
         each.reset(seed=7)
     rng, twin_rng = np.random.default_rng(0), np.random.default_rng(0)
@@ -214,7 +214,7 @@ def test_reset_takes_any_options_and_tells_complexity_if_asked():
         assert made.complexity.to_dict() in (info.get("complexity"), info.get("meta_0", {}).get("complexity"))
 
 
-def test_settings_reach_the_room():
+def test_arguments_reach_the_level():
     env = hierroom.parallel_env(graph="g", size=15, max_steps=7, drop_key=True, goal_mask="none")
     observations, _ = env.reset(seed=0)
     assert env.action_space("controller_0").n == 6

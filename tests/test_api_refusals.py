@@ -10,9 +10,9 @@ from hierroom import InputError
 from hierroom.gym_env import EscapeRoom, EscapeRooms
 
 
-@pytest.mark.parametrize("face", [hierroom.env, hierroom.raw_env, hierroom.parallel_env, EscapeRoom, EscapeRooms])
+@pytest.mark.parametrize("api", [hierroom.env, hierroom.raw_env, hierroom.parallel_env, EscapeRoom, EscapeRooms])
 @pytest.mark.parametrize(
-    ("settings", "said"),
+    ("arguments", "said"),
     [
         ({"graph": "h"}, "a graph is a letter from a to g, a GoalGraph or a path to a .toml file, not 'h'"),
         ({"graph": "nowhere.toml"}, "cannot read the goal graph nowhere.toml: No such file or directory"),
@@ -20,17 +20,17 @@ from hierroom.gym_env import EscapeRoom, EscapeRooms
         ({"graph": hierroom.GoalGraph((0,) * 7, 1)}, "a grid holds at most 7 rooms"),
         ({"size": 10}, "size must be a whole number from 11 to 63, not 10"),
         ({"max_steps": 0}, "max_steps must be a whole number"),
-        ({"pay": "handsomely"}, "pay is one of extrinsic, bonus, intrinsic, "),
+        ({"reward": "handsome"}, "reward is one of extrinsic, bonus, intrinsic, "),
         ({"goal_mask": "all"}, "goal_mask is one of reachable, existing, seen, none, not 'all'"),
         ({"subgoal_horizon": 0}, "subgoal_horizon must be a whole number of at least 1 or None, not 0"),
         ({"subgoal_horizon": 2.5}, "subgoal_horizon must be a whole number of at least 1 or None, not 2.5"),
     ],
 )
-def test_wrong_settings_are_one_clear_line(face, settings, said, tmp_path, monkeypatch):
+def test_wrong_arguments_are_one_clear_line(api, arguments, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "broken.toml").write_text("key_rooms = [0,")
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
-        face(**settings)
+        api(**arguments)
     assert "\n" not in str(caught.value)
 
 
@@ -41,8 +41,11 @@ def test_wrong_settings_are_one_clear_line(face, settings, said, tmp_path, monke
             lambda: hierroom.env(render_mode="oil"),
             "render_mode must be one of ansi, rgb_array, human or None, not 'oil'",
         ),
-        (lambda: EscapeRooms(0), "the number of rooms must be"),
-        (lambda: gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 0), "the number of rooms must be"),
+        (lambda: EscapeRooms(0), "num_envs must be a whole number of at least 1, not 0"),
+        (
+            lambda: gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 0),
+            "num_envs must be a whole number of at least 1, not 0",
+        ),
         (
             lambda: EscapeRoom(meta="best"),
             "a meta-controller is one of fixed-dfs, random, oracle, none, ",
@@ -52,7 +55,7 @@ def test_wrong_settings_are_one_clear_line(face, settings, said, tmp_path, monke
         (lambda: EscapeRooms(2).reset(seed=[1, 2]), "a seed is a whole number from 0 to 2**63 - 1, not [1, 2]"),
         (lambda: stepped(1.5), "the meta-controller's choice must be 1 goal ids (whole numbers"),
         (lambda: stepped(13, 1.5), "actions must be 1 whole numbers"),
-        (lambda: stepped(None), "meta_0 is to act; None is for agents whose episode is over"),
+        (lambda: stepped(None), "meta_0 is to act; None is for agents whose episode has ended"),
         (lambda: EscapeRooms(2).step([0, 0, 0]), "actions must be 2 whole numbers"),
         (
             lambda: stepped_together({"meta_0": 13}),

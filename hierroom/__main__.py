@@ -1,0 +1,39 @@
+"""List the commands: ``python -m hierroom``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import tyro
+
+import hierroom
+from hierroom.cli import COMMANDS, run
+
+
+@dataclass(frozen=True)
+class Arguments:
+    """EscapeRoom environments, exploration complexity and hierarchical PPO: the commands.
+
+    Args:
+        version: print the version.
+    """
+
+    version: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+
+
+def main() -> int:
+    """The command."""
+    if tyro.cli(Arguments, prog="python -m hierroom").version:
+        print(hierroom.__version__)
+        return 0
+    print(f"hierroom {hierroom.__version__}: {Arguments.__doc__.splitlines()[0]}\n")  # pyright: ignore[reportOptionalMemberAccess]
+    for name, purpose in COMMANDS.items():
+        print(f"  python -m hierroom.{name:<11} {purpose}")
+    print("\nEach explains itself with --help, and completes its options in a shell that ran the output of")
+    print("--tyro-print-completion bash (or zsh, or tcsh).")
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)

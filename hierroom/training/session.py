@@ -1,0 +1,175 @@
+"""A training run from its first step, or where it was left, to its pictures."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import torch
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from torch.utils.tensorboard import SummaryWriter
+
+from hierroom.errors import InputError
+from hierroom.options import META
+from hierroom.training.assembly import make_turns
+from hierroom.training.config import TrainConfig
+from hierroom.training.episode_log import MILESTONES, WINDOW
+from hierroom.training.interrupt import Interrupt
+from hierroom.training.plots import plot_learning_curve
+from hierroom.training.run_folder import RunFolder, unused_path
+from hierroom.training.trainer import Trainer
+from hierroom.world.animation import animate
+from hierroom.world.render import draw_level
+
+ROWS_PER_RUN, CHECKPOINTS_PER_RUN = 500, 10
+
+
+def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
+    """A new run.
+
+    Args:
+        config: what it trains.
+        out: its folder, new or empty; None for ``runs/`` and its name.
+
+    Raises:
+        InputError: if the config holds a value that cannot be used, or the folder cannot be made.
+    """
+    trainer = Trainer(config)
+    folder = RunFolder.create(out or unused_path(Path("runs") / config.name), config)
+    folder.save_checkpoint(trainer.state_dict())  # so that, whatever happens now, there is something to resume
+    return trainer, folder
+
+
+def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
+    """A run that goes on from its newest checkpoint.
+
+    Args:
+        config: that of its folder, perhaps with more steps, other threads or another device.
+        path: its folder.
+
+    Raises:
+        InputError: if its checkpoint does not fit the config, or has taken all of its steps.
+    """
+    trainer = Trainer(replace(config, warm_start=None))  # the checkpoint holds all weights
+    folder = RunFolder.open(path)
+    _load(trainer, folder)
+    if trainer.steps >= config.steps != folder.config().steps:
+        taken = f"{folder.path} has taken {trainer.steps:,} steps"
+        raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
+    folder.drop_metrics_after(trainer.steps)
+    folder.save_config(config)  # with the steps to go on to, should it be interrupted again
+    return trainer, folder
+
+
+def run_session(trainer: Trainer, folder: RunFolder) -> int:
+    """Train to the end or an interrupt, and tell what came out; returns the exit code of a command."""
+    torch.set_num_threads(1)  # more gain nothing at these sizes
+    console = Console()
+    console.print(_title(trainer, folder))
+    with Interrupt() as interrupt:
+        train(trainer, folder, console, interrupt)
+    if not trainer.is_done:
+        console.print("stopped and saved; go on with:")
+        console.print(f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}", soft_wrap=True)
+        return 130
+    finish(trainer, folder, console)
+    return 0
+
+
+def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Interrupt) -> None:
+    """Train to the end or an interrupt, with a progress bar, metrics, TensorBoard events and checkpoints."""
+    total = trainer.config.steps
+    next_row, next_checkpoint = trainer.steps, trainer.steps + total // CHECKPOINTS_PER_RUN
+    columns = (
+        TextColumn("{task.percentage:3.0f}%"),
+        BarColumn(),
+        TextColumn("{task.fields[status]}"),
+        TimeRemainingColumn(),
+        TextColumn("left"),
+    )
+    with Progress(*columns, console=console) as bar, SummaryWriter(str(folder.path)) as events:
+        task = bar.add_task("", total=total, completed=trainer.steps, status="the first run compiles,")
+        while not trainer.is_done and not interrupt.is_requested:
+            trainer.advance()
+            is_last = trainer.is_done or interrupt.is_requested
+            row = trainer.metrics()
+            status = (
+                f"{trainer.steps / trainer.seconds:,.0f} steps/s, success {row['success_rate']:.1%}, "
+                f"length {row['episode_length']:.0f},"
+            )
+            bar.update(task, completed=min(trainer.steps, total), status=status)
+            if trainer.steps >= next_row or is_last:
+                next_row += total // ROWS_PER_RUN
+                folder.append_metrics(row)
+                for name, value in row.items():
+                    events.add_scalar(name, value, trainer.steps)
+            if trainer.steps >= next_checkpoint or is_last:
+                next_checkpoint += total // CHECKPOINTS_PER_RUN
+                folder.save_checkpoint(trainer.state_dict())
+
+
+def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
+    """Write summary and pictures and print what came out."""
+    summary = trainer.summary()
+    folder.save_summary(summary)
+    curve, escape = folder.path / "learning_curve.png", folder.path / "escape.gif"
+    plot_learning_curve(folder, curve)
+    table = Table(title=trainer.config.name, show_header=False)
+    table.add_column("")
+    table.add_column("", justify="right")
+    table.add_row(f"success, last {min(WINDOW, summary['episodes'])} episodes", f"{summary['success_rate']:.1%}")
+    table.add_row("episode length", f"{summary['episode_length']:.1f}")
+    table.add_row("steps", f"{summary['steps']:,}")
+    for milestone in MILESTONES:
+        steps = summary[f"steps_to_{milestone}"]
+        table.add_row(f"steps to {milestone}% success", f"{steps:,}" if steps else "-")
+    table.add_row("seconds", f"{summary['seconds']:.1f}")
+    table.add_row("steps per second", f"{summary['steps_per_second']:,.0f}")
+    table.add_row("memory of the rollout", f"{summary['rollout_bytes'] / 2**20:.1f} MiB")
+    console.print(table)
+    frames = next(escapes(trainer), None)
+    if frames:
+        animate(frames, escape)
+    console.print(f"learning curve  {curve}", soft_wrap=True)
+    console.print(f"one escape      {escape if frames else 'none in 20 episodes'}", soft_wrap=True)
+    console.print(f"evaluate it     python -m hierroom.evaluate {shlex.quote(str(folder.path))}", soft_wrap=True)
+
+
+def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
+    """The pictures of each successful episode among the first few of a fresh environment."""
+    config = replace(trainer.config, threads=1)
+    pair = trainer.freeze(1, seed=config.seed)
+    turns = make_turns(config, 1, config.seed + 1, whole_interval=True, autoreset=False)
+    for _ in range(episodes):
+        turns.reset()
+        moments = []
+        step = None
+        while step is None or not step.episode_ended[0]:
+            pair.choose(turns, META)
+            moments.append((turns.world.get_state(), int(turns.goals[0])))
+            step = pair.step(turns)
+        moments.append((turns.world.get_state(), int(step.goals[0])))
+        if step.terminated[0]:
+            yield [draw_level(state, goal, tile_size=16) for state, goal in moments]
+
+
+def _title(trainer: Trainer, folder: RunFolder) -> str:
+    config = trainer.config
+    return (
+        f"{config.method} with meta-controller {config.pair.meta} on graph {config.env.graph}, seed {config.seed}: "
+        f"{config.steps:,} steps in {config.num_envs} environments, into {folder.path}"
+    )
+
+
+def _load(trainer: Trainer, folder: RunFolder) -> None:
+    """Go on from a run's newest checkpoint."""
+    state = folder.load_checkpoint()
+    try:
+        trainer.load_state_dict(state)
+    except (RuntimeError, KeyError, ValueError, TypeError) as error:
+        raise InputError(f"the newest checkpoint of {folder.path} does not fit its config.json") from error

@@ -1,0 +1,63 @@
+"""The structure of the package, read from its imports: parts (files and folders of hierroom/), and who imports whom."""
+
+import ast
+from pathlib import Path
+
+import networkx as nx
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "hierroom"
+COMMAND = "complexity/__main__"
+"""The one file that is told apart from its folder: a command stands on what it runs, not where its folder does."""
+
+
+def module_of(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def files() -> list[Path]:
+    return sorted(PACKAGE.rglob("*.py"))
+
+
+def file_imports() -> nx.DiGraph:
+    """An arrow from each file to each file of the package that it imports, wherever in the file it does so."""
+    modules = {module_of(path): path for path in files()}
+    graph = nx.DiGraph()
+    graph.add_nodes_from(modules.values())
+    for name, path in modules.items():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("hierroom"):
+                wanted = [f"{node.module}.{alias.name}" for alias in node.names]
+                found = {modules.get(one, modules.get(node.module)) for one in wanted}
+            elif isinstance(node, ast.Import):
+                found = {modules.get(alias.name) for alias in node.names if alias.name.startswith("hierroom")}
+            else:
+                continue
+            graph.add_edges_from((path, target) for target in found if target is not None and target != modules[name])
+    graph.remove_node(PACKAGE / "__init__.py")  # the public names, loaded when they are asked for
+    return graph
+
+
+def part_of(path: Path) -> str:
+    name = path.relative_to(PACKAGE).with_suffix("").as_posix()
+    return name if name == COMMAND else name.split("/")[0]
+
+
+def part_imports() -> nx.DiGraph:
+    """An arrow from each part to each part that it imports."""
+    graph = nx.DiGraph()
+    for path in file_imports():
+        graph.add_node(part_of(path))
+    for source, target in file_imports().edges:
+        if part_of(source) != part_of(target):
+            graph.add_edge(part_of(source), part_of(target))
+    return graph
+
+
+def floors() -> list[list[str]]:
+    """The parts from the ground up: each stands one floor above the highest part that it imports."""
+    graph = part_imports()
+    floor: dict[str, int] = {}
+    for part in reversed(list(nx.topological_sort(graph))):
+        floor[part] = 1 + max((floor[other] for other in graph[part]), default=-1)
+    return [sorted(part for part in floor if floor[part] == n) for n in range(max(floor.values()) + 1)]

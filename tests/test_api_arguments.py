@@ -1,0 +1,153 @@
+"""The arguments of all APIs: each lists every entry of `EnvConfig`, refuses others, and takes every kind of graph."""
+
+import inspect
+from dataclasses import fields
+from functools import partial
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+
+import hierroom
+from hierroom import GoalGraph, InputError
+from hierroom.complexity import Curriculum, parse_difficulty
+from hierroom.env_config import EnvConfig
+from hierroom.gym_env import EscapeRoom, EscapeRooms
+
+ID = "hierroom/EscapeRoom-a-v0"
+APIS = {
+    "env": hierroom.env,
+    "raw_env": hierroom.raw_env,
+    "parallel_env": hierroom.parallel_env,
+    "EscapeRoom": EscapeRoom,
+    "EscapeRooms": EscapeRooms,
+}
+MADE = {
+    **APIS,
+    "make": partial(gymnasium.make, ID),
+    "make_vec": partial(gymnasium.make_vec, ID, num_envs=2),
+    "make_vec sync": partial(gymnasium.make_vec, ID, num_envs=2, vectorization_mode="sync"),
+}
+OWN = {
+    "EscapeRoom": {"meta": "none", "render_mode": None},
+    "EscapeRooms": {"num_envs": 1, "meta": "none", "threads": 1},
+}
+ROW = GoalGraph((0, 1, 2, 3), 4)
+
+
+@pytest.mark.parametrize("api", APIS)
+def test_the_signature_lists_every_entry_of_the_config(api):
+    parameters = inspect.signature(APIS[api]).parameters
+    kinds = {parameter.kind for parameter in parameters.values()}
+    assert kinds == {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}  # no **settings
+    defaults = {name: parameter.default for name, parameter in parameters.items()}
+    config = {field.name: field.default for field in fields(EnvConfig)}
+    config["reward"] = "extrinsic" if api.startswith("Escape") else "intrinsic"
+    assert defaults == config | OWN.get(api, {"render_mode": None})
+
+
+@pytest.mark.parametrize("api", APIS)
+def test_the_signature_has_the_types_of_the_config(api):
+    parameters = inspect.signature(APIS[api]).parameters
+    for field in fields(EnvConfig):
+        given = parameters[field.name].annotation
+        assert given == "RewardName" if field.name == "reward" else given in field.type
+
+
+@pytest.mark.parametrize("api", MADE)
+def test_an_unknown_keyword_is_one_line_that_names_the_known_ones(api):
+    native = {"make": "EscapeRoom", "make_vec": "EscapeRooms", "make_vec sync": "EscapeRoom"}.get(api, api)
+    known = ", ".join(inspect.signature(APIS[native]).parameters)
+    for wrong in ({"pay": "bonus"}, {"room_index": 3, "colour": "mauve"}):
+        with pytest.raises(InputError) as caught:
+            MADE[api](**wrong)
+        assert str(caught.value) == f"an environment takes {known}; not {', '.join(wrong)}"
+
+
+def turns_of(env):
+    """The turns of what an API made; of the first environment, where Gymnasium made several."""
+    if isinstance(env, gymnasium.vector.SyncVectorEnv):
+        env = env.envs[0]
+    return env.unwrapped.turns if isinstance(env.unwrapped, EscapeRooms) else env.unwrapped.room.turns
+
+
+def graphs_of(env, n_episodes=12):
+    """The goal graphs of the first episodes of the first environment."""
+    graphs = []
+    for seed in [3] + [None] * (n_episodes - 1):
+        env.reset(seed=seed)
+        graphs.append(turns_of(env).situation(np.arange(1)).graph(0))
+    return graphs
+
+
+@pytest.fixture
+def row_file(tmp_path):
+    path = tmp_path / "row.toml"
+    path.write_text("key_rooms = [0, 1, 2, 3]\nexit_room = 4\n")
+    return path
+
+
+@pytest.mark.parametrize("api", MADE)
+def test_one_graph_can_be_given_in_every_way(api, row_file):
+    ways = [("f", GoalGraph.named("f")), (ROW, ROW), (str(row_file), ROW), (Path(row_file), ROW)]
+    for graph, expected in ways:
+        env = MADE[api](graph=graph, size=15)
+        assert graphs_of(env, 2) == [expected] * 2
+        assert turns_of(env).complexity.graph == expected
+        env.close()
+
+
+@pytest.fixture(
+    scope="module", params=[("hitting_time:8..16", 1), ("expected_steps:20..70", 1), ("hitting_time:8..16", 2)]
+)
+def interval(request):
+    """An interval, its stages, the graphs to begin with, all graphs, and those that the parallel environment draws."""
+    spec, n_stages = request.param
+    whole = parse_difficulty(spec)
+    first = Curriculum(whole, n_stages).stages[0].graphs
+    drawn = graphs_of(hierroom.parallel_env(spec, curriculum_stages=n_stages))
+    return spec, n_stages, first, whole.graphs, drawn
+
+
+def test_an_interval_has_several_graphs(interval):
+    _, n_stages, first, whole, drawn = interval
+    assert len(whole) > 1
+    assert (len(first) < len(whole)) == (n_stages > 1)
+    assert set(drawn) <= set(first)
+    assert len(set(drawn)) > 1
+
+
+@pytest.mark.parametrize("api", MADE)
+def test_an_interval_of_graphs_gives_the_same_levels_everywhere(api, interval):
+    spec, n_stages, _, whole, drawn = interval
+    env = MADE[api](graph=spec, curriculum_stages=n_stages)
+    assert graphs_of(env) == drawn
+    assert turns_of(env).complexity.graph == whole[-1]
+    env.close()
+
+
+@pytest.mark.parametrize("api", MADE)
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (
+            {"graph": "hitting_time:16"},
+            "a difficulty is written hitting_time:LOW..HIGH or expected_steps:LOW..HIGH, not",
+        ),
+        (
+            {"graph": "expected_steps:1..2"},
+            "no goal graph of up to 7 rooms has a",
+        ),
+        (
+            {"curriculum_stages": 2, "graph": "b"},
+            "a curriculum of 2 stages needs a graph like hitting_time:20..30, not",
+        ),
+        ({"curriculum_stages": 0, "graph": "hitting_time:8..16"}, "a curriculum has at least one stage, not 0"),
+    ],
+)
+def test_a_wrong_interval_is_one_clear_line(api, arguments, said):
+    with pytest.raises(InputError) as caught:
+        MADE[api](**arguments)
+    assert str(caught.value).startswith(said)
+    assert "\n" not in str(caught.value)

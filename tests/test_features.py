@@ -1,0 +1,86 @@
+"""Where goals and doorways are said to be: what was seen or walked through this episode, and nothing else."""
+
+import numpy as np
+from turns_helpers import make_mixed
+from views import shown_goals
+
+from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NAMED_GRAPHS, NO_GOAL
+from hierroom.meta import make_meta
+from hierroom.world.kernels import COL_STEP, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, VIEW
+
+N_ENVS = 16
+OWN_CELL = VIEW // 2 * VIEW + VIEW - 1
+
+
+def class_of(cells):
+    """The class of a distance by the table of `features`, from 0, far behind, over 6, here, to 12, far ahead."""
+    by_cells = [0, 1, 2, 3, 4, 4, 4, 4, *[5] * 8, *[6] * 50]
+    return 6 + by_cells[cells] if cells >= 0 else 6 - by_cells[-cells]
+
+
+def place_of(level, cell):
+    """The classes of (row, col) as seen from where the agent is."""
+    down, east = cell[0] - level.row, cell[1] - level.col
+    rows, cols = ROW_STEP[level.direction], COL_STEP[level.direction]
+    return [class_of(down * rows + east * cols), class_of(down * cols - east * rows)]
+
+
+def test_the_goal_is_where_views_of_this_episode_showed_it_last():
+    settings = {"size": 15, "max_steps": 300, "drop_key": True, "goal_mask": "none", "subgoal_horizon": 7}
+    turns = make_mixed([NAMED_GRAPHS["a"], NAMED_GRAPHS["f"]], N_ENVS, seed=3, **settings)
+    meta = make_meta("random")
+    rng, memories = np.random.default_rng(0), [{} for _ in range(N_ENVS)]
+    compared = {"no goal": 0, "not there": 0, "not seen yet": 0, "in view": 0, "remembered": 0, "dropped": 0}
+    for _ in range(2000):
+        turns.ask(meta)
+        turns.goals[rng.random(N_ENVS) < 0.01] = NO_GOAL
+        observation = turns.observe("controller_0", np.arange(N_ENVS))
+        places, in_view = FEATURES["goal-place"].encode(observation), FEATURES["goal-in-view"].encode(observation)
+        for level, memory, view, goal, place, cell in zip(
+            observation.levels, memories, observation.tiles, observation.goals, places, in_view[:, 0], strict=True
+        ):
+            memory.update(shown_goals(level, view))
+            if goal == NO_GOAL or goal not in memory:
+                exists = goal == EXIT_GOAL or goal % N_COLOURS in level.colours[: level.n_rooms - 1]
+                compared["no goal" if goal == NO_GOAL else "not seen yet" if exists else "not there"] += 1
+                assert place.tolist() == [UNKNOWN_DISTANCE, UNKNOWN_DISTANCE]
+                continue
+            assert place.tolist() == place_of(level, memory[goal])
+            is_in_view = cell < VIEW * VIEW and cell != OWN_CELL  # where the key that is carried is shown
+            compared["in view" if is_in_view else "remembered"] += 1
+            if is_in_view:
+                assert place.tolist() == [class_of(VIEW - 1 - cell % VIEW), class_of(cell // VIEW - VIEW // 2)]
+            found_not_held = level.found & ~level.keys
+            compared["dropped"] += goal < FIRST_DOOR_GOAL and found_not_held >> level.branches[goal] & 1
+        step = turns.step(rng.choice(6, N_ENVS, p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1]))
+        for n in np.flatnonzero(step.episode_ended):
+            memories[n].clear()
+    assert min(compared.values()) > 50, compared
+
+
+def test_the_doorways_are_the_two_opened_or_walked_through_last():
+    turns = make_mixed([NAMED_GRAPHS["c"], NAMED_GRAPHS["e"]], N_ENVS, size=13, max_steps=500, seed=4)
+    rng, histories = np.random.default_rng(1), [[] for _ in range(N_ENVS)]  # a cell each time a door is used
+    compared = {"none yet": 0, "one": 0, "two": 0, "opened": 0, "walked through": 0}
+    for _ in range(3000):
+        observation = turns.observe("controller_0", np.arange(N_ENVS))
+        for level, history, places in zip(
+            observation.levels, histories, FEATURES["doorway-places"].encode(observation), strict=True
+        ):
+            latest = list(dict.fromkeys(reversed(history)))[:2]
+            known = [axis for cell in latest for axis in place_of(level, cell)]
+            assert places.tolist() == known + [UNKNOWN_DISTANCE] * (4 - len(known))
+            compared[["none yet", "one", "two"][len(latest)]] += 1
+        step = turns.step(rng.choice(5, N_ENVS, p=[0.4, 0.15, 0.15, 0.15, 0.15]))
+        for n, (level, grid) in enumerate(zip(turns.world.state.levels, turns.world.state.grids, strict=True)):
+            if step.episode_ended[n]:
+                histories[n].clear()
+            elif step.events[n] in range(FIRST_DOOR_GOAL, EXIT_GOAL):
+                ahead = level.row + ROW_STEP[level.direction], level.col + COL_STEP[level.direction]
+                histories[n].append(ahead)
+                compared["opened"] += 1
+            elif OPEN_DOOR <= grid[level.row, level.col] < LOCKED_DOOR:
+                histories[n].append((level.row, level.col))
+                compared["walked through"] += 1
+    assert min(compared.values()) > 20, compared

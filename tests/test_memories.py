@@ -1,0 +1,127 @@
+"""What levels remember of their episode: only what was asked for, and it changes nothing else."""
+
+from itertools import chain, combinations
+
+import numpy as np
+import pytest
+from turns_helpers import make
+
+from hierroom.controller import REWARDS
+from hierroom.goals import NAMED_GRAPHS, GoalGraph
+from hierroom.world.layout import LEVEL, MEMORIES, OUTCOME
+from hierroom.world.world import World
+
+GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]
+SUBSETS = list(chain.from_iterable(combinations(MEMORIES, size) for size in range(len(MEMORIES) + 1)))
+N_ENVS = 32
+
+
+def make_world(memories, seed=3, max_steps=80):
+    return World(GRAPHS, N_ENVS, size=11, max_steps=max_steps, drop_key=True, seed=seed, memories=memories)
+
+
+def actions_of(n_steps, seed=0):
+    return np.random.default_rng(seed).choice(6, size=(n_steps, N_ENVS), p=[0.45, 0.15, 0.15, 0.1, 0.1, 0.05])
+
+
+def assert_equal(one, other, but=()):
+    for name in one.dtype.names or ():
+        if name not in but:
+            np.testing.assert_array_equal(one[name], other[name], err_msg=name)
+
+
+def assert_same_world(one, other):
+    np.testing.assert_array_equal(one.state.grids, other.state.grids)
+    assert_equal(one.state.levels, other.state.levels)
+    assert_equal(one.finals, other.finals)
+    assert_equal(one.outcomes, other.outcomes)
+
+
+def test_memories_are_fields_of_levels():
+    assert set(MEMORIES) == {"visited", "explored", "doorways"} < set(LEVEL.names or ())
+
+
+@pytest.mark.parametrize("step", ["step", "step_within_episode"])
+@pytest.mark.parametrize("memories", SUBSETS, ids=lambda memories: "-".join(memories) or "nothing")
+def test_what_is_not_asked_for_stays_zero_and_the_rest_is_the_same(memories, step):
+    """Beside a world that remembers nothing, and one that remembers everything."""
+    world, plain, full = make_world(memories), make_world([]), make_world(MEMORIES)
+    used, n_novel = set(), 0
+    for actions in actions_of(200):
+        outcomes, of_plain, of_full = (getattr(each, step)(actions) for each in (world, plain, full))
+        assert_equal(outcomes, of_plain, but=["is_novel"])
+        assert not of_plain["is_novel"].any()
+        np.testing.assert_array_equal(outcomes["is_novel"], of_full["is_novel"] & ("visited" in memories))
+        n_novel += outcomes["is_novel"].sum()
+        np.testing.assert_array_equal(world.state.grids, plain.state.grids)
+        for levels, of_plain, of_full in (
+            (world.state.levels, plain.state.levels, full.state.levels),
+            (world.finals, plain.finals, full.finals),
+        ):
+            assert_equal(levels, of_plain, but=["remembers", *MEMORIES])
+            for name in MEMORIES:
+                assert not of_plain[name].any()
+                np.testing.assert_array_equal(levels[name], of_full[name] if name in memories else 0)
+                used |= {name} if levels[name].any() else set()
+    assert used == set(memories)
+    assert (n_novel > 100) == ("visited" in memories)
+
+
+def test_the_outcomes_compared_are_all_there_are():
+    """The views included."""
+    assert {"tiles", "final_tiles", "event", "reward", "is_discovery", "is_novel"} < set(OUTCOME.names or ())
+
+
+@pytest.mark.parametrize("memory", MEMORIES)
+def test_a_memory_asked_for_later_holds_from_the_next_reset_on(memory):
+    world, asked_at_once = make_world([], seed=1), make_world([memory], seed=8)
+    for actions in actions_of(30):
+        world.step(actions)
+    assert not world.state.levels[memory].any()
+    world.remember([memory])
+    world.reset(8)
+    world.finals[:] = asked_at_once.finals
+    is_used = False
+    for actions in actions_of(200, seed=1):  # of several episodes
+        world.step(actions)
+        asked_at_once.step(actions)
+        assert_same_world(world, asked_at_once)
+        is_used |= world.state.levels[memory].any()
+    assert is_used
+    assert (world.state.levels["episode"] >= 2).all()
+
+
+def test_what_is_asked_for_adds_up():
+    world, full = make_world(["visited"]), make_world(MEMORIES)
+    world.remember(["doorways"])
+    world.remember(["explored", "visited"])
+    world.reset(3)
+    for actions in actions_of(100):
+        world.step(actions)
+        full.step(actions)
+    assert_same_world(world, full)
+
+
+def test_a_state_brings_along_what_is_remembered():
+    remembering, other = make_world(MEMORIES), make_world([], seed=9)
+    for actions in actions_of(50):
+        remembering.step(actions)
+        other.step(actions)
+    other.set_state(remembering.get_state())
+    for actions in actions_of(150, seed=2):
+        remembering.step(actions)
+        other.step(actions)
+        np.testing.assert_array_equal(other.outcomes["is_novel"], remembering.outcomes["is_novel"])
+        assert_equal(other.state.levels, remembering.state.levels)
+    assert remembering.state.levels["explored"].any()
+
+
+@pytest.mark.parametrize("reward", REWARDS)
+def test_turns_remember_what_the_reward_needs_and_what_is_asked_for(reward):
+    def bits(names):
+        return sum(MEMORIES[name] for name in names)
+
+    needed = {"novelty": {"visited"}}.get(reward, set())
+    for asked in SUBSETS:
+        turns = make("c", 3, reward=reward, memories=asked)
+        assert (turns.world.state.levels["remembers"] == bits(needed | set(asked))).all()

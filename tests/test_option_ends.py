@@ -1,0 +1,59 @@
+"""Where options and returns end, and what was achieved instead of the goal."""
+
+import numpy as np
+import pytest
+
+from hierroom.controller import REWARDS
+from hierroom.options import Ledger
+from hierroom.world.layout import OUTCOME
+
+# event, terminated, truncated, the horizon runs out | return terminated, truncated: of intrinsic rewards, of others
+RETURNS = [
+    (-1, False, False, False, (False, False), (False, False)),
+    (2, False, False, False, (True, False), (False, False)),
+    (-1, False, False, True, (False, True), (False, False)),
+    (2, False, False, True, (True, False), (False, False)),
+    (3, False, False, True, (False, True), (False, False)),
+    (12, True, False, False, (True, False), (True, False)),
+    (12, True, True, False, (True, False), (True, False)),
+    (-1, False, True, False, (False, True), (False, True)),
+    (-1, False, True, True, (False, True), (False, True)),
+    (2, False, True, False, (True, False), (False, True)),
+]
+
+
+@pytest.mark.parametrize("reward_name", REWARDS)
+def test_the_return_of_the_controller_ends_with_the_episode_or_its_option(reward_name):
+    """All pursue goal 2; only a return of intrinsic rewards ends with the option."""
+    n = len(RETURNS)
+    ledger, outcomes = Ledger.at_reset(n, n_actions=5), np.zeros(n, OUTCOME)
+    ledger.begin_options(np.arange(n), np.full(n, 2))
+    outcomes["event"], outcomes["terminated"], outcomes["truncated"], late, intrinsic, others = zip(
+        *RETURNS, strict=True
+    )
+    ledger.option_steps[:] = np.where(late, 3, 0)
+    step = ledger.record(np.zeros(n, np.int64), outcomes, REWARDS[reward_name], 4, 5)
+    told = list(zip(step.return_terminated.tolist(), step.return_truncated.tolist(), strict=True))
+    assert told == list(intrinsic if reward_name == "intrinsic" else others)
+
+
+def test_what_an_option_achieved_instead_of_its_goal_is_the_first_event_in_it():
+    ledger = Ledger.at_reset(1, n_actions=5)
+    for goal, events, end, expected in [
+        (2, [-1, 8, 3, -1], "", 8),  # its horizon of 4 steps runs out
+        (2, [-1, -1, -1, -1], "", -1),
+        (2, [8, 2], "", -1),  # its goal is reached
+        (-1, [4], "", -1),
+        (5, [12], "terminated", 12),
+        (5, [-1, 6, -1], "truncated", 6),
+        (5, [-1], "truncated", -1),  # nothing of the option before
+    ]:
+        ledger.begin_options(np.array([0]), np.array([goal]))
+        for t, event in enumerate(events, start=1):
+            outcomes = np.zeros(1, OUTCOME)
+            outcomes["event"], outcomes["is_first"] = event, event >= 0
+            if end and t == len(events):
+                outcomes[end] = True
+            step = ledger.record(np.zeros(1, np.int64), outcomes, REWARDS["extrinsic"], 4, 5)
+            assert step.option_ended[0] == (t == len(events))
+            assert step.achieved_instead[0] == (expected if t == len(events) else -1)

@@ -1,0 +1,360 @@
+"""The agent that learns, as meta-controller: turns by hand, hindsight, masks, warm-up, resuming, playing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from same_state import equal
+from turns_helpers import goal_ids, make
+
+from hierroom import train
+from hierroom.agents.ppo_agent import FrozenAgent, PPOAgent
+from hierroom.errors import InputError
+from hierroom.goals import EXIT_GOAL, N_GOALS
+from hierroom.gym_env import EscapeRoom
+from hierroom.learners.config import PPOConfig
+from hierroom.learners.ppo import in_hindsight
+from hierroom.options import CONTROLLER, META, OTHER, REACHED, TIMED_OUT, transitions
+from hierroom.training.assembly import load_pair, make_agents, make_turns
+from hierroom.training.config import TrainConfig
+from hierroom.training.presets import find_preset
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
+from hierroom.world.oracle import shortest_actions
+
+META_PPO = PPOConfig(sequence_length=4, sequences_per_update=4, minibatches=2, epochs=2, hidden_size=8)
+PRESET = find_preset("learned")
+SMALL = replace(
+    PRESET,
+    env=replace(PRESET.env, graph="a", size=11, max_steps=60, subgoal_horizon=10),
+    num_envs=8,
+    steps=4096,
+    threads=1,
+    ppo=PPOConfig(sequence_length=16, minibatches=2, epochs=2, hidden_size=8),
+    meta_ppo=META_PPO,
+    meta_start_success=0.0,
+)
+FLAGS = ["--meta", "learned", "--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8"]
+FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2", "--threads", "1"]
+
+
+def learned_state(trainer):
+    state = trainer.state_dict()
+    return {name: state[name] for name in ("agents", "turns", "levels", "steps")}
+
+
+def learned_meta(config=SMALL):
+    """The learned meta-controller of a config, untrained."""
+    agent, _ = make_agents(config)
+    assert isinstance(agent, PPOAgent)
+    return agent
+
+
+def take_turns(agent, turns, goals=None):
+    """Let the meta-controller take its turns where they are due; with a list of goals it gives the first of these."""
+    due = turns.due(META)
+    if len(due):
+        observation = turns.observe(META, due)
+        if agent.ready:
+            agent.update(observation, 0.0)
+        chosen = agent.act(observation)
+        turns.act(META, observation, chosen if goals is None else [goals.pop(0)])
+
+
+def move(turns, action=1):
+    """Let the controller take the same action everywhere; returns the meta-controller's turns that it ended."""
+    observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
+    turns.act(CONTROLLER, observation, np.full(len(turns), action))
+    return turns.advance()[META]
+
+
+def way(turns, name):
+    """The actions of the shortest way to a goal, ``k1``, ``d1`` or ``x``."""
+    return shortest_actions(turns.world.get_state(), *goal_ids(turns, name))
+
+
+def play(graph, goals, script, **settings):
+    """Play in one environment: give these goals, one after the other, while the controller acts by a script.
+
+    The script names the goals it goes for, or -1 to turn left. Returns what `Learner.finish` was told of each decision
+    ``(reward, elapsed, terminated, truncated, episode_ended)`` and of truncated ones as last features, the features of
+    what was observed last in each decision, and what was relabelled.
+    """
+    turns = make(graph, goal_mask="existing", **settings)
+    ppo, meta_ppo = replace(SMALL.ppo, minibatches=1), replace(META_PPO, sequence_length=50)
+    agent = learned_meta(replace(SMALL, num_envs=1, ppo=ppo, meta_ppo=meta_ppo))
+    goals = [next(iter(goal_ids(turns, goal))) for goal in goals]
+    told, valued, observed_last, relabelled = [], [], [], []
+    finish, relabel = agent.learner.finish, agent.learner.relabel
+
+    def note_finish(envs, *values):
+        if len(envs):
+            told.append(tuple(value[0].item() for value in values[:5]))
+            valued.append(values[5])
+        finish(envs, *values)
+
+    def note_relabel(envs, actions):
+        relabelled.extend(actions.tolist())
+        relabel(envs, actions)
+
+    agent.learner.finish, agent.learner.relabel = note_finish, note_relabel
+    for name in script:
+        for action in [1] if name == -1 else way(turns, name):
+            take_turns(agent, turns, goals)
+            transition = move(turns, action)
+            observed_last.extend(agent.features.encode(transition.last_observation(np.arange(len(transition.envs)))))
+            agent.record(transition)
+    return told, valued, observed_last, relabelled
+
+
+def test_each_decision_gets_its_options_reward_and_lasts_its_steps():
+    turns = make("a")
+    key = len(way(turns, "k1"))
+    total = len(shortest_actions(turns.world.get_state()))
+    told, valued, observed_last, relabelled = play("a", ["k1", "d1", "x"], ["k1", "d1", "x"])
+    door = told[1][1]
+    assert told == [
+        (0, key, False, False, False),
+        (0, door, False, False, False),
+        (1, total - key - door, True, False, True),
+    ]
+    assert relabelled == []
+    assert valued == [None] * 3
+    for features, name in zip(observed_last, ["k1", "d1", "x"], strict=True):
+        outcomes = features[N_GOALS:]
+        assert outcomes[[*goal_ids(turns, name)]] == REACHED
+        assert np.count_nonzero(outcomes) == 1
+
+
+def test_a_horizon_and_the_time_limit_cut_returns_and_end_no_episode_for_good():
+    told, valued, observed_last, _ = play("a", ["x", "x"], [-1] * 5, subgoal_horizon=3, max_steps=5)
+    assert told == [(0, 3, False, False, False), (0, 2, False, True, True)]
+    outcomes = [features[N_GOALS + EXIT_GOAL] for features in observed_last]
+    assert outcomes == [TIMED_OUT, OTHER]  # the last from before the reset
+    assert valued[0] is None
+    np.testing.assert_array_equal(valued[1], observed_last[1:])
+
+
+def test_a_goal_in_vain_is_relabelled_with_the_goal_achieved_first():
+    turns = make("d")
+    steps = len(way(turns, "k2"))
+    told, _, _, relabelled = play("d", ["x"], ["k2", -1], subgoal_horizon=steps + 1)
+    assert told == [(0, steps + 1, False, False, False)]
+    assert relabelled == [*goal_ids(turns, "k2")]
+    told, _, _, relabelled = play("d", ["k1", "x"], ["k2", "k1", -1], subgoal_horizon=100)
+    assert len(told) == 1  # that the other key was picked up first does not matter: the goal was reached
+    assert relabelled == []
+    told, _, _, relabelled = play("d", ["k2", "d2", "d1"], ["k2", "d2", "x"])
+    assert told[-1][2:] == (True, False, True)
+    assert relabelled == [EXIT_GOAL]
+
+
+def test_only_better_than_expected_turns_are_learned_from_in_hindsight():
+    learner = learned_meta().learner
+    features, masks = np.zeros((8, 26), np.uint8), np.ones((8, 14), bool)
+    masks[3, 5] = False
+    envs, done = np.arange(8), np.ones(8, bool)
+    learner.act(envs, features, masks)
+    learner.relabel(np.array([1, 2, 3]), np.array([7, 4, 5]))
+    slots = learner._rollout.slots
+    assert slots.hindsight_actions[0, :8].tolist() == [-1, 7, 4, -1, -1, -1, -1, -1]  # 5 was not legal in 3
+    expected = torch.log_softmax(torch.from_numpy(learner._logits[1]), -1)[7]
+    np.testing.assert_allclose(slots.hindsight_log_probs[0, 1], expected, atol=1e-6)
+    learner.finish(envs, np.zeros(8), np.ones(8, int), done, ~done, done)
+    batch = replace(slots)
+    advantages = np.full(batch.actions.shape, -1.0)
+    advantages[0, 1] = 0.5
+    seen = in_hindsight(batch, advantages)
+    assert seen.actions[0, 1] == 7
+    assert seen.log_probs[0, 1] == batch.hindsight_log_probs[0, 1]
+    np.testing.assert_array_equal(seen.actions[0, 2:8], batch.actions[0, 2:8])
+    learner.act(envs, features, masks)
+    assert (slots.hindsight_actions[1, :8] == -1).all()  # a new turn knows nothing of the last
+
+
+@pytest.mark.parametrize("mask", ["existing", "seen", "none", "reachable"])
+@pytest.mark.parametrize("start_success", [0.0, 1.0], ids=["learning", "at random"])
+def test_no_masked_goal_is_ever_chosen(mask, start_success):
+    env = replace(SMALL.env, goal_mask=mask, graph="d")
+    trainer = Trainer(replace(SMALL, env=env, meta_start_success=start_success))
+    assert trainer.agents[META].is_learning == (start_success == 0)
+    for _ in range(4):
+        trainer.advance()
+        assert not trainer.turns.ledger.illegal_goals.any()
+
+
+def test_goals_are_drawn_at_random_until_enough_episodes_escape():
+    trainer = Trainer(replace(SMALL, meta_start_success=0.02))
+    agent, turns = trainer.agents[META], trainer.turns
+    before = agent.state_dict()["learner"]["backend"]["network"]
+    step, ended = turns.step(np.ones(8, int)), np.ones(8, bool)
+
+    def all_ended(**ends):
+        step_then = replace(step, option_ended=ended, **ends)
+        return transitions(step_then, lambda name, envs: turns.final_observation(name, step_then, envs))[META]
+
+    lost = all_ended(terminated=~ended, truncated=ended)
+    for _ in range(12):
+        agent.record(lost)
+    assert not agent.is_learning
+    agent.record(all_ended(terminated=ended, truncated=~ended))  # 8 of 104 escaped
+    assert agent.is_learning
+    assert agent.statistics["is_learning"] == 1
+    agent.record(lost)  # goals given before are none of its turns
+    while np.isnan(agent.statistics["entropy"]):
+        take_turns(agent, turns)
+        agent.record(move(turns))
+    after = agent.state_dict()["learner"]["backend"]["network"]
+    assert not equal(dict(before), dict(after))
+
+
+def test_the_controllers_steps_leave_the_recurrent_state_as_it_is():
+    turns = make("c", n=8, goal_mask="existing")
+    agent = learned_meta()
+    take_turns(agent, turns)
+    before = agent.state_dict()["learner"]["states"]
+    assert before.any()
+    for _ in range(10):
+        agent.record(move(turns))
+        take_turns(agent, turns)
+    assert torch.equal(before, agent.state_dict()["learner"]["states"])
+
+
+@pytest.mark.parametrize("start_success", [0.0, 0.02])
+def test_resumed_equals_uninterrupted_and_the_checkpoint_is_plain(start_success, tmp_path):
+    config = replace(SMALL, meta_start_success=start_success)
+    through, before, other = Trainer(config), Trainer(config), Trainer(replace(config, seed=1))
+    for _ in range(8):
+        through.advance()
+        other.advance()
+    for _ in range(4):
+        before.advance()
+    folder = RunFolder.create(tmp_path / "run", config)
+    folder.save_checkpoint(before.state_dict())  # read with weights_only=True
+    assert folder.config() == config
+    after = Trainer(config)
+    after.load_state_dict(folder.load_checkpoint())
+    for _ in range(4):
+        after.advance()
+    assert equal(learned_state(through), learned_state(after))
+    assert not equal(learned_state(through), learned_state(other))
+
+
+def test_what_was_learned_plays_elsewhere_and_learns_nothing(tmp_path):
+    trainer = Trainer(SMALL)
+    for _ in range(4):
+        trainer.advance()
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    folder.save_checkpoint(trainer.state_dict())
+    before = learned_state(trainer)
+
+    def goals(pair):
+        turns, given = make_turns(SMALL, 3, 5), []
+        for _ in range(80):
+            pair.step(turns)
+            given.append(turns.goals.tolist())
+        return given
+
+    assert isinstance(load_pair(folder, 3).agents[META], FrozenAgent)
+    assert not hasattr(load_pair(folder, 3).agents[META], "update")
+    assert goals(load_pair(folder, 3, seed=2)) == goals(trainer.freeze(3, seed=2))
+    assert goals(load_pair(folder, 3, seed=2)) != goals(load_pair(folder, 3, seed=3))
+    assert equal(before, learned_state(trainer))
+
+
+def test_one_command_trains_it_with_the_settings_it_needs(tmp_path):
+    out = tmp_path / "run"
+    assert train.main([*FLAGS, "--steps", "2048", "--meta-start-success", "0", "--out", str(out)]) == 0
+    config = RunFolder.open(out).config()
+    for name in ("goal_mask", "subgoal_horizon"):
+        assert getattr(config.env, name) == getattr(PRESET.env, name)
+    for name in ("meta_ppo", "meta_features"):
+        assert getattr(config, name) == getattr(PRESET, name)
+    assert config.ppo.entropy_weight == PRESET.ppo.entropy_weight
+    assert train.parse(["--meta", "learned", "--meta-ppo.gamma", "0.9"]).config.meta_ppo.gamma == 0.9
+    assert train.parse(["--meta", "learned", "--preset", "default"]).config.env == TrainConfig().env
+    rows = RunFolder.open(out).metrics()
+    assert rows[-1]["meta_is_learning"] == 1
+
+
+@pytest.mark.parametrize(
+    ("flags", "said"),
+    [
+        (["--meta-features", "view"], "meta_features have one number for each of 13 goals, not 49 in all"),
+        (["--meta-start-success", "2"], "meta_start_success must be from 0 to 1, not 2.0"),
+    ],
+)
+def test_wrong_settings_are_one_clear_line(flags, said):
+    with pytest.raises(InputError, match=said) as caught:
+        train.main([*FLAGS, *flags])
+    assert "\n" not in str(caught.value)
+
+
+def test_a_feature_that_there_is_not_is_refused(capsys):
+    with pytest.raises(SystemExit, match="2"):
+        train.main([*FLAGS, "--meta-features", "smell"])
+    assert "invalid choice 'smell' for argument '--meta-features'" in capsys.readouterr().err
+    with pytest.raises(InputError, match=r"^features are .*; not smell$"):
+        Trainer(replace(SMALL, meta_features=("smell",)))
+
+
+def test_outside_training_there_is_nothing_to_choose_with():
+    with pytest.raises(InputError, match="learned meta-controller is made in training"):
+        EscapeRoom(meta="learned")
+
+
+class Counting:
+    """A user's own learning meta-controller: gives any legal goal, counts those reached."""
+
+    reached = asked = 0
+
+    def choose(self, observations, legal, situation):
+        self.asked += len(legal)
+        return legal.argmax(axis=1)
+
+    def learn(self, transition):
+        self.reached += int(transition.step.reached.sum())
+
+    def state_dict(self):
+        return {"reached": self.reached, "asked": self.asked}
+
+    def load_state_dict(self, state):
+        vars(self).update(state)
+
+
+def test_a_users_own_learning_meta_controller_is_told_of_every_step_and_saved():
+    config = replace(SMALL, meta="test_ppo_agent:Counting", env=replace(SMALL.env, goal_mask="reachable"))
+    trainer, again = Trainer(config), Trainer(config)
+    counts = vars(trainer.agents[META].meta)
+    while "reached" not in counts or not counts["reached"]:
+        trainer.advance()
+    again.load_state_dict(trainer.state_dict())
+    assert vars(again.agents[META].meta) == counts
+
+
+def test_both_agents_are_of_one_class_and_learn_in_one_loop(monkeypatch):
+    calls = []
+
+    def noted(name):
+        method = getattr(PPOAgent, name)
+
+        def note(self, *arguments):
+            calls.append((name, next(agent for agent in trainer.agents if trainer.agents[agent] is self)))
+            return method(self, *arguments)
+
+        return note
+
+    trainer = Trainer(SMALL)
+    assert list(trainer.agents) == [META, CONTROLLER]
+    assert {type(agent) for agent in trainer.agents.values()} == {PPOAgent}
+    for name in ("act", "record", "update"):
+        monkeypatch.setattr(PPOAgent, name, noted(name))
+    while not {("update", META), ("update", CONTROLLER)} <= {*calls}:
+        trainer.advance()
+    records = [name for method, name in calls if method == "record"]
+    assert records == [META, CONTROLLER] * (len(records) // 2)  # each hears of every primitive step
+    assert calls.count(("act", CONTROLLER)) == len(records) // 2 == trainer.steps // 8
+    assert calls[:4] == [("act", META), ("act", CONTROLLER), ("record", META), ("record", CONTROLLER)]
+    for name, agent in trainer.agents.items():
+        assert not np.isnan(agent.statistics["entropy"]), name

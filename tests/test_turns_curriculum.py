@@ -1,0 +1,179 @@
+"""Curricula: turns in environments whose graphs grow harder as the agent escapes, and easier as it does not."""
+
+import numpy as np
+import pytest
+from turns_helpers import make
+
+from hierroom.agents.player import OraclePlayer
+from hierroom.complexity.difficulty import Curriculum, parse_difficulty
+from hierroom.complexity.graph_sampler import EPISODES_PER_STAGE
+from hierroom.errors import InputError
+from hierroom.world.kernels import LEFT
+
+INTERVAL = "hitting_time:8..16"
+N_ENVS = 25
+SETTINGS = {"curriculum_stages": 2, "max_steps": 120}
+
+
+@pytest.fixture(scope="module")
+def stages():
+    """The goal graphs of the two stages."""
+    easy, hard = (set(stage.graphs) for stage in Curriculum(parse_difficulty(INTERVAL), 2).stages)
+    assert not easy & hard
+    return easy, hard
+
+
+def stage_of(turns):
+    return int(turns.get_state()["curriculum"][0])
+
+
+def graphs_of(turns, envs):
+    situation = turns.situation(envs)
+    return {situation.graph(m) for m in range(len(envs))}
+
+
+def play_to_the_next_stage(turns, step):
+    """Take steps until the stage changes.
+
+    Returns:
+        the goal graphs of the episodes that began before that, how many episodes ended, and how many escaped.
+    """
+    before, drawn, ended, escaped = stage_of(turns), set(), 0, 0
+    while stage_of(turns) == before:
+        done = step(turns)
+        drawn |= graphs_of(turns, np.flatnonzero(done.episode_ended))  # also those that began in the last of the steps
+        ended, escaped = ended + done.episode_ended.sum(), escaped + done.terminated.sum()
+    return drawn, ended, escaped
+
+
+def turn_left(turns):
+    return turns.step(np.full(len(turns), LEFT))
+
+
+def play_on(turns, step, until=2):
+    """Take steps until each environment has begun so many episodes; returns the goal graphs of the last of them."""
+    first = turns.world.state.levels["episode"].copy()
+    while (turns.world.state.levels["episode"] - first < until).any():
+        step(turns)
+    return graphs_of(turns, np.arange(len(turns)))
+
+
+def test_turns_go_through_the_stages(stages):
+    easy, hard = stages
+    turns = make(INTERVAL, N_ENVS, seed=4, **SETTINGS)
+    assert graphs_of(turns, np.arange(N_ENVS)) <= easy
+    drawn, ended, escaped = play_to_the_next_stage(turns, OraclePlayer().step)
+    assert drawn == easy
+    assert ended == escaped >= EPISODES_PER_STAGE
+    assert stage_of(turns) == 1
+    assert graphs_of(turns, np.arange(N_ENVS)) <= easy  # those under way go on, and say nothing of the next stage
+    drawn, ended, escaped = play_to_the_next_stage(turns, turn_left)
+    assert drawn == hard
+    assert ended >= EPISODES_PER_STAGE + N_ENVS
+    assert escaped == 0
+    assert stage_of(turns) == 0
+    assert play_on(turns, turn_left) <= easy
+
+
+def test_there_is_no_stage_beyond_the_last(stages):
+    turns = make(INTERVAL, N_ENVS, seed=4, **SETTINGS)
+    oracle = OraclePlayer()
+    play_to_the_next_stage(turns, oracle.step)
+    first = turns.world.state.levels["episode"].copy()
+    while (turns.world.state.levels["episode"] - first).sum() < 2 * EPISODES_PER_STAGE:
+        oracle.step(turns)
+        assert stage_of(turns) == 1
+    assert graphs_of(turns, np.arange(N_ENVS)) <= stages[1]
+
+
+def test_one_stage_draws_from_the_whole_interval(stages):
+    turns = make(INTERVAL, 1000, seed=4)
+    assert graphs_of(turns, np.arange(1000)) == stages[0] | stages[1]
+
+
+def test_without_autoreset_the_next_reset_draws_from_the_next_stage(stages):
+    turns, oracle = make(INTERVAL, seed=4, autoreset=False, **SETTINGS), OraclePlayer()
+    only = np.array([0])
+    for _ in range(EPISODES_PER_STAGE):
+        assert stage_of(turns) == 0
+        assert graphs_of(turns, only) <= stages[0]
+        while not oracle.step(turns).terminated[0]:
+            pass
+        turns.reset()
+    assert stage_of(turns) == 1
+    assert graphs_of(turns, only) <= stages[1]
+
+
+def test_going_back_restores_the_stage(stages):
+    turns = make(INTERVAL, N_ENVS, seed=4, **SETTINGS)
+    play_to_the_next_stage(turns, OraclePlayer().step)
+    play_on(turns, turn_left, until=3)  # the middle of the second stage
+    state = turns.get_state()
+    kept = {name: array.copy() for name, array in state.items()}
+
+    def play_and_note(turns):
+        """What happens until some time after the easy stage has come back."""
+        told = []
+        for _ in range(9 * SETTINGS["max_steps"]):
+            step = turn_left(turns)
+            told.append((stage_of(turns), *vars(step).values(), turns.world.state.levels.copy()))
+        return told
+
+    first = play_and_note(turns)
+    assert {stage for stage, *_ in first} == {0, 1}
+    for name, array in state.items():
+        np.testing.assert_array_equal(array, kept[name], err_msg=name)
+    elsewhere = make(INTERVAL, N_ENVS, seed=1, **SETTINGS)
+    for other in (turns, elsewhere):
+        other.set_state(state)
+        assert stage_of(other) == 1
+        for one, again in zip(first, play_and_note(other), strict=True):
+            for a, b in zip(one[:-1], again[:-1], strict=True):
+                np.testing.assert_array_equal(a, b)
+            for name in one[-1].dtype.names:
+                np.testing.assert_array_equal(one[-1][name], again[-1][name], err_msg=name)
+        other.set_state(state)
+        assert play_on(other, OraclePlayer().step) <= stages[1]
+
+
+def test_a_stage_that_does_not_exist_is_one_clear_line():
+    turns = make(INTERVAL, N_ENVS, seed=4, **SETTINGS)
+    state = turns.get_state()
+    state["curriculum"][0] = 2
+    with pytest.raises(InputError, match=r"^the stages are 0 to 1; there is no stage 2$"):
+        turns.set_state(state)
+    with pytest.raises(
+        InputError, match=r"^a curriculum of 2 stages needs a graph like hitting_time:20\.\.30, not 'c'$"
+    ):
+        make("c", **SETTINGS)
+
+
+def test_an_episode_that_has_ended_counts_once():
+    turns = make("hitting_time:8..16", curriculum_stages=2, autoreset=False, max_steps=100)
+    oracle = OraclePlayer()
+    while not oracle.step(turns).terminated[0]:
+        pass
+    for _ in range(10):
+        turns.step([LEFT])
+    assert turns.get_state()["curriculum"].tolist() == [0, 1, 1]
+
+
+def test_an_episode_that_was_left_is_older_no_more():
+    """After a reset in the middle of an episode, the episode began in the stage of now."""
+    turns = make("hitting_time:8..16", 25, curriculum_stages=2, max_steps=100)
+    oracle = OraclePlayer()
+    while not turns.get_state()["curriculum"][0]:
+        oracle.step(turns)
+    assert turns.get_state()["is_older"].all()
+    turns.reset()
+    assert not turns.get_state()["is_older"].any()
+
+
+def test_a_state_that_does_not_fit_changes_nothing():
+    turns = make("hitting_time:8..16", 2, curriculum_stages=2)
+    state = make("hitting_time:8..16", 2, seed=5, curriculum_stages=2).get_state()
+    state["curriculum"][0] = 2
+    before = turns.get_state()
+    with pytest.raises(InputError):
+        turns.set_state(state)
+    np.testing.assert_array_equal(before["grids"], turns.get_state()["grids"])

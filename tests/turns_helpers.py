@@ -1,0 +1,57 @@
+"""Small batches of turns, and ways to play in them."""
+
+from hierroom.env_config import EnvConfig
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
+from hierroom.turns import Turns
+from hierroom.world.layout import MEMORIES
+from hierroom.world.oracle import shortest_actions
+
+
+def make(
+    graph="d",
+    n=1,
+    *,
+    seed=0,
+    size=11,
+    reward="extrinsic",
+    autoreset=True,
+    measure_shortest=False,
+    memories=tuple(MEMORIES),
+    **settings,
+):
+    """Turns in n environments; ``settings`` are further entries of the `EnvConfig`."""
+    return Turns(
+        EnvConfig(graph=graph, size=size, reward=reward, **settings),
+        n,
+        seed=seed,
+        autoreset=autoreset,
+        measure_shortest=measure_shortest,
+        memories=memories,
+    )
+
+
+def make_mixed(graphs, n, *, seed=0, **settings):
+    """Turns in n environments whose episodes draw their graph from several."""
+    turns = make(graphs[0], n, seed=None, **settings)
+    turns.world.set_graphs(graphs)
+    turns.reset(seed)
+    return turns
+
+
+def goal_ids(turns, *names):
+    """Goal ids of ``k1`` (the key of room 1), ``d1`` (its door) and ``x`` (the exit)."""
+    colours = turns.world.state.levels[0].colours
+    kinds = {"k": 0, "d": FIRST_DOOR_GOAL}
+    return {EXIT_GOAL if name == "x" else kinds[name[0]] + int(colours[int(name[1]) - 1]) for name in names}
+
+
+def achieve(turns, name):
+    (goal,) = goal_ids(turns, name)
+    for action in shortest_actions(turns.world.get_state(), goal):
+        step = turns.step([action])
+    assert step.events[0] == goal
+
+
+def well_or_wildly(rng, world, env=0):
+    """An action on a shortest way to the exit, or any."""
+    return int(shortest_actions(world.get_state([env]))[0]) if rng.random() < 0.6 else int(rng.integers(6))
