@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -211,7 +211,7 @@ def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> 
     return _random_best(np.zeros(choices.shape), choices, uniforms)
 
 
-def _is_function(thing: Any) -> bool:
+def _is_function(thing: Any) -> TypeGuard[Callable[[Level], Any]]:
     """Whether it is to be called with a level: a function, or another callable that does not choose by itself."""
     return callable(thing) and not isinstance(thing, type) and not hasattr(thing, "choose")
 

@@ -154,7 +154,7 @@ class _Vector(VectorWrapper):
         self.single_observation_space = self._reader.extend(env.single_observation_space)
         self.observation_space = batch_space(self.single_observation_space, env.num_envs)
 
-    def reset(self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None):
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None):
         observations, infos = self.env.reset(seed=seed, options=options)
         return self._extended(observations), infos
 

@@ -18,6 +18,7 @@ from hierroom.controller import REWARDS
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
+from hierroom.training import session
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
@@ -301,8 +302,8 @@ def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
 
 
 def test_the_escape_ends_with_the_agent_on_the_exit(monkeypatch):
-    monkeypatch.setattr(train, "draw_level", lambda state, goal, tile_size: state.copy())
-    states = next(train.escapes(Trainer(replace(SMALL, seed=3, env=replace(SMALL.env, max_steps=1000))), episodes=20))
+    monkeypatch.setattr(session, "draw_level", lambda state, goal, tile_size: state.copy())
+    states = next(session.escapes(Trainer(replace(SMALL, seed=3, env=replace(SMALL.env, max_steps=1000))), episodes=20))
     under = [int(state.grids[0, state.levels[0].row, state.levels[0].col]) for state in states]
     assert under[-1] == EXIT
     assert EXIT not in under[:-1]

@@ -1,0 +1,171 @@
+"""The learner's features in every API: equal to what the learner reads, remembered only where they were asked for."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from pettingzoo.test import api_test, parallel_api_test
+
+import hierroom
+from hierroom.agents.features import FEATURES, Features
+from hierroom.env_config import EnvConfig
+from hierroom.gym_env import EscapeRooms
+from hierroom.meta import FixedDFS
+from hierroom.options import AGENTS, CONTROLLER, META
+from hierroom.turns import Turns
+from hierroom.world.layout import MEMORIES
+
+NAMES = ["goal-place", "doorway-places", "frontier-places", "previous-action", "goal-status"]
+SETTINGS = {"graph": "d", "size": 13, "max_steps": 60, "goal_mask": "existing", "subgoal_horizon": 9}
+ACTIONS = np.random.default_rng(0).integers(5, size=200)
+WAIT = 13
+
+
+def expected(seed, names=NAMES, agent=CONTROLLER):
+    """The features of 200 steps under the fixed depth-first meta-controller, read as the learner reads them."""
+    features, meta = Features(names, 5), FixedDFS()
+    turns = Turns(EnvConfig(reward="intrinsic", **SETTINGS), seed=seed, memories=MEMORIES)
+    told = []
+    for action in ACTIONS:
+        if agent == CONTROLLER:
+            turns.ask(meta)
+        told.append(features.encode(turns.observe(agent, np.arange(1)))[0].tolist())
+        turns.ask(meta)
+        turns.step([action])
+    return told
+
+
+def choice(env):
+    """What the fixed depth-first meta-controller chooses in a PettingZoo environment."""
+    turns = env.unwrapped.room.turns
+    situation = turns.situation(np.arange(1))
+    return int(FixedDFS().choose(None, situation.legal, situation)[0])
+
+
+@pytest.mark.parametrize("agent", AGENTS)
+def test_aec(agent):
+    env = hierroom.add_features(hierroom.env(**SETTINGS), NAMES, agent)
+    env.reset(seed=3)
+    told, left = [], list(ACTIONS)
+    while left:
+        if env.agent_selection == META:
+            ended = env.terminations[META] or env.truncations[META]
+            if ended:
+                env.reset()
+            if agent == META:
+                told.append(env.observe(META)["features"].tolist())
+            env.step(choice(env))
+        else:
+            if agent == CONTROLLER:
+                told.append(env.observe(CONTROLLER)["features"].tolist())
+            env.step(left.pop(0))
+    everything = expected(3, agent=agent)
+    if agent == CONTROLLER:
+        assert told == everything
+    else:
+        assert [row for row in everything if row in told] and all(row in everything for row in told)
+
+
+def test_parallel():
+    env = hierroom.add_features(hierroom.parallel_env(**SETTINGS), NAMES)
+    observations, _ = env.reset(seed=3)
+    without_goal = Features(NAMES[1:], 5)
+    told = []
+    for action in ACTIONS:
+        told.append(observations[CONTROLLER]["features"][2:].tolist())
+        is_turn = env.unwrapped.room.is_meta_turn
+        observations, *_ = env.step({META: choice(env) if is_turn else WAIT, CONTROLLER: action})
+        if not env.agents:
+            observations, _ = env.reset()
+    assert told == expected(3, without_goal.names)  # its goal is chosen in the step itself
+
+
+def test_gymnasium():
+    env = hierroom.add_features(gymnasium.make("hierroom/EscapeRoom-d-v0", meta="fixed-dfs", **rest()), NAMES)
+    observation, _ = env.reset(seed=3)
+    told = []
+    for action in ACTIONS:
+        told.append(observation["features"].tolist())
+        observation, _, terminated, truncated, _ = env.step(action)
+        assert observation in env.observation_space
+        if terminated or truncated:
+            observation, _ = env.reset()
+    assert told == expected(3)
+
+
+def rest():
+    return {name: value for name, value in SETTINGS.items() if name != "graph"}
+
+
+def test_gymnasium_vector_and_its_final_observations():
+    env = hierroom.add_features(EscapeRooms(3, meta="fixed-dfs", **SETTINGS), NAMES)
+    alone = [gymnasium.make("hierroom/EscapeRoom-d-v0", meta="fixed-dfs", env_index=n, **rest()) for n in range(3)]
+    alone = [hierroom.add_features(one, NAMES) for one in alone]
+    observations, _ = env.reset(seed=3)
+    ours = [one.reset(seed=3)[0] for one in alone]
+    n_ended = 0
+    for action in ACTIONS:
+        assert observations["features"].tolist() == [one["features"].tolist() for one in ours]
+        assert env.observation_space["features"].contains(observations["features"])
+        observations, _, terminated, truncated, infos = env.step(np.full(3, action))
+        steps = [one.step(action) for one in alone]
+        ours = [step[0] for step in steps]
+        for n in np.flatnonzero(terminated | truncated):
+            assert infos["final_obs"][n]["features"].tolist() == ours[n]["features"].tolist()
+            ours[n], _ = alone[n].reset()
+            n_ended += 1
+    assert n_ended >= 6
+
+
+def test_the_checkers_are_content():
+    for agent in AGENTS:
+        api_test(hierroom.add_features(hierroom.env(**SETTINGS), list(FEATURES), agent), 300)
+        parallel_api_test(hierroom.add_features(hierroom.parallel_env(**SETTINGS), list(FEATURES), agent), 300)
+    check_env(hierroom.add_features(gymnasium.make("hierroom/EscapeRoom-c-v0"), list(FEATURES)), skip_render_check=True)
+
+
+@pytest.mark.parametrize(("name", "memory"), [("doorway-places", "doorways"), ("frontier-places", "explored")])
+def test_only_what_was_asked_for_is_remembered(name, memory):
+    env = gymnasium.make("hierroom/EscapeRoom-d-v0", meta="oracle")
+    levels = env.unwrapped.room.turns.world.state.levels
+    env.reset(seed=0)
+    assert not any(levels[other].any() for other in MEMORIES)
+    env = hierroom.add_features(env, [name])
+    env.reset(seed=0)
+    for action in np.tile([0, 1, 0, 2, 0, 3, 4], 60):
+        env.step(action)
+    assert levels["remembers"][0] == MEMORIES[memory]
+    assert not any(levels[other].any() for other in MEMORIES if other != memory)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (
+            lambda: hierroom.add_features(gymnasium.make("CartPole-v1"), ["view"]),
+            "takes an environment of hierroom, not",
+        ),
+        (lambda: hierroom.add_features(hierroom.env(), ["smell"]), "features are view, view-ids, .*; not smell"),
+        (lambda: hierroom.add_features(hierroom.env(), []), "not none at all"),
+        (lambda: hierroom.add_features(hierroom.env(), ["view"], "me"), "are meta_0, controller_0; there is no 'me'"),
+        (lambda: hierroom.add_features(EscapeRooms(), ["view"], META), "there is no 'meta_0'"),
+    ],
+)
+def test_refusals_are_one_line(make, said):
+    with pytest.raises(hierroom.InputError, match=said) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+def test_a_box_view_has_them_as_one_hot():
+    plain, env = hierroom.parallel_env(**SETTINGS), hierroom.parallel_env(**SETTINGS)
+    env = hierroom.box_view(hierroom.add_features(env, ["direction", "previous-action"]))
+    before, _ = hierroom.box_view(plain).reset(seed=1)
+    now, _ = env.reset(seed=1)
+    for agent in AGENTS:
+        assert now[agent] in env.observation_space(agent)
+        np.testing.assert_array_equal(now[agent][: len(before[agent])], before[agent])
+    extra = now[CONTROLLER][len(before[CONTROLLER]) :]
+    assert extra.sum() == 2  # one direction, one previous action
+    assert extra[4 + 5] == 1  # none before the first
+    assert not now[META][len(before[META]) :].any()

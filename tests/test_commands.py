@@ -1,0 +1,97 @@
+"""The commands as a stranger meets them: they are listed, and explain themselves at once, choice by choice."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+import hierroom
+from hierroom.agents.config import METHODS, FeatureName, MethodName
+from hierroom.agents.features import FEATURES
+from hierroom.cli import COMMANDS
+from hierroom.controller import REWARDS
+from hierroom.env_config import GoalMaskName, RewardName
+from hierroom.situation import GOAL_MASKS
+from hierroom.training.presets import PRESETS, PresetName
+
+
+def run(*arguments, env=None):
+    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, timeout=60, env=env)
+
+
+def help_of(module):
+    done = run("-m", module, "--help")
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_the_package_lists_its_commands():
+    done = run("-m", "hierroom")
+    assert done.returncode == 0
+    for name in COMMANDS:
+        assert f"python -m hierroom.{name}" in done.stdout
+
+
+def test_the_version():
+    assert run("-m", "hierroom", "--version").stdout.strip() == hierroom.__version__
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_is_there_without_torch(name):
+    """What is imported decides how soon it is there: without torch well under a second."""
+    code = (
+        "import runpy, sys\n"
+        f"sys.argv = ['hierroom.{name}', '--help']\n"
+        f"try: runpy.run_module('hierroom.{name}', run_name='__main__')\n"
+        "except SystemExit: pass\n"
+        "print('torch' in sys.modules)"
+    )
+    done = run("-c", code)
+    assert "usage:" in done.stdout
+    assert done.stdout.rstrip().endswith("False"), done.stdout[-300:] + done.stderr[-300:]
+
+
+@pytest.mark.parametrize(
+    ("choices", "table"),
+    [
+        (MethodName, METHODS),
+        (FeatureName, FEATURES),
+        (RewardName, REWARDS),
+        (GoalMaskName, GOAL_MASKS),
+        (PresetName, PRESETS),
+    ],
+    ids=["method", "feature", "reward", "goal mask", "preset"],
+)
+def test_the_choices_on_the_command_line_are_all_there_are(choices, table):
+    assert set(choices.__args__) == set(table)
+
+
+def test_choices_are_shown_and_options_grouped():
+    text = help_of("hierroom.train")
+    for group in ("options", "env options", "agents options", "ppo options", "meta-ppo options"):
+        assert f"─ {group} ─" in text
+    assert "--method {ppo,ppo-bonus," in text
+    assert "--goal-mask {reachable,existing,seen,none}" in text
+    assert "--reward {None,extrinsic,bonus,intrinsic,novelty}" in text
+    assert "--preset {None,default,long,large,learned,paper}" in text
+
+
+@pytest.mark.parametrize("name", [name for name in COMMANDS if name != "paper"])
+def test_each_help_text_is_one_paragraph(name):
+    """No line is broken before it is full: the next line's first word would not have fitted."""
+    lines = [re.sub(r"^│|│$", "", line) for line in help_of(f"hierroom.{name}").splitlines() if line.startswith("│")]
+    for line, following in zip(lines, lines[1:], strict=False):
+        indent = len(following) - len(following.lstrip())
+        is_text = indent >= 7 and following.strip() and not following.strip().startswith(("-", "{"))
+        if is_text and len(line) - len(line.lstrip()) == indent and line.strip():
+            first = following.split()[0]
+            assert len(line.rstrip()) + 1 + len(first) >= len(line) - 2, (line, following)
+
+
+def test_a_wrong_choice_is_refused_with_the_right_ones():
+    done = run("-m", "hierroom.train", "--method", "pop")
+    assert done.returncode == 2
+    assert "'pop'" in done.stderr
+    assert "hippo" in done.stderr
+    assert "Traceback" not in done.stderr
