@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from statistics import median
@@ -19,7 +19,6 @@ import tyro
 from run_table import fill, in_millions, train
 
 from hierroom.cli import run
-from hierroom.learners.config import PPOConfig
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import PRESETS
 
@@ -44,7 +43,7 @@ CHANGES: dict[str, tuple[object, ...]] = {
     "hidden_size": (32, 128),
 }
 """Entry of the config or of its learner to the values tried in place of the preset's."""
-LEFT_OUT = DEFAULT.features[2:]
+LEFT_OUT = DEFAULT.agents.features[2:]
 """Features left out one at a time: all but the view and the goal, without which there is nothing to learn from."""
 NAMES_IN_FILE = {"num_envs": "rooms"}
 """Entries that had another name when the first rows were made: in the file they keep it."""
@@ -66,21 +65,14 @@ class Options:
     """Runs at a time."""
 
 
-def changed(config: TrainConfig, entry: str, value: object) -> TrainConfig:
-    """A config with one entry, or one of its learner's, changed."""
-    if entry in {field.name for field in fields(PPOConfig)}:
-        return replace(config, ppo=replace(config.ppo, **{entry: value}))
-    return replace(config, **{entry: value})
-
-
 def variants(config: TrainConfig) -> Iterator[tuple[str, TrainConfig]]:
     """The config as it is and with each change, by name."""
     yield UNCHANGED, config
     for entry, values in CHANGES.items():
         for value in values:
-            yield f"{entry} {value}", changed(config, entry, value)
+            yield f"{entry} {value}", config.changed(**{entry: value})
     for left_out in LEFT_OUT:
-        yield f"without {left_out}", replace(config, features=tuple(f for f in config.features if f != left_out))
+        yield f"without {left_out}", config.changed(features=tuple(f for f in config.agents.features if f != left_out))
 
 
 def in_file(change: str) -> str:
@@ -117,12 +109,11 @@ def print_medians(rows: list[dict[str, str]]) -> None:
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
-    env = replace(DEFAULT.env, graph=options.graph)
-    base = replace(DEFAULT, env=env, steps=options.steps, threads=1)  # the processes are the parallel part
+    base = DEFAULT.changed(graph=options.graph, steps=options.steps, threads=1)  # the processes are the parallel part
     runs = []
     for seed, (name, config) in product(range(options.seeds), variants(base)):
         key = {"change": in_file(name), "graph": options.graph, "seed": str(seed), "steps": str(options.steps)}
-        runs.append((key, replace(config, seed=seed)))
+        runs.append((key, config.changed(seed=seed)))
     print_medians(fill(options.out, runs, measure, options.processes))
     return 0
 

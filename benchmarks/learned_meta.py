@@ -10,7 +10,7 @@ file already holds are not run again, so a table that was stopped goes on where 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -21,10 +21,10 @@ from run_table import fill, in_millions, read, train
 
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.cli import run
-from hierroom.evaluate import evaluate
 from hierroom.meta import RandomGoals
-from hierroom.training.assembly import freeze, make_turns
+from hierroom.training.assembly import freeze
 from hierroom.training.config import TrainConfig
+from hierroom.training.evaluation import evaluate
 from hierroom.training.presets import find_preset
 
 
@@ -57,7 +57,7 @@ def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     learned = trainer.freeze(num_envs, seed=config.seed)
     other = freeze(ScriptedAgent(RandomGoals()), trainer.controller, num_envs, seed=config.seed)
     for name, pair in (("learned", learned), ("random", other)):
-        turns = make_turns(config, num_envs, 1_000_000 + config.seed, measure_shortest=True)
+        turns = trainer.fresh_turns(num_envs, 1_000_000 + config.seed)
         result = evaluate(pair, turns, episodes)
         row[f"{name}_success"], row[f"{name}_length"] = result.success_rate, result.length
         row[f"{name}_length_over_shortest"] = result.length_over_shortest
@@ -84,10 +84,10 @@ def print_medians(rows: list[dict[str, str]]) -> None:
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
-    preset = replace(find_preset("learned"), steps=options.steps, threads=1)  # the processes are the parallel part
+    preset = find_preset("learned").changed(steps=options.steps, threads=1)  # the processes are the parallel part
     runs = []
     for seed, mask, graph in product(range(options.seeds), options.goal_masks, options.graphs):
-        config = replace(preset, env=replace(preset.env, graph=graph, goal_mask=mask), seed=seed)
+        config = preset.changed(graph=graph, goal_mask=mask, seed=seed)
         runs.append(({"graph": graph, "goal_mask": mask, "seed": str(seed), "steps": str(options.steps)}, config))
     fill(options.out, runs, partial(train_and_evaluate, episodes=options.episodes), options.processes)
     print_medians(read(options.out))

@@ -8,7 +8,7 @@ The table has mean lengths, first that of the shortest ways to the exit, for whi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import tyro
@@ -19,10 +19,10 @@ from success import Informed
 
 from hierroom.cli import run
 from hierroom.errors import InputError
-from hierroom.evaluate import evaluate
 from hierroom.meta import make_meta
 from hierroom.training.assembly import make_turns
 from hierroom.training.config import TrainConfig
+from hierroom.training.evaluation import evaluate
 from hierroom.training.presets import find_preset
 
 
@@ -59,12 +59,11 @@ def row_of(config: TrainConfig, episodes: int) -> str:
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
-    config = replace(find_preset("default"), meta=options.meta, seed=options.seed, threads=1)
+    config = find_preset("default").changed(meta=options.meta, seed=options.seed, threads=1)
     if options.episodes < 1:
         raise InputError(f"episodes must be at least 1, not {options.episodes}")
     graphs = track(options.graphs, "graphs", console=Console(stderr=True), transient=True)
-    envs = [replace(config.env, graph=graph, size=options.size) for graph in graphs]
-    rows = [row_of(replace(config, env=env), options.episodes) for env in envs]
+    rows = [row_of(config.changed(graph=graph, size=options.size), options.episodes) for graph in graphs]
     print("| graph | shortest | informed | searching | over informed | success |\n|---|---|---|---|---|---|")
     print("\n".join(rows))
     return 0

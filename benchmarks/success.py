@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -24,12 +24,11 @@ from run_table import fill, in_millions, train
 
 from hierroom.cli import run
 from hierroom.errors import InputError
-from hierroom.evaluate import evaluate
 from hierroom.goals import EXIT_GOAL, NO_GOAL
 from hierroom.meta import MetaController, make_meta
 from hierroom.options import META, Step
-from hierroom.training.assembly import make_turns
 from hierroom.training.config import TrainConfig
+from hierroom.training.evaluation import evaluate
 from hierroom.training.presets import find_preset
 from hierroom.turns import Turns
 from hierroom.world.oracle import shortest_actions
@@ -68,18 +67,25 @@ class Options:
 def configs(options: Options) -> Iterator[TrainConfig]:
     """The runs of the table."""
     preset = find_preset(options.preset)
-    meta = options.meta or preset.meta
+    meta = options.meta or preset.agents.meta
     if meta == "learned":
         raise InputError("a learned meta-controller gives goals out of reach too; learned_meta.py makes its table")
     for seed, graph, method in product(range(options.seeds), options.graphs, options.methods):
-        env = replace(preset.env, graph=graph, size=options.size or preset.env.size, drop_key=options.drop_key)
-        # The processes are the parallel part.
-        yield replace(preset, env=env, method=method, meta=meta, seed=seed, steps=options.steps, threads=1)
+        yield preset.changed(
+            method=method,
+            meta=meta,
+            graph=graph,
+            size=options.size or preset.env.size,
+            drop_key=options.drop_key,
+            seed=seed,
+            steps=options.steps,
+            threads=1,  # the processes are the parallel part
+        )
 
 
 def key_of(options: Options, config: TrainConfig) -> dict[str, str]:
     """What tells a row from the others, as text."""
-    entries = {**vars(config.env), **vars(config), "preset": options.preset, "meta": config.pair.meta}
+    entries = {**config.entries, "preset": options.preset, "meta": config.pair.meta}
     return {key: str(entries[key]) for key in KEYS}
 
 
@@ -112,12 +118,12 @@ def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     num_envs, seed = min(100, episodes), 1_000_000 + config.seed
     for name in ("sampled", "greedy"):
         pair = trainer.freeze(num_envs, seed=config.seed, is_greedy=name == "greedy")
-        result = evaluate(pair, make_turns(config, num_envs, seed, measure_shortest=True), episodes)
+        result = evaluate(pair, trainer.fresh_turns(num_envs, seed), episodes)
         numbers[f"{name}_success"] = result.success_rate
         numbers[f"{name}_length"] = result.length
         numbers[f"{name}_length_over_shortest"] = result.length_over_shortest
     informed = Informed(make_meta(config.pair.meta), num_envs)
-    numbers["informed_length"] = evaluate(informed, make_turns(config, num_envs, seed), episodes).length
+    numbers["informed_length"] = evaluate(informed, trainer.fresh_turns(num_envs, seed), episodes).length
     return {name: round(value, 4) if isinstance(value, float) else value for name, value in numbers.items()}
 
 

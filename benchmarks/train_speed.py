@@ -53,7 +53,7 @@ class Options:
 def ours(graph: str, threads: int, **settings: Any) -> tuple[Trainer, Counter[str]]:
     """A trainer on a graph, with some settings of its own, and the seconds spent so far by part."""
     ppo = PPOConfig(sequence_length=LENGTH, epochs=EPOCHS, minibatches=MINIBATCHES)
-    config = TrainConfig(EnvConfig(graph), steps=10**9, num_envs=NUM_ENVS, threads=threads, ppo=ppo, **settings)
+    config = TrainConfig(EnvConfig(graph), steps=10**9, num_envs=NUM_ENVS, threads=threads, ppo=ppo).changed(**settings)
     trainer = Trainer(config)
     agent = trainer.controller
     seconds: Counter[str] = Counter()

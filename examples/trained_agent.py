@@ -7,14 +7,13 @@ import numpy as np
 
 from hierroom import train
 from hierroom.goals import GOAL_NAMES
-from hierroom.training.assembly import load_pair, make_turns
+from hierroom.training.assembly import load_run
 from hierroom.training.run_folder import RunFolder
 
 with tempfile.TemporaryDirectory() as folder:
     train.main(["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "40000", "--out", f"{folder}/run"])
     run = RunFolder.open(Path(folder) / "run")
-    pair = load_pair(run, num_envs=2, seed=1)
-    turns = make_turns(run.config(), num_envs=2, seed=1)
+    turns, pair = load_run(run, num_envs=2, seed=1)
 
 episodes = 0
 while episodes < 4:

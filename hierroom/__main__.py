@@ -12,7 +12,7 @@ from hierroom.cli import COMMANDS, run
 
 
 @dataclass(frozen=True)
-class Arguments:
+class ListArguments:
     """EscapeRoom environments, exploration complexity and hierarchical PPO: the commands.
 
     Args:
@@ -24,10 +24,10 @@ class Arguments:
 
 def main() -> int:
     """The command."""
-    if tyro.cli(Arguments, prog="python -m hierroom").version:
+    if tyro.cli(ListArguments, prog="python -m hierroom").version:
         print(hierroom.__version__)
         return 0
-    print(f"hierroom {hierroom.__version__}: {Arguments.__doc__.splitlines()[0]}\n")  # pyright: ignore[reportOptionalMemberAccess]
+    print(f"hierroom {hierroom.__version__}: {ListArguments.__doc__.splitlines()[0]}\n")  # pyright: ignore[reportOptionalMemberAccess]
     for name, purpose in COMMANDS.items():
         print(f"  python -m hierroom.{name:<11} {purpose}")
     print("\nEach explains itself with --help, and completes its options in a shell that ran the output of")

@@ -27,6 +27,14 @@ states that are left up to (1 - gamma) / gamma, 0.053 at the default discount.""
 FRAMES_PER_SECOND = 10
 P = ParamSpec("P")
 T = TypeVar("T")
+_GRAPH = tyro.constructors.PrimitiveConstructorSpec(
+    nargs=1,
+    metavar="GRAPH",
+    instance_from_str=lambda words: words[0],
+    is_instance=lambda _: True,
+    str_from_instance=lambda graph: [str(graph)],
+)
+"""How a graph is given on the command line: as a text, which `as_goal_graph` or `parse_difficulty` reads."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +60,7 @@ class EnvConfig:
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
     """
 
-    graph: Annotated[GoalGraph | str | Path, tyro.conf.arg(constructor=str, metavar="GRAPH")] = "c"
+    graph: Annotated[GoalGraph | str | Path, _GRAPH] = "c"
     curriculum_stages: int = 1
     size: int = 19
     max_steps: int = 1000

@@ -17,7 +17,6 @@ It stands outside `hierroom.complexity`, which knows of no world and no learner.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +32,7 @@ from hierroom.complexity.report import analyze
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
-from hierroom.training.assembly import load_pair, make_turns
+from hierroom.training.assembly import load_run
 from hierroom.training.run_folder import RunFolder
 from hierroom.turns import Turns
 
@@ -176,8 +175,7 @@ def _trained(name: str, graph: str | None, drop_key: bool, num_envs: int, seed: 
         raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
     if graph is None and is_difficulty(config.env.graph):
         raise InputError(f"the agent of {name} was trained on {config.env.graph}; name one goal graph by --graph")
-    config = replace(config, env=replace(config.env, graph=graph or config.env.graph))
-    return make_turns(config, num_envs, seed, whole_interval=True), load_pair(folder, num_envs, seed=seed)
+    return load_run(folder, num_envs, seed=seed, graph=graph or config.env.graph)
 
 
 def _room_of(levels: np.ndarray) -> NDArray[np.int64]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -18,12 +18,13 @@ _ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads a
 
 
 @dataclass(frozen=True)
-class Arguments:
+class TrainArguments:
     """Train an agent in EscapeRooms and write a run folder.
 
     Args:
-        preset: what the other options start from: default, long (for five million steps and the shortest ways), large
-            (for grids of 31 cells and more), learned (for --meta learned, which implies it) or paper (its section 3).
+        preset: what the other options start from: default, long (for five million steps and the shortest ways),
+            large (for grids of 31 cells and more), learned (for --meta learned, which implies it) or paper (its section
+            3).
         out: the run folder, new; by default runs/ and the run's name.
         resume: a run folder to go on with; only --steps, --threads and --device may be given beside it.
     """
@@ -34,7 +35,7 @@ class Arguments:
     resume: Path | None = None
 
 
-def parse(argv: list[str] | None = None) -> Arguments:
+def parse(argv: list[str] | None = None) -> TrainArguments:
     """The arguments of the command line; unnamed options come from the preset or the run that is resumed.
 
     Raises:
@@ -52,9 +53,11 @@ def parse(argv: list[str] | None = None) -> Arguments:
     # A meta-controller that needs other settings than the default has a preset of its own name.
     preset = known.preset or (known.meta if known.meta in PRESETS else "default")
     default = _config_of(known.resume) if known.resume else find_preset(preset)
-    arguments = tyro.cli(Arguments, prog="python -m hierroom.train", default=Arguments(config=default), args=argv)
+    start = TrainArguments(config=default)
+    arguments = tyro.cli(TrainArguments, prog="python -m hierroom.train", default=start, args=argv)
     config = arguments.config
-    if known.resume and replace(config, steps=default.steps, threads=default.threads, device=default.device) != default:
+    kept = config.changed(steps=default.steps, threads=default.threads, device=default.device)
+    if known.resume and kept != default:
         raise InputError(_ONLY_BESIDE_RESUME)
     return arguments
 

@@ -9,10 +9,10 @@ from turns_helpers import make_mixed
 from hierroom import evaluate as command
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.evaluate import evaluate
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.learners.config import PPOConfig
 from hierroom.training.config import TrainConfig
+from hierroom.training.evaluation import evaluate
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
 

@@ -67,7 +67,7 @@ def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp
 def test_the_learning_meta_controller_of_ones_own_is_resumed_as_if_nothing_had_happened(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(EXAMPLES)
     env = EnvConfig("c", size=11, goal_mask="existing")
-    config = TrainConfig(env, meta="own_learning_meta:ReachedMostOften", num_envs=8, steps=4096)
+    config = TrainConfig(env, num_envs=8, steps=4096).changed(meta="own_learning_meta:ReachedMostOften")
     through, before = Trainer(config), Trainer(config)
     through.advance()
     before.advance()

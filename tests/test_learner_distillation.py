@@ -1,7 +1,6 @@
 """Random network distillation: by hand what can be, and that it gets used to what it sees."""
 
 import io
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.trainer import Trainer
 
 SIZES = (4, 3)
-SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), "ppo-rnd", num_envs=8, steps=2048)
+SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=2048).changed(method="ppo-rnd")
 
 
 def make(num_envs=6, seed=0):
@@ -145,7 +144,7 @@ def test_a_resumed_run_goes_on_curious_as_it_was():
 
 
 def test_what_is_new_of_the_level_is_rewarded():
-    trainer = Trainer(replace(SMALL, ppo=PPOConfig(sequence_length=200)))
+    trainer = Trainer(SMALL.changed(ppo=PPOConfig(sequence_length=200)))
     turns, agent, told = trainer.turns, trainer.agents[CONTROLLER], []
     curiosity, finish = agent.curiosity, agent.learner.finish
     assert curiosity is not None
@@ -192,4 +191,4 @@ def test_a_single_observation_is_learned_from():
 )
 def test_wrong_settings_are_one_line(change, said):
     with pytest.raises(InputError, match=said):
-        Trainer(replace(SMALL, **change))
+        Trainer(SMALL.changed(**change))

@@ -8,7 +8,7 @@ from turns_helpers import make_mixed
 
 from hierroom.agents.player import OraclePlayer, RandomPlayer
 from hierroom.complexity import AugmentedGraph, Node
-from hierroom.complexity.__main__ import Options, show
+from hierroom.complexity.__main__ import ComplexityArguments, show
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, enumerate_graphs
@@ -132,11 +132,11 @@ def test_the_goal_graph_is_that_of_the_environments():
 
 
 def test_from_play_on_the_command_line(capsys):
-    show(Options(from_play="oracle", graph="b", episodes=30))
+    show(ComplexityArguments(from_play="oracle", graph="b", episodes=30))
     text = capsys.readouterr().out
     assert "goal graph b, 30 episodes played, 100.0% escaped" in text
     assert "expected_steps" in text
-    show(Options(from_play="random", graph="e", episodes=2, json=True))
+    show(ComplexityArguments(from_play="random", graph="e", episodes=2, json=True))
     table = json.loads(capsys.readouterr().out)
     assert table["episodes"] == 2
     assert table["assumed"]["expected_steps"] == pytest.approx(112.7, abs=0.05)
@@ -145,10 +145,10 @@ def test_from_play_on_the_command_line(capsys):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (Options(from_play="no-such-run"), "no-such-run is not a run folder"),
-        (Options(from_play="random", all=True), "measures one goal graph"),
-        (Options(from_play="random", graph="hitting_time:8..9"), "measures one goal graph"),
-        (Options(from_play="random", episodes=0), "at least one episode, not 0"),
+        (ComplexityArguments(from_play="no-such-run"), "no-such-run is not a run folder"),
+        (ComplexityArguments(from_play="random", all=True), "measures one goal graph"),
+        (ComplexityArguments(from_play="random", graph="hitting_time:8..9"), "measures one goal graph"),
+        (ComplexityArguments(from_play="random", episodes=0), "at least one episode, not 0"),
     ],
 )
 def test_one_clear_message(options, message):
@@ -160,15 +160,15 @@ def test_a_trained_agent_is_measured_from_its_run_folder(tmp_path, capsys):
     config = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=4)
     folder = RunFolder.create(tmp_path / "run", config)
     folder.save_checkpoint(Trainer(config).state_dict())
-    show(Options(from_play=str(folder.path), episodes=8, json=True))
+    show(ComplexityArguments(from_play=str(folder.path), episodes=8, json=True))
     table = json.loads(capsys.readouterr().out)
     assert (table["graph"], table["drop_key"], table["episodes"]) == ("a", False, 8)
     with pytest.raises(InputError, match="trained without drop, so it cannot play with --drop"):
-        show(Options(from_play=str(folder.path), drop=True))
+        show(ComplexityArguments(from_play=str(folder.path), drop=True))
 
 
 def test_an_agent_of_many_graphs_is_measured_in_one_of_them(tmp_path):
     config = TrainConfig(EnvConfig("hitting_time:8..13", size=11, max_steps=60), num_envs=4)
     folder = RunFolder.create(tmp_path / "run", config)
     with pytest.raises(InputError, match=r"trained on hitting_time:8\.\.13; name one goal graph by --graph"):
-        show(Options(from_play=str(folder.path)))
+        show(ComplexityArguments(from_play=str(folder.path)))

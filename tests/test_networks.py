@@ -3,7 +3,6 @@
 import re
 import sys
 import textwrap
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -108,7 +107,7 @@ def test_wrong_ones_are_one_clear_line(outside, spec, said):
 
 @pytest.mark.parametrize("settings", [{"method": "ppo-modular"}, {"method": "hippo", "network": "modular"}])
 def test_the_goal_picks_the_sub_policy(settings):
-    trainer = Trainer(replace(SMALL, **settings))
+    trainer = Trainer(SMALL.changed(**settings))
     turns, agent = trainer.turns, trainer.controller
     assert isinstance(agent.learner.network, ModularActorCritic)
     assert len(agent.learner.network.parts) == N_GOALS + 1

@@ -6,7 +6,7 @@ from turns_helpers import achieve, make, well_or_wildly
 
 import hierroom
 from hierroom import InputError
-from hierroom.env_config import NOVELTY_BONUS, EnvConfig
+from hierroom.env_config import NOVELTY_BONUS
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.training.assembly import make_turns
 from hierroom.training.config import TrainConfig
@@ -73,7 +73,7 @@ def test_what_was_visited_is_part_of_the_state():
 
 
 def test_the_size_of_the_bonus_is_a_hyperparameter():
-    config = TrainConfig(method="ppo-novelty", env=EnvConfig(graph="a", size=11, novelty_bonus=0.5))
+    config = TrainConfig().changed(method="ppo-novelty", graph="a", size=11, novelty_bonus=0.5)
     turns = make_turns(config, 64, seed=0)
     assert set(turns.step([FORWARD] * 64).rewards) == {0.0, 0.5}
     with pytest.raises(InputError, match="novelty_bonus must be a number of at least 0, not -1"):

@@ -16,7 +16,7 @@ from hierroom.gym_env import EscapeRoom
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.ppo import in_hindsight
 from hierroom.options import CONTROLLER, META, OTHER, REACHED, TIMED_OUT, transitions
-from hierroom.training.assembly import load_pair, make_agents, make_turns
+from hierroom.training.assembly import load_run, make_agents, make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset
 from hierroom.training.run_folder import RunFolder
@@ -25,9 +25,11 @@ from hierroom.world.oracle import shortest_actions
 
 META_PPO = PPOConfig(sequence_length=4, sequences_per_update=4, minibatches=2, epochs=2, hidden_size=8)
 PRESET = find_preset("learned")
-SMALL = replace(
-    PRESET,
-    env=replace(PRESET.env, graph="a", size=11, max_steps=60, subgoal_horizon=10),
+SMALL = PRESET.changed(
+    graph="a",
+    size=11,
+    max_steps=60,
+    subgoal_horizon=10,
     num_envs=8,
     steps=4096,
     threads=1,
@@ -83,7 +85,7 @@ def play(graph, goals, script, **settings):
     """
     turns = make(graph, goal_mask="existing", **settings)
     ppo, meta_ppo = replace(SMALL.ppo, minibatches=1), replace(META_PPO, sequence_length=50)
-    agent = learned_meta(replace(SMALL, num_envs=1, ppo=ppo, meta_ppo=meta_ppo))
+    agent = learned_meta(SMALL.changed(num_envs=1, ppo=ppo, meta_ppo=meta_ppo))
     goals = [next(iter(goal_ids(turns, goal))) for goal in goals]
     told, valued, observed_last, relabelled = [], [], [], []
     finish, relabel = agent.learner.finish, agent.learner.relabel
@@ -176,8 +178,7 @@ def test_only_better_than_expected_turns_are_learned_from_in_hindsight():
 @pytest.mark.parametrize("mask", ["existing", "seen", "none", "reachable"])
 @pytest.mark.parametrize("start_success", [0.0, 1.0], ids=["learning", "at random"])
 def test_no_masked_goal_is_ever_chosen(mask, start_success):
-    env = replace(SMALL.env, goal_mask=mask, graph="d")
-    trainer = Trainer(replace(SMALL, env=env, meta_start_success=start_success))
+    trainer = Trainer(SMALL.changed(goal_mask=mask, graph="d", meta_start_success=start_success))
     assert trainer.agents[META].is_learning == (start_success == 0)
     for _ in range(4):
         trainer.advance()
@@ -185,7 +186,7 @@ def test_no_masked_goal_is_ever_chosen(mask, start_success):
 
 
 def test_goals_are_drawn_at_random_until_enough_episodes_escape():
-    trainer = Trainer(replace(SMALL, meta_start_success=0.02))
+    trainer = Trainer(SMALL.changed(meta_start_success=0.02))
     agent, turns = trainer.agents[META], trainer.turns
     before = agent.state_dict()["learner"]["backend"]["network"]
     step, ended = turns.step(np.ones(8, int)), np.ones(8, bool)
@@ -223,8 +224,8 @@ def test_the_controllers_steps_leave_the_recurrent_state_as_it_is():
 
 @pytest.mark.parametrize("start_success", [0.0, 0.02])
 def test_resumed_equals_uninterrupted_and_the_checkpoint_is_plain(start_success, tmp_path):
-    config = replace(SMALL, meta_start_success=start_success)
-    through, before, other = Trainer(config), Trainer(config), Trainer(replace(config, seed=1))
+    config = SMALL.changed(meta_start_success=start_success)
+    through, before, other = Trainer(config), Trainer(config), Trainer(config.changed(seed=1))
     for _ in range(8):
         through.advance()
         other.advance()
@@ -256,10 +257,10 @@ def test_what_was_learned_plays_elsewhere_and_learns_nothing(tmp_path):
             given.append(turns.goals.tolist())
         return given
 
-    assert isinstance(load_pair(folder, 3).agents[META], FrozenAgent)
-    assert not hasattr(load_pair(folder, 3).agents[META], "update")
-    assert goals(load_pair(folder, 3, seed=2)) == goals(trainer.freeze(3, seed=2))
-    assert goals(load_pair(folder, 3, seed=2)) != goals(load_pair(folder, 3, seed=3))
+    assert isinstance(load_run(folder, 3)[1].agents[META], FrozenAgent)
+    assert not hasattr(load_run(folder, 3)[1].agents[META], "update")
+    assert goals(load_run(folder, 3, seed=2)[1]) == goals(trainer.freeze(3, seed=2))
+    assert goals(load_run(folder, 3, seed=2)[1]) != goals(load_run(folder, 3, seed=3)[1])
     assert equal(before, learned_state(trainer))
 
 
@@ -267,10 +268,8 @@ def test_one_command_trains_it_with_the_settings_it_needs(tmp_path):
     out = tmp_path / "run"
     assert train.main([*FLAGS, "--steps", "2048", "--meta-start-success", "0", "--out", str(out)]) == 0
     config = RunFolder.open(out).config()
-    for name in ("goal_mask", "subgoal_horizon"):
-        assert getattr(config.env, name) == getattr(PRESET.env, name)
-    for name in ("meta_ppo", "meta_features"):
-        assert getattr(config, name) == getattr(PRESET, name)
+    for name in ("goal_mask", "subgoal_horizon", "meta_ppo", "meta_features"):
+        assert config.entries[name] == PRESET.entries[name]
     assert config.ppo.entropy_weight == PRESET.ppo.entropy_weight
     assert train.parse(["--meta", "learned", "--meta-ppo.gamma", "0.9"]).config.meta_ppo.gamma == 0.9
     assert train.parse(["--meta", "learned", "--preset", "default"]).config.env == TrainConfig().env
@@ -296,7 +295,7 @@ def test_a_feature_that_there_is_not_is_refused(capsys):
         train.main([*FLAGS, "--meta-features", "smell"])
     assert "invalid choice 'smell' for argument '--meta-features'" in capsys.readouterr().err
     with pytest.raises(InputError, match=r"^features are .*; not smell$"):
-        Trainer(replace(SMALL, meta_features=("smell",)))
+        Trainer(SMALL.changed(meta_features=("smell",)))
 
 
 def test_outside_training_there_is_nothing_to_choose_with():
@@ -324,7 +323,7 @@ class Counting:
 
 
 def test_a_users_own_learning_meta_controller_is_told_of_every_step_and_saved():
-    config = replace(SMALL, meta="test_ppo_agent:Counting", env=replace(SMALL.env, goal_mask="reachable"))
+    config = SMALL.changed(meta="test_ppo_agent:Counting", goal_mask="reachable")
     trainer, again = Trainer(config), Trainer(config)
     counts = vars(trainer.agents[META].meta)
     while "reached" not in counts or not counts["reached"]:

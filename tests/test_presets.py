@@ -1,7 +1,5 @@
 """What a config takes, and what the presets hold."""
 
-from dataclasses import replace
-
 import pytest
 
 from hierroom.env_config import EnvConfig
@@ -15,7 +13,7 @@ CONFIG = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=20
 
 def test_a_controller_is_not_told_of_goals_that_ended():
     with pytest.raises(InputError, match=r"^goal-outcome is .* one of meta_features, not of features$"):
-        Trainer(replace(CONFIG, features=("view", "goal-outcome")))
+        Trainer(CONFIG.changed(features=("view", "goal-outcome")))
 
 
 def test_a_config_is_not_filled_up_with_defaults():
@@ -32,4 +30,4 @@ def test_the_paper_preset_is_section_3_to_the_letter():
     assert (paper.steps, paper.num_envs, paper.env.max_steps) == (10_000_000, 128, 1000)
     assert (paper.ppo.hidden_size, paper.ppo.learning_rate) == (64, 2.5e-4)
     assert (paper.ppo.gamma, paper.ppo.gae_lambda) == (0.9, 0.95)
-    assert paper.features == ("view-ids", "goal")
+    assert paper.agents.features == ("view-ids", "goal")

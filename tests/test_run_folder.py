@@ -2,7 +2,6 @@
 
 import errno
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -36,12 +35,12 @@ def test_dropping_metrics_keeps_the_rows_before_as_they_were(tmp_path):
 def test_a_run_keeps_its_goal_graph_and_what_it_began_with(tmp_path):
     own = tmp_path / "own.toml"
     GoalGraph((0, 1), 2).to_toml(own)
-    config = replace(SMALL, env=replace(SMALL.env, graph=str(own)))
+    config = SMALL.changed(graph=str(own))
     folder = RunFolder.create(tmp_path / "run", config)
     own.unlink()
     moved = RunFolder.open(folder.path.rename(tmp_path / "elsewhere"))
     assert as_goal_graph(moved.config().env.graph) == GoalGraph((0, 1), 2)
-    assert replace(moved.config(), env=replace(moved.config().env, graph="a")) == SMALL
+    assert moved.config().changed(graph="a") == SMALL
     versions = json.loads((moved.path / "versions.json").read_text())
     assert versions["hierroom"] == hierroom.__version__
     assert versions["torch"] == torch.__version__

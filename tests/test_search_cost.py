@@ -1,16 +1,15 @@
 """The controller of benchmarks/searching.py: it escapes, knows just what it saw, and goes straight."""
 
 import importlib
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hierroom.errors import InputError
-from hierroom.evaluate import evaluate
 from hierroom.meta import make_meta
 from hierroom.training.assembly import make_turns
+from hierroom.training.evaluation import evaluate
 from hierroom.training.presets import find_preset
 from hierroom.world.kernels import EMPTY, KEY, OPEN_DOOR, UNSEEN, WALL
 from hierroom.world.oracle import shortest_lengths
@@ -29,7 +28,7 @@ def search_cost():
 
 def config_of(graph, **changes):
     preset = find_preset("default")
-    return replace(preset, env=replace(preset.env, graph=graph, **changes), threads=1)
+    return preset.changed(graph=graph, **changes, threads=1)
 
 
 def turns_in(graph, n, **changes):

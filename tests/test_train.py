@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -69,7 +68,7 @@ def test_a_run_leaves_everything_it_promises(trained):
 
 
 def test_same_seed_same_result_and_another_seed_another():
-    first, same, other = Trainer(SMALL), Trainer(SMALL), Trainer(replace(SMALL, seed=1))
+    first, same, other = Trainer(SMALL), Trainer(SMALL), Trainer(SMALL.changed(seed=1))
     for trainer in (first, same, other):
         for _ in range(4):
             trainer.advance()
@@ -94,7 +93,7 @@ def test_resumed_equals_uninterrupted(tmp_path):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_runs_and_rewards_as_its_row_says(method):
-    trainer = Trainer(replace(SMALL, method=method, steps=512))
+    trainer = Trainer(SMALL.changed(method=method, steps=512))
     while not trainer.is_done:
         trainer.advance()
     assert trainer.steps == 512
@@ -127,11 +126,11 @@ def test_resume_with_fewer_steps_than_taken_changes_nothing(trained):
     assert (trained / "config.json").read_text() == config
 
 
-@pytest.mark.parametrize("change", [{"num_envs": 9}, {"env": replace(SMALL.env, size=13)}])
+@pytest.mark.parametrize("change", [{"num_envs": 9}, {"size": 13}])
 def test_resume_of_a_checkpoint_that_does_not_fit_is_one_line(change, tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     folder.save_checkpoint(Trainer(SMALL).state_dict())
-    folder.save_config(replace(SMALL, **change))
+    folder.save_config(SMALL.changed(**change))
     with pytest.raises(InputError, match=r"does not fit its config\.json$|the state must hold"):
         train.main(["--resume", str(folder.path)])
 
@@ -245,10 +244,10 @@ def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, m
 @pytest.mark.parametrize(
     ("arguments", "config", "said"),
     [
-        (["--method", "sarsa"], replace(SMALL, method="sarsa"), "the methods are"),
-        (["--goal-mask", "some"], replace(SMALL, env=replace(SMALL.env, goal_mask="some")), "goal_mask is one of"),
-        (["--reward", "none"], replace(SMALL, env=replace(SMALL.env, reward="none")), "reward is one of"),
-        (["--features", "smell"], replace(SMALL, features=("smell",)), "features are"),
+        (["--method", "sarsa"], SMALL.changed(method="sarsa"), "the methods are"),
+        (["--goal-mask", "some"], SMALL.changed(goal_mask="some"), "goal_mask is one of"),
+        (["--reward", "none"], SMALL.changed(reward="none"), "reward is one of"),
+        (["--features", "smell"], SMALL.changed(features=("smell",)), "features are"),
     ],
 )
 def test_a_name_that_is_none_of_a_few_is_refused_by_the_command_and_from_python(
@@ -303,7 +302,7 @@ def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
 
 def test_the_escape_ends_with_the_agent_on_the_exit(monkeypatch):
     monkeypatch.setattr(session, "draw_level", lambda state, goal, tile_size: state.copy())
-    states = next(session.escapes(Trainer(replace(SMALL, seed=3, env=replace(SMALL.env, max_steps=1000))), episodes=20))
+    states = next(session.escapes(Trainer(SMALL.changed(seed=3, max_steps=1000)), episodes=20))
     under = [int(state.grids[0, state.levels[0].row, state.levels[0].col]) for state in states]
     assert under[-1] == EXIT
     assert EXIT not in under[:-1]

@@ -1,7 +1,6 @@
 """A controller begins as another run's ended: the same weights, everything else anew."""
 
 import re
-from dataclasses import replace
 
 import pytest
 import torch
@@ -13,7 +12,7 @@ from hierroom.learners import ppo
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.torch_backend import TorchBackend
 from hierroom.options import CONTROLLER
-from hierroom.training.assembly import load_pair, make_turns
+from hierroom.training.assembly import load_run, make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
@@ -24,7 +23,7 @@ SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=102
 @pytest.fixture(scope="module", params=["recurrent", "modular"])
 def run(request, tmp_path_factory) -> RunFolder:
     """A short run with a compiled or with a torch network."""
-    config = replace(SMALL, network=request.param)
+    config = SMALL.changed(network=request.param)
     trainer = Trainer(config)
     for _ in range(3):
         trainer.advance()
@@ -41,8 +40,8 @@ def observed(trainer):
 def test_weights_and_nothing_else(run):
     trained = run.load_checkpoint()["agents"][CONTROLLER]["learner"]
     config = run.config()
-    config = replace(config, meta="random", env=replace(config.env, graph="b"), seed=5)
-    warm, cold = Trainer(replace(config, warm_start=str(run.path))), Trainer(config)
+    config = config.changed(meta="random", graph="b", seed=5)
+    warm, cold = Trainer(config.changed(warm_start=str(run.path))), Trainer(config)
     ours, other = warm.controller, cold.controller
     weights = ours.learner.network.state_dict()
     assert weights.keys() == trained["backend"]["network"].keys()
@@ -60,8 +59,8 @@ def test_weights_and_nothing_else(run):
 
 def test_the_weights_act(run):
     """What the policy does is what the trained one does: the compiled kernels read what was loaded."""
-    warm = Trainer(replace(run.config(), seed=5, warm_start=str(run.path)))
-    trained = Trainer(replace(run.config(), seed=5))
+    warm = Trainer(run.config().changed(seed=5, warm_start=str(run.path)))
+    trained = Trainer(run.config().changed(seed=5))
     trained.controller.load_state_dict(run.load_checkpoint()["agents"][CONTROLLER])
     observation = observed(warm)
     agents = [trainer.controller.frozen(8, seed=3) for trainer in (warm, trained)]
@@ -73,19 +72,19 @@ def test_the_weights_act(run):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"ppo": replace(SMALL.ppo, hidden_size=32)}, "its hidden_size is 64, here it is 32"),
-        ({"env": replace(SMALL.env, drop_key=True)}, "its drop_key is False, here it is True"),
-        ({"method": "ppo"}, f"{' '.join(SMALL.features[1:])}, here it is"),
+        ({"hidden_size": 32}, "its hidden_size is 64, here it is 32"),
+        ({"drop_key": True}, "its number of actions is 5, here it is 6"),
+        ({"method": "ppo"}, f"{' '.join(SMALL.agents.features[1:])}, here it is"),
         ({"features": ("view",)}, "its features is "),
         ({"network": "other"}, "here it is other"),
     ],
 )
 def test_what_does_not_fit_is_one_clear_line(run, change, said):
     if change.get("network"):
-        change = {"network": {"recurrent": "modular", "modular": "recurrent"}[run.config().network]}
-        said = f"its network is {run.config().network}, here it is {change['network']}"
+        change = {"network": {"recurrent": "modular", "modular": "recurrent"}[run.config().agents.network]}
+        said = f"its network is {run.config().agents.network}, here it is {change['network']}"
     with pytest.raises(InputError, match=re.escape(said)) as caught:
-        Trainer(replace(run.config(), **change, warm_start=str(run.path)))
+        Trainer(run.config().changed(**change, warm_start=str(run.path)))
     assert str(caught.value).startswith(f"{run.path} cannot warm-start this run: ")
     assert "\n" not in str(caught.value)
 
@@ -99,7 +98,7 @@ def test_no_run_no_folder_left_behind(tmp_path, monkeypatch):
 
 def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
     flags = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2"]
-    flags += ["--network", run.config().network or "", "--warm-start", str(tmp_path / "before")]
+    flags += ["--network", run.config().agents.network or "", "--warm-start", str(tmp_path / "before")]
     (tmp_path / "before").symlink_to(run.path)
     out = str(tmp_path / "run")
     assert train.main([*flags, "--steps", "512", "--out", out]) == 0
@@ -110,7 +109,7 @@ def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
 
 def test_what_a_gpu_trained_plays_on_the_cpu(tmp_path, monkeypatch):
     """A GPU trains through torch and the CPU plays with compiled kernels, whose optimiser keeps other records."""
-    config = replace(SMALL, device="cuda")
+    config = SMALL.changed(device="cuda")
     with monkeypatch.context() as without_kernels:
         without_kernels.setattr(ppo, "FusedBackend", lambda *arguments: TorchBackend(*arguments[:2], "cpu"))
         trainer = Trainer(SMALL)
@@ -119,7 +118,7 @@ def test_what_a_gpu_trained_plays_on_the_cpu(tmp_path, monkeypatch):
     folder = RunFolder.create(tmp_path / "run", config)
     folder.save_checkpoint(trainer.state_dict())
     played = []
-    for pair in (load_pair(folder, 4, seed=1), trainer.freeze(4, seed=1)):
+    for pair in (load_run(folder, 4, seed=1)[1], trainer.freeze(4, seed=1)):
         turns = make_turns(SMALL, 4, seed=9)
         played.append([pair.step(turns).actions.tolist() for _ in range(40)])
     assert played[0] == played[1]

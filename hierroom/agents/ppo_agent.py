@@ -11,6 +11,7 @@ from hierroom.agents.curiosity import Curiosity
 from hierroom.agents.features import Features
 from hierroom.agents.warm_up import WarmUp
 from hierroom.controller import Observation
+from hierroom.errors import InputError
 from hierroom.goals import NO_GOAL
 from hierroom.learners.policy import Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
@@ -32,6 +33,7 @@ class PPOAgent:
     Args:
         features: what its network reads of an observation.
         learner: of its policy, in as many environments as there are.
+        network: the name of its network, by which a warm start tells whether weights fit.
         warm_up: what chooses for it before it learns, if anything.
         hindsight: whether an option that did not reach its goal, but achieved another one, may be learned from as if
             the first of those had been given: see `Learner.relabel`.
@@ -46,6 +48,7 @@ class PPOAgent:
         features: Features,
         learner: Learner,
         *,
+        network: str,
         warm_up: WarmUp | None = None,
         hindsight: bool = False,
         curiosity: Curiosity | None = None,
@@ -53,6 +56,7 @@ class PPOAgent:
         self.features = features
         self.learner = learner
         self.curiosity = curiosity
+        self._network = network
         self._warm_up = warm_up
         self._hindsight = hindsight
         self._updated = dict.fromkeys((*UPDATE_STATISTICS, *(curiosity.STATISTICS if curiosity else ())), float("nan"))
@@ -127,9 +131,30 @@ class PPOAgent:
         """
         return FrozenAgent(self.features, self.learner.policy(num_envs, seed=seed), is_greedy=is_greedy)
 
+    def take_weights(self, state: dict[str, Any]) -> None:
+        """Take the weights of another agent's `state_dict` and nothing else.
+
+        Raises:
+            InputError: if the agents differ in their networks, or in what they observe or can do.
+        """
+        for what, ours in self._description.items():
+            theirs = state["description"][what]
+            if ours != theirs:
+                raise InputError(f"these weights are of another agent: its {what} is {theirs}, here it is {ours}")
+        self.learner.take_weights(state["learner"])
+
+    @property
+    def _description(self) -> dict[str, str | int]:
+        return {
+            "network": self._network,
+            "hidden_size": self.learner.config.hidden_size,
+            "number of actions": self.learner.space.n_actions,
+            "features": " ".join(self.features.names),
+        }
+
     def state_dict(self) -> dict[str, Any]:
         """Everything that decides what happens next, as tensors and plain types."""
-        state: dict[str, Any] = {"learner": self.learner.state_dict()}
+        state: dict[str, Any] = {"description": self._description, "learner": self.learner.state_dict()}
         if self._warm_up is not None:
             state["warm_up"] = self._warm_up.state_dict()
         if self.curiosity is not None:

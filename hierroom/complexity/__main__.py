@@ -46,7 +46,7 @@ COLUMNS: Mapping[ColumnName, Column] = {
 
 
 @dataclass(frozen=True)
-class Options:
+class ComplexityArguments:
     """How hard goal graphs are to explore: depth, width and passage times, before anybody trains.
 
     Name one graph for its full report, or several for a list. Without a choice the paper's seven graphs are listed.
@@ -81,7 +81,7 @@ class Options:
     seed: int = 1_000_000
 
 
-def show(options: Options) -> None:
+def show(options: ComplexityArguments) -> None:
     """Print or draw what was asked for.
 
     Raises:
@@ -92,7 +92,7 @@ def show(options: Options) -> None:
     if options.from_play is not None:
         _show_play(options, options.from_play)
         return
-    if (options.episodes, options.seed) != (Options.episodes, Options.seed):
+    if (options.episodes, options.seed) != (ComplexityArguments.episodes, ComplexityArguments.seed):
         raise InputError("--episodes and --seed go with --from-play; without it nothing is played")
     reports = [analyze(graph, options.drop) for graph in _graphs(options)]
     if options.sort is not None:
@@ -113,11 +113,11 @@ def show(options: Options) -> None:
 
 def main() -> int:
     """The command."""
-    show(tyro.cli(Options, prog="python -m hierroom.complexity"))
+    show(tyro.cli(ComplexityArguments, prog="python -m hierroom.complexity"))
     return 0
 
 
-def _graphs(options: Options) -> Iterable[GoalGraph]:
+def _graphs(options: ComplexityArguments) -> Iterable[GoalGraph]:
     chosen = (options.graph is not None) + options.all + (options.rooms is not None)
     if chosen > 1:
         raise InputError("choose graphs by one of --graph, --all and --rooms, not by several")
@@ -140,7 +140,7 @@ def _draw(reports: list[ComplexityReport], path: Path) -> None:
     draw_graph(reports[0].augmented, path)
 
 
-def _show_play(options: Options, player: str) -> None:
+def _show_play(options: ComplexityArguments, player: str) -> None:
     several = options.all or options.rooms is not None or options.csv or options.sort or options.draw is not None
     if several or (options.graph is not None and is_difficulty(options.graph)):
         raise InputError(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import torch
+from torch import nn
 
 from hierroom.agents.curiosity import Curiosity
 from hierroom.agents.features import GOAL_FEATURES, Features
@@ -18,6 +20,7 @@ from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.warm_up import WarmUp
 from hierroom.errors import InputError
+from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.ppo import Learner
 from hierroom.meta import LEARNED, make_meta
@@ -64,9 +67,22 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     Raises:
         InputError: if there is no such device, network or meta-controller, or a setting of theirs cannot be used.
     """
-    if config.device != "cpu" and not _has_device(config.device):
-        raise InputError(f"this machine has no device {config.device!r}; cpu is always there")
-    return _make_meta_agent(config), _make_controller(config)
+    pair, agents, ppo, num_envs = config.pair, config.agents, config.ppo, config.num_envs
+    make_learner = partial(_make_learner, num_envs=num_envs, device=_checked(config.device), threads=config.threads)
+    features = controller_features(config)
+    network = partial(make_network, pair.controller.network, vectors=features.vectors)
+    learner = make_learner(features, features.n_actions, ppo, seed=config.seed, network=network)
+    curiosity = None
+    if pair.controller.is_curious:
+        settings: dict[str, Any] = {"gamma": ppo.gamma, "seed": config.seed, "device": config.device}
+        curiosity = Curiosity(features, num_envs, agents.curiosity_weight, **settings)
+    controller = PPOAgent(features, learner, network=pair.controller.network, curiosity=curiosity)
+    if pair.meta != LEARNED:
+        return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller
+    features, seed = Features(agents.meta_features, config.env.n_actions), meta_seed(config.seed)
+    learner = make_learner(features, N_META_ACTIONS, config.meta_ppo, seed=seed, network=GoalNetwork)
+    warm_up = WarmUp(agents.meta_start_success)
+    return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up, hindsight=True), controller
 
 
 def controller_features(config: TrainConfig) -> Features:
@@ -75,33 +91,14 @@ def controller_features(config: TrainConfig) -> Features:
     Raises:
         InputError: if a feature is unknown, or not for controllers.
     """
-    if "goal-outcome" in config.features:
+    controller, named = config.pair.controller, config.agents.features
+    if "goal-outcome" in named:
         raise InputError("goal-outcome is how the last option ended: one of meta_features, not of features")
-    controller = config.pair.controller
-    names = [name for name in config.features if controller.sees_goal or name not in GOAL_FEATURES]
+    names = [name for name in named if controller.sees_goal or name not in GOAL_FEATURES]
     return Features([*first_features(controller.network), *names], config.env.n_actions)
 
 
-def warm_start(controller: PPOAgent, config: TrainConfig, run: RunFolder) -> None:
-    """Give the controller of a config the weights of a run's newest checkpoint.
-
-    Raises:
-        InputError: if the controllers differ in what they observe or can do or in their network, or there is no
-            checkpoint.
-    """
-    before = run.config()
-    for what, ours, theirs in (
-        ("network", config.pair.controller.network, before.pair.controller.network),
-        ("hidden_size", config.ppo.hidden_size, before.ppo.hidden_size),
-        ("drop_key", config.env.drop_key, before.env.drop_key),
-        ("features", " ".join(controller.features.names), " ".join(controller_features(before).names)),
-    ):
-        if ours != theirs:
-            raise InputError(f"{run.path} cannot warm-start this run: its {what} is {theirs}, here it is {ours}")
-    _take_weights(controller, run.load_checkpoint(), run)
-
-
-def load_pair(
+def load_run(
     run: RunFolder,
     num_envs: int,
     *,
@@ -109,36 +106,39 @@ def load_pair(
     is_greedy: bool = False,
     meta: str | None = None,
     steps: int | None = None,
-) -> Pair:
-    """The trained agents of a run, ready to play in a number of environments, on the CPU wherever they were trained.
+    **env: Any,
+) -> tuple[Turns, Pair]:
+    """The environments of a run and its trained agents, ready to play in them, on the CPU wherever they were trained.
 
     Args:
         run: the run's folder.
-        num_envs: how many environments they will play in.
-        seed: fixes their actions.
+        num_envs: how many environments.
+        seed: fixes the levels and the agents' actions.
         is_greedy: whether the controller takes its most probable action instead of drawing one.
         meta: another meta-controller than the run's, as `make_meta` takes it.
         steps: which checkpoint, by its steps; None for the newest.
+        **env: entries of the `EnvConfig` that are to be others than the run's, such as ``graph`` or ``size``.
+
+    Returns:
+        the turns, whose shortest lengths are measured, and the pair: ``pair.step(turns)`` takes a step.
 
     Raises:
         InputError: if the run has no such checkpoint, or it does not fit its config, or there is no such
             meta-controller.
     """
-    config, state = replace(run.config(), device="cpu"), run.load_checkpoint(steps)
-    controller = _make_controller(config)
-    _take_weights(controller, state, run)
-    if meta:
-        goals = ScriptedAgent(make_meta(meta))
-    else:
-        goals = _make_meta_agent(config)
-        try:
-            if isinstance(goals, PPOAgent):
-                goals.learner.take_weights(state["agents"][META]["learner"])
-            else:
-                goals.load_state_dict(state["agents"][META])
-        except (RuntimeError, KeyError, ValueError) as error:
-            raise InputError(f"the checkpoint of {run.path} does not fit its config.json") from error
-    return freeze(goals, controller, num_envs, seed=seed, is_greedy=is_greedy)
+    config, state = run.config().changed(device="cpu"), run.load_checkpoint(steps)["agents"]
+    goals, controller = make_agents(config)
+    try:
+        controller.take_weights(state[CONTROLLER])
+        if meta is None and isinstance(goals, PPOAgent):
+            goals.take_weights(state[META])
+        elif meta is None:
+            goals.load_state_dict(state[META])
+    except (RuntimeError, KeyError, ValueError) as error:
+        raise InputError(f"the checkpoint of {run.path} does not fit its config.json") from error
+    goals = goals if meta is None else ScriptedAgent(make_meta(meta))
+    turns = make_turns(config.changed(**env), num_envs, seed, whole_interval=True, measure_shortest=True)
+    return turns, freeze(goals, controller, num_envs, seed=seed, is_greedy=is_greedy)
 
 
 def freeze(
@@ -163,51 +163,24 @@ def meta_seed(seed: int) -> int:
     return int(np.random.SeedSequence([seed, 1]).generate_state(1)[0])
 
 
-def _make_controller(config: TrainConfig) -> PPOAgent:
-    features, controller, ppo = controller_features(config), config.pair.controller, config.ppo
-    network = partial(make_network, controller.network, vectors=features.vectors)
-    curiosity = None
-    if controller.is_curious:
-        settings: dict[str, Any] = {"gamma": ppo.gamma, "seed": config.seed, "device": config.device}
-        curiosity = Curiosity(features, config.num_envs, config.curiosity_weight, **settings)
-    learner = Learner(
-        AgentSpace(features.cardinalities, features.n_actions),
-        config.num_envs,
-        ppo,
-        seed=config.seed,
-        device=config.device,
-        threads=config.threads,
-        network=network,
-    )
-    return PPOAgent(features, learner, curiosity=curiosity)
+def _make_learner(
+    features: Features,
+    n_actions: int,
+    ppo: PPOConfig,
+    *,
+    num_envs: int,
+    seed: int,
+    device: str,
+    threads: int,
+    network: Callable[[AgentSpace, int], nn.Module],
+) -> Learner:
+    space = AgentSpace(features.cardinalities, n_actions)
+    return Learner(space, num_envs, ppo, seed=seed, device=device, threads=threads, network=network)
 
 
-def _make_meta_agent(config: TrainConfig) -> PPOAgent | ScriptedAgent:
-    if config.pair.meta != LEARNED:
-        return ScriptedAgent(make_meta(config.pair.meta, config.num_envs), is_training=True)
-    features = Features(config.meta_features, config.env.n_actions)
-    learner = Learner(
-        AgentSpace(features.cardinalities, N_META_ACTIONS),
-        config.num_envs,
-        config.meta_ppo,
-        seed=meta_seed(config.seed),
-        device=config.device,
-        threads=config.threads,
-        network=GoalNetwork,
-    )
-    return PPOAgent(features, learner, warm_up=WarmUp(config.meta_start_success), hindsight=True)
-
-
-def _take_weights(controller: PPOAgent, state: dict[str, Any], run: RunFolder) -> None:
-    try:
-        controller.learner.take_weights(state["agents"][CONTROLLER]["learner"])
-    except (RuntimeError, KeyError) as error:
-        raise InputError(f"the newest checkpoint of {run.path} does not fit its config.json") from error
-
-
-def _has_device(device: str) -> bool:
+def _checked(device: str) -> str:
     try:
         torch.empty(1, device=device)
-    except (RuntimeError, AssertionError):
-        return False
-    return True
+    except (RuntimeError, AssertionError) as error:
+        raise InputError(f"this machine has no device {device!r}; cpu is always there") from error
+    return device

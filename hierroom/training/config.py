@@ -8,12 +8,12 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Annotated, Any
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import tyro
 
-from hierroom.agents.config import FeatureName, Method, MethodName, find_method
+from hierroom.agents.config import AgentsConfig, Method
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
@@ -26,75 +26,87 @@ count 500 steps before it, as is needed while the controller is slow."""
 
 @dataclass(frozen=True)
 class TrainConfig:
-    """Train an agent in EscapeRooms."""
+    """Train an agent in EscapeRooms.
 
-    env: Annotated[EnvConfig, tyro.conf.arg(name="")] = field(default_factory=EnvConfig)
-    """The environment."""
-    method: MethodName = "hippo"
-    """The pair of agents."""
-    meta: str | None = None
-    """Who picks the goals: fixed-dfs, random, oracle, learned, none, an entry point or package.module:Class; by
-    default the method's own."""
-    network: str | None = None
-    """The controller's network: recurrent, modular (a sub-policy for each goal), an entry point or
-    package.module:Class; by default the method's own."""
-    features: tuple[FeatureName, ...] = (
-        *("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
-        *("doorway-places", "frontier-places"),
-    )
-    """What the controller's network reads of an observation; methods without goals leave out goal, goal-in-view,
-    goal-place and symbol."""
-    warm_start: str | None = None
-    """The folder of a run whose controller this one begins as: its weights and nothing else. The controllers must be
-    alike; the meta-controllers need not be."""
-    curiosity_weight: float = 0.05
-    """The weight of curiosity in the reward of ppo-rnd, its returns scaled to deviation 1; the exit gives 1. On graph a
-    (one seed, 1.5M steps, a discount of 0.98) 0.05 ended at 100% success, 0.2 at 82%, 0.5, as in Burda et al. 2018, at
-    92%."""
-    meta_features: tuple[FeatureName, ...] = ("goal-status", "goal-outcome")
-    """What the network of a learned meta-controller reads: features with a number for each goal."""
-    meta_start_success: float = 0.03
-    """A learned meta-controller draws goals at random until this share of 100 episodes escapes; then it learns."""
-    ppo: Annotated[PPOConfig, tyro.conf.arg(name="")] = field(default_factory=PPOConfig)
-    """Hyperparameters of the controller's learner."""
+    Args:
+        env: the environment.
+        agents: the two agents.
+        ppo: hyperparameters of the controller's learner.
+        meta_ppo: hyperparameters of a learned meta-controller's learner, whose turns are options.
+        steps: primitive steps to train for, over all environments.
+        seed: fixes levels, weights, actions and shuffles.
+        num_envs: environments trained in side by side.
+        threads: threads to compute with where there is enough to share, from 128 environments on; results do not
+            depend on them.
+        device: where the learner computes: cpu, cuda, cuda:1, ...
+        warm_start: the folder of a run whose controller this one begins as: its weights and nothing else. The
+            controllers must be alike; the meta-controllers need not be.
+    """
+
+    env: tyro.conf.OmitArgPrefixes[EnvConfig] = field(default_factory=EnvConfig)
+    agents: tyro.conf.OmitArgPrefixes[AgentsConfig] = field(default_factory=AgentsConfig)
+    ppo: tyro.conf.OmitArgPrefixes[PPOConfig] = field(default_factory=PPOConfig)
     meta_ppo: PPOConfig = META_PPO
-    """Hyperparameters of a learned meta-controller's learner, whose turns are options."""
     steps: int = 1_000_000
-    """Primitive steps to train for, over all environments."""
     seed: int = 0
-    """Fixes levels, weights, actions and shuffles."""
     num_envs: int = 64
-    """Environments trained in side by side."""
     threads: int = min(2, os.cpu_count() or 1)
-    """Threads to compute with where there is enough to share, from 128 environments on; results do not depend on
-    them."""
     device: str = "cpu"
-    """Where the learner computes: cpu, cuda, cuda:1, ..."""
+    warm_start: str | None = None
 
     @property
     def pair(self) -> Method:
-        """The method, its agents replaced by those that were named."""
-        method = find_method(self.method)
-        controller = replace(
-            method.controller,
-            reward=self.env.reward or method.controller.reward,
-            network=self.network or method.controller.network,
-        )
-        return Method(self.meta or method.meta, controller)
+        """The agents: those of the method, or what was named in their place."""
+        return self.agents.pair(self.env.reward)
 
     @property
     def name(self) -> str:
         """A short name for the run, fit for a folder."""
-        meta, graph = self.pair.meta, self.env.graph
-        graph_name = graph.name if isinstance(graph, GoalGraph) else str(graph)
-        parts = [self.method, meta if meta != "none" else "", graph_name, f"seed{self.seed}"]
+        meta = self.pair.meta
+        parts = [self.agents.method, meta if meta != "none" else "", self._graph_name, f"seed{self.seed}"]
         text = "-".join(part for part in parts if part)
         return "".join(c if c.isalnum() or c in "-_." else "-" for c in text)
 
+    @property
+    def title(self) -> str:
+        """What the run trains, in a sentence."""
+        agents = f"{self.agents.method} with meta-controller {self.pair.meta}"
+        where = f"graph {self._graph_name}, seed {self.seed}"
+        return f"{agents} on {where}: {self.steps:,} steps in {self.num_envs} environments"
+
+    @property
+    def _graph_name(self) -> str:
+        graph = self.env.graph
+        return graph.name if isinstance(graph, GoalGraph) else str(graph)
+
+    @property
+    def entries(self) -> dict[str, Any]:
+        """All entries flat, named as on the command line; those of ``meta_ppo`` stay together."""
+        return {**vars(self.env), **vars(self.agents), **vars(self.ppo), **vars(self)}
+
+    def changed(self, **entries: Any) -> TrainConfig:
+        """The config with some entries changed, named as on the command line.
+
+        Args:
+            **entries: entries of the config itself, of ``env``, ``agents`` and ``ppo``, each by its own name.
+
+        Raises:
+            InputError: if there is no such entry.
+        """
+        parts = {name: {entry.name for entry in fields(getattr(self, name))} for name in ("env", "agents", "ppo")}
+        own = {name: entries.pop(name) for name in {entry.name for entry in fields(self)} & entries.keys()}
+        config = replace(self, **own)
+        for part, names in parts.items():
+            within = {name: entries.pop(name) for name in names & entries.keys()}
+            config = replace(config, **{part: replace(getattr(config, part), **within)}) if within else config
+        if entries:
+            raise InputError(f"the config of a training run has no {', '.join(sorted(entries))}")
+        return config
+
     def to_dict(self) -> dict[str, Any]:
         """As plain types, for JSON."""
-        table, graph = dataclasses.asdict(self), self.env.graph
-        table["env"]["graph"] = graph.name if isinstance(graph, GoalGraph) else str(graph)
+        table = dataclasses.asdict(self)
+        table["env"]["graph"] = self._graph_name
         return table
 
     @classmethod
@@ -105,16 +117,17 @@ class TrainConfig:
             InputError: if an entry is missing or unknown.
         """
         try:
-            features = {name: tuple(table[name]) for name in ("features", "meta_features")}
+            features = {name: tuple(table["agents"][name]) for name in ("features", "meta_features")}
             learners = {name: _whole(PPOConfig, table[name]) for name in ("ppo", "meta_ppo")}
-            return _whole(cls, {**table, **features, **learners, "env": _whole(EnvConfig, table["env"])})
+            parts = {"env": _whole(EnvConfig, table["env"]), "agents": _whole(AgentsConfig, table["agents"] | features)}
+            return _whole(cls, {**table, **parts, **learners})
         except (TypeError, KeyError) as error:
             raise InputError(f"this is not the config of a training run: {error}") from error
 
 
 def _whole(kind: type, table: Mapping[str, Any]) -> Any:
     """A dataclass from all of its entries: a run's config is not filled up with the defaults of another version."""
-    missing = {field.name for field in dataclasses.fields(kind)} - table.keys()
+    missing = {entry.name for entry in fields(kind)} - table.keys()
     if missing:
         raise TypeError(f"{', '.join(sorted(missing))} missing")
     return kind(**table)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
+from hierroom.agents.config import AgentsConfig
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
@@ -35,12 +36,14 @@ PRESETS: Mapping[str, TrainConfig] = {
         ),
     ),
     "learned": TrainConfig(
-        meta="learned",
         env=EnvConfig(goal_mask="existing", subgoal_horizon=50),
+        agents=AgentsConfig(
+            meta="learned",
+            features=("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
+        ),
         steps=3_000_000,
         # Environments, features, discount and value weight are what the default's were when this was measured.
         num_envs=128,
-        features=("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
         # Annealed, as what the meta-controller asks for goes on changing: at a constant rate success on graph f fell
         # from 94% to 80% on the way. With an entropy weight of 0.03 the controller stayed near chance on graph e (83%,
         # with 0.01 98%), where most of the time goes into looking for the exit and nothing is paid. Both were measured
@@ -50,7 +53,7 @@ PRESETS: Mapping[str, TrainConfig] = {
     "paper": TrainConfig(
         steps=10_000_000,
         num_envs=128,
-        features=("view-ids", "goal"),
+        agents=AgentsConfig(features=("view-ids", "goal")),
         ppo=PPOConfig(
             sequence_length=128,
             learning_rate=2.5e-4,

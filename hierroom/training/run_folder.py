@@ -9,7 +9,6 @@ import os
 import platform
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -103,7 +102,7 @@ class RunFolder:
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
         graph = self.path / "graph.toml"
-        return replace(config, env=replace(config.env, graph=str(graph))) if graph.is_file() else config
+        return config.changed(graph=str(graph)) if graph.is_file() else config
 
     def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
         """Write what `Trainer.state_dict` gave; it is named by its steps."""

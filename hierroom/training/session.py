@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 
 import torch
 from numpy.typing import NDArray
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from torch.utils.tensorboard import SummaryWriter
 
 from hierroom.errors import InputError
 from hierroom.options import META
-from hierroom.training.assembly import make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import MILESTONES, WINDOW
 from hierroom.training.interrupt import Interrupt
@@ -55,7 +54,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
     Raises:
         InputError: if its checkpoint does not fit the config, or has taken all of its steps.
     """
-    trainer = Trainer(replace(config, warm_start=None))  # the checkpoint holds all weights
+    trainer = Trainer(config.changed(warm_start=None))  # the checkpoint holds all weights
     folder = RunFolder.open(path)
     _load(trainer, folder)
     if trainer.steps >= config.steps != folder.config().steps:
@@ -70,7 +69,7 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
     """Train to the end or an interrupt, and tell what came out; returns the exit code of a command."""
     torch.set_num_threads(1)  # more gain nothing at these sizes
     console = Console()
-    console.print(_title(trainer, folder))
+    console.print(f"{trainer.config.title}, into {escape(str(folder.path))}")
     with Interrupt() as interrupt:
         train(trainer, folder, console, interrupt)
     if not trainer.is_done:
@@ -117,7 +116,7 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     """Write summary and pictures and print what came out."""
     summary = trainer.summary()
     folder.save_summary(summary)
-    curve, escape = folder.path / "learning_curve.png", folder.path / "escape.gif"
+    curve, picture = folder.path / "learning_curve.png", folder.path / "escape.gif"
     plot_learning_curve(folder, curve)
     table = Table(title=trainer.config.name, show_header=False)
     table.add_column("")
@@ -134,17 +133,16 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     console.print(table)
     frames = next(escapes(trainer), None)
     if frames:
-        animate(frames, escape)
+        animate(frames, picture)
     console.print(f"learning curve  {curve}", soft_wrap=True)
-    console.print(f"one escape      {escape if frames else 'none in 20 episodes'}", soft_wrap=True)
+    console.print(f"one escape      {picture if frames else 'none in 20 episodes'}", soft_wrap=True)
     console.print(f"evaluate it     python -m hierroom.evaluate {shlex.quote(str(folder.path))}", soft_wrap=True)
 
 
 def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
     """The pictures of each successful episode among the first few of a fresh environment."""
-    config = replace(trainer.config, threads=1)
-    pair = trainer.freeze(1, seed=config.seed)
-    turns = make_turns(config, 1, config.seed + 1, whole_interval=True, autoreset=False)
+    seed = trainer.config.seed
+    pair, turns = trainer.freeze(1, seed=seed), trainer.fresh_turns(1, seed + 1, autoreset=False)
     for _ in range(episodes):
         turns.reset()
         moments = []
@@ -156,14 +154,6 @@ def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
         moments.append((turns.world.get_state(), int(step.goals[0])))
         if step.terminated[0]:
             yield [draw_level(state, goal, tile_size=16) for state, goal in moments]
-
-
-def _title(trainer: Trainer, folder: RunFolder) -> str:
-    config = trainer.config
-    return (
-        f"{config.method} with meta-controller {config.pair.meta} on graph {config.env.graph}, seed {config.seed}: "
-        f"{config.steps:,} steps in {config.num_envs} environments, into {folder.path}"
-    )
 
 
 def _load(trainer: Trainer, folder: RunFolder) -> None:

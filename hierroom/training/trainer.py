@@ -11,10 +11,11 @@ import torch
 from hierroom.agents.player import Pair
 from hierroom.errors import InputError
 from hierroom.options import CONTROLLER, META
-from hierroom.training.assembly import freeze, make_agents, make_turns, warm_start
+from hierroom.training.assembly import freeze, make_agents, make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import MILESTONES, EpisodeLog
 from hierroom.training.run_folder import RunFolder
+from hierroom.turns import Turns
 from hierroom.world.layout import LEVEL
 
 
@@ -46,7 +47,7 @@ class Trainer:
         self.agents = {META: meta, CONTROLLER: controller}
         self.controller = controller
         if config.warm_start:
-            warm_start(controller, config, RunFolder.open(config.warm_start))
+            self._warm_start(RunFolder.open(config.warm_start))
         self.log = EpisodeLog()
         self.steps = 0
         self.seconds = 0.0
@@ -83,6 +84,18 @@ class Trainer:
     def _learn(self, name: str) -> None:
         observation = self.turns.observe(name, self.turns.due(name))
         self.agents[name].update(observation, min(self.steps / self.config.steps, 1.0))
+
+    def _warm_start(self, run: RunFolder) -> None:
+        try:
+            self.controller.take_weights(run.load_checkpoint()["agents"][CONTROLLER])
+        except InputError as error:
+            raise InputError(f"{run.path} cannot warm-start this run: {error}") from error
+        except (RuntimeError, KeyError) as error:
+            raise InputError(f"the newest checkpoint of {run.path} does not fit its config.json") from error
+
+    def fresh_turns(self, num_envs: int, seed: int, *, autoreset: bool = True) -> Turns:
+        """Other environments of the config, whose shortest lengths are measured; see `assembly.make_turns`."""
+        return make_turns(self.config, num_envs, seed, whole_interval=True, autoreset=autoreset, measure_shortest=True)
 
     def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
         """What the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
@@ -130,7 +143,7 @@ class Trainer:
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go on from what `state_dict` gave, in a trainer with the same config."""
         turns = {name: tensor.numpy() for name, tensor in state["turns"].items()}
-        levels = np.zeros(self.config.num_envs, LEVEL)
+        levels = np.zeros(len(self.turns), LEVEL)
         for name, values in state["levels"].items():
             levels[name] = values.numpy()
         self.turns.set_state({**turns, "levels": levels})
