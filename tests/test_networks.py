@@ -4,19 +4,14 @@ import re
 import sys
 import textwrap
 
-import numpy as np
 import pytest
 
 from hierroom import train
 from hierroom.agents.networks import make_network
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.goals import N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
-from hierroom.learners.networks.modular import ModularActorCritic
-from hierroom.options import CONTROLLER, META
 from hierroom.training.config import TrainConfig
-from hierroom.training.trainer import Trainer
 
 SPACE = AgentSpace((5, 3), 4)
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512)
@@ -77,7 +72,6 @@ def outside(tmp_path, monkeypatch):
 
 def test_those_that_ship():
     assert type(make_network("recurrent", SPACE, 8, None)) is RecurrentActorCritic
-    assert type(make_network("modular", SPACE, 8, None)) is ModularActorCritic
 
 
 def test_a_class_in_the_current_folder_trains_from_the_command_line(outside, tmp_path):
@@ -89,7 +83,7 @@ def test_a_class_in_the_current_folder_trains_from_the_command_line(outside, tmp
 @pytest.mark.parametrize(
     ("spec", "said"),
     [
-        ("best", "a network is one of recurrent, modular, an entry point of hierroom.networks or package.module:Class"),
+        ("best", "a network is one of recurrent, an entry point of hierroom.networks or package.module:Class"),
         ("nowhere:Mine", "there is no module 'nowhere' for the network 'nowhere:Mine'"),
         ("{outside}:Yours", "the network '{outside}:Yours' cannot be loaded: AttributeError: module"),
         ("{outside}:Sizeless", "the network '{outside}:Sizeless' cannot be made: TypeError: "),
@@ -103,22 +97,3 @@ def test_wrong_ones_are_one_clear_line(outside, spec, said):
     with pytest.raises(InputError, match=f"^{re.escape(said.format(outside=outside))}") as caught:
         make_network(spec.format(outside=outside), SPACE, 8, None)
     assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize("settings", [{"method": "ppo-modular"}, {"method": "hippo", "network": "modular"}])
-def test_the_goal_picks_the_sub_policy(settings):
-    trainer = Trainer(SMALL.changed(**settings))
-    turns, agent = trainer.turns, trainer.controller
-    assert isinstance(agent.learner.network, ModularActorCritic)
-    assert len(agent.learner.network.parts) == N_GOALS + 1
-    situation = turns.observe(META, turns.due(META))
-    turns.act(META, situation, trainer.agents[META].act(situation))
-    assert (turns.goals >= 0).all()
-    observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
-    np.testing.assert_array_equal(agent.features.encode(observation)[:, 0], turns.goals)
-    turns.ledger.goals[:] = -1
-    observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
-    assert (agent.features.encode(observation)[:, 0] == N_GOALS).all()
-    seen = agent.features.names[1:]
-    assert "symbol" not in seen
-    assert ("goal" in seen) == (settings["method"] == "hippo")

@@ -9,7 +9,7 @@ from typing import get_args
 
 import pytest
 
-from hierroom.complexity.__main__ import COLUMNS, ColumnName, Options, show
+from hierroom.complexity.__main__ import COLUMNS, ColumnName, ComplexityArguments, show
 from hierroom.complexity.table2 import PAPER_TABLE_2, table_2
 from hierroom.goals import GoalGraph
 
@@ -23,7 +23,7 @@ def printed(capsys):
     """What the command prints for its options, in this process."""
 
     def show_and_read(**options):
-        show(Options(**options))
+        show(ComplexityArguments(**options))
         return capsys.readouterr().out
 
     return show_and_read

@@ -1,6 +1,8 @@
 """A controller begins as another run's ended: the same weights, everything else anew."""
 
 import re
+import sys
+from pathlib import Path
 
 import pytest
 import torch
@@ -17,10 +19,13 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
 
+OWN = "own_network:GatedMemory"
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=1024, ppo=PPOConfig(minibatches=2))
 
 
-@pytest.fixture(scope="module", params=["recurrent", "modular"])
+@pytest.fixture(scope="module", params=["recurrent", OWN], ids=["compiled", "torch"])
 def run(request, tmp_path_factory) -> RunFolder:
     """A short run with a compiled or with a torch network."""
     config = SMALL.changed(network=request.param)
@@ -81,7 +86,7 @@ def test_the_weights_act(run):
 )
 def test_what_does_not_fit_is_one_clear_line(run, change, said):
     if change.get("network"):
-        change = {"network": {"recurrent": "modular", "modular": "recurrent"}[run.config().agents.network]}
+        change = {"network": {"recurrent": OWN, OWN: "recurrent"}[run.config().agents.network]}
         said = f"its network is {run.config().agents.network}, here it is {change['network']}"
     with pytest.raises(InputError, match=re.escape(said)) as caught:
         Trainer(run.config().changed(**change, warm_start=str(run.path)))

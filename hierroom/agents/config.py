@@ -37,13 +37,11 @@ class Controller:
     Args:
         reward: its reward unless another is named, as in `controller.REWARDS`.
         sees_goal: whether its features hold the goal.
-        network: its network unless another is named, as in `agents.networks.NETWORKS`.
         is_curious: whether it is rewarded, besides, for what random network distillation finds new.
     """
 
     reward: RewardName
     sees_goal: bool = False
-    network: str = "recurrent"
     is_curious: bool = False
 
 
@@ -60,7 +58,7 @@ class Method:
     controller: Controller
 
 
-MethodName = Literal["ppo", "ppo-bonus", "ppo-sketch", "hippo", "ppo-novelty", "ppo-rnd", "ppo-modular"]
+MethodName = Literal["ppo", "ppo-bonus", "ppo-sketch", "hippo", "ppo-novelty", "ppo-rnd"]
 
 METHODS: Mapping[str, Method] = {
     "ppo": Method("none", Controller("extrinsic")),
@@ -69,7 +67,6 @@ METHODS: Mapping[str, Method] = {
     "hippo": Method("fixed-dfs", Controller("intrinsic", sees_goal=True)),
     "ppo-novelty": Method("none", Controller("novelty")),
     "ppo-rnd": Method("none", Controller("extrinsic", is_curious=True)),
-    "ppo-modular": Method("fixed-dfs", Controller("extrinsic", network="modular")),
 }
 
 
@@ -92,8 +89,7 @@ class AgentsConfig:
         method: a pair of agents; the other entries replace what they have.
         meta: who picks the goals: fixed-dfs, random, oracle, learned, none, an entry point, package.module:Class or
             package.module:function. None: the method's own.
-        network: the controller's network: recurrent, modular (a sub-policy for each goal), an entry point or
-            package.module:Class. None: the method's own.
+        network: the controller's network: recurrent, an entry point or package.module:Class.
         features: what the controller's network reads of an observation; methods without goals leave out goal,
             goal-in-view, goal-place and symbol.
         curiosity_weight: the weight of curiosity in the reward of ppo-rnd, its returns scaled to deviation 1; the exit
@@ -106,7 +102,7 @@ class AgentsConfig:
 
     method: MethodName = "hippo"
     meta: str | None = None
-    network: str | None = None
+    network: str = "recurrent"
     features: tuple[FeatureName, ...] = (
         *("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
         *("doorway-places", "frontier-places"),
@@ -116,11 +112,11 @@ class AgentsConfig:
     meta_start_success: float = 0.03
 
     def pair(self, reward: RewardName | None = None) -> Method:
-        """The method, with the meta-controller, the network and the reward that are named in place of its own.
+        """The method, with the meta-controller and the reward that are named in place of its own.
 
         Raises:
             InputError: if there is no such method.
         """
         method = find_method(self.method)
-        network, reward = self.network or method.controller.network, reward or method.controller.reward
-        return Method(self.meta or method.meta, replace(method.controller, reward=reward, network=network))
+        controller = replace(method.controller, reward=reward or method.controller.reward)
+        return Method(self.meta or method.meta, controller)

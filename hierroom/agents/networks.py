@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import torch
 from numpy.typing import NDArray
@@ -11,36 +10,14 @@ from torch import nn
 
 from hierroom.errors import InputError
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
-from hierroom.learners.networks.modular import ModularActorCritic
 from hierroom.plugins import in_one_line, load_plugin
 
 ENTRY_POINT_GROUP = "hierroom.networks"
 Vectors = Sequence[NDArray | None] | None
 
 
-@dataclass(frozen=True)
-class Network:
-    """A network that ships.
-
-    Args:
-        make: builds it from a space, a hidden size and how values are fed (see `FeatureEncoder`).
-        first_features: names in `features.FEATURES` that it reads before all other features, whatever they are.
-    """
-
-    make: Callable[[AgentSpace, int, Vectors], nn.Module]
-    first_features: tuple[str, ...] = ()
-
-
-NETWORKS: Mapping[str, Network] = {
-    "recurrent": Network(RecurrentActorCritic),
-    "modular": Network(ModularActorCritic, ("symbol",)),
-}
-"""The networks that ship, by the name users type."""
-
-
-def first_features(spec: str) -> tuple[str, ...]:
-    """The features that a network reads whatever else it reads."""
-    return NETWORKS[spec].first_features if spec in NETWORKS else ()
+NETWORKS: Mapping[str, Callable[[AgentSpace, int, Vectors], nn.Module]] = {"recurrent": RecurrentActorCritic}
+"""The networks that ship, by the name users type: each is made from a space, a hidden size and vectors."""
 
 
 def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vectors) -> nn.Module:
@@ -57,7 +34,7 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
         InputError: if there is no such network, it cannot be made, or it does not keep the protocol.
     """
     if spec in NETWORKS:
-        return NETWORKS[spec].make(space, hidden_size, vectors)
+        return NETWORKS[spec](space, hidden_size, vectors)
     make = load_plugin(spec, "network", NETWORKS, ENTRY_POINT_GROUP)
     try:
         network = make(space, hidden_size)

@@ -14,7 +14,7 @@ from torch import nn
 from hierroom.agents.curiosity import Curiosity
 from hierroom.agents.features import GOAL_FEATURES, Features
 from hierroom.agents.goal_network import GoalNetwork
-from hierroom.agents.networks import first_features, make_network
+from hierroom.agents.networks import make_network
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
@@ -70,13 +70,13 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     pair, agents, ppo, num_envs = config.pair, config.agents, config.ppo, config.num_envs
     make_learner = partial(_make_learner, num_envs=num_envs, device=_checked(config.device), threads=config.threads)
     features = controller_features(config)
-    network = partial(make_network, pair.controller.network, vectors=features.vectors)
+    network = partial(make_network, agents.network, vectors=features.vectors)
     learner = make_learner(features, features.n_actions, ppo, seed=config.seed, network=network)
     curiosity = None
     if pair.controller.is_curious:
         settings: dict[str, Any] = {"gamma": ppo.gamma, "seed": config.seed, "device": config.device}
         curiosity = Curiosity(features, num_envs, agents.curiosity_weight, **settings)
-    controller = PPOAgent(features, learner, network=pair.controller.network, curiosity=curiosity)
+    controller = PPOAgent(features, learner, network=agents.network, curiosity=curiosity)
     if pair.meta != LEARNED:
         return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller
     features, seed = Features(agents.meta_features, config.env.n_actions), meta_seed(config.seed)
@@ -91,11 +91,11 @@ def controller_features(config: TrainConfig) -> Features:
     Raises:
         InputError: if a feature is unknown, or not for controllers.
     """
-    controller, named = config.pair.controller, config.agents.features
+    sees_goal, named = config.pair.controller.sees_goal, config.agents.features
     if "goal-outcome" in named:
         raise InputError("goal-outcome is how the last option ended: one of meta_features, not of features")
-    names = [name for name in named if controller.sees_goal or name not in GOAL_FEATURES]
-    return Features([*first_features(controller.network), *names], config.env.n_actions)
+    names = [name for name in named if sees_goal or name not in GOAL_FEATURES]
+    return Features(names, config.env.n_actions)
 
 
 def load_run(

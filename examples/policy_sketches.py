@@ -1,12 +1,13 @@
-"""A network of sub-policies, one for each symbol: the modules of policy sketches."""
+r"""Policy sketches: a network of sub-policies, one for each goal, as a network of one's own.
 
-from __future__ import annotations
+python -m hierroom.train --method ppo-sketch --network policy_sketches:PolicySketches \
+    --features symbol view direction keys previous-action doorway-places frontier-places
+"""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import cast
 
 import torch
-from numpy.typing import ArrayLike
 from torch import Tensor, nn
 
 from hierroom.errors import InputError
@@ -16,40 +17,37 @@ from hierroom.learners.networks.recurrent import lstm_cell
 Part = Callable[..., tuple[Tensor, ...]]
 
 
-class ModularActorCritic(nn.Module):
-    """One sub-policy for each symbol, no parameter shared; the symbol says whose turn it is and is shown to nobody.
+class PolicySketches(nn.Module):
+    """One sub-policy for each symbol, no parameter shared; the first feature of an observation is the symbol.
 
     After Andreas, Klein & Levine, Modular Multitask Reinforcement Learning with Policy Sketches (2017), section 3.1: a
     task is a sequence of symbols (its sketch), each symbol has a sub-policy of its own, and one acts after the other.
     What differs, and why:
 
-    - Their sub-policies end by an action of their own, STOP; here the end of a goal's life does, as elsewhere.
-    - Theirs have no memory. Ours are recurrent, as the others here are, and hand the state on to each other; so the
-      gradient of one's loss reaches those that acted before it in the sequence.
-    - Their symbols are of few kinds. Where a symbol is a goal, as in `ppo-modular`, it names the colour too: each
-      sub-policy has a sixth of the turns that a key or door gets.
+    - Their sub-policies end by an action of their own, STOP; here the end of an option does.
+    - Theirs have no memory. Ours are recurrent, and hand the state on to each other; so the gradient of one's loss
+      reaches those that acted before it in the sequence.
+    - Their symbols are of few kinds. Here a symbol is a goal, and so names the colour too: each sub-policy has a sixth
+      of the turns that a key or door gets.
     - Their critics belong to tasks and are linear in the features. Here there is one task, and each sub-policy has a
       value head of its own.
-    - Their curriculum over tasks is left to the config (`TrainConfig.curriculum_stages`).
+    - Their curriculum over tasks is left to ``--curriculum-stages``.
 
     Args:
-        space: what the agent sees and can do; the first column of an observation is the symbol.
+        space: what the agent observes and can do; the first feature is the symbol.
         hidden_size: units H of each sub-policy.
-        feature_vectors: how values are fed, see `FeatureEncoder`; the symbol's are not used.
 
     Raises:
-        InputError: if there is no column beside the symbol.
+        InputError: if there is no feature beside the symbol.
     """
 
-    def __init__(
-        self, space: AgentSpace, hidden_size: int, feature_vectors: Sequence[ArrayLike | None] | None = None
-    ) -> None:
+    def __init__(self, space: AgentSpace, hidden_size: int) -> None:
         super().__init__()
         n_symbols, *rest = space.cardinalities
         if not rest:
             raise InputError("sub-policies need something to see beside the symbol")
-        seen, vectors = AgentSpace(tuple(rest), space.n_actions), feature_vectors and feature_vectors[1:]
-        self.parts = nn.ModuleList(RecurrentActorCritic(seen, hidden_size, vectors) for _ in range(n_symbols))
+        seen = AgentSpace(tuple(rest), space.n_actions)
+        self.parts = nn.ModuleList(RecurrentActorCritic(seen, hidden_size) for _ in range(n_symbols))
 
     def initial_state(self, n: int) -> Tensor:
         """Zeros [n, 2 H]: hidden and cell state side by side."""

@@ -1,13 +1,24 @@
 """Sub-policies: each acts on its own symbol alone, and the bulk computation equals one turn at a time."""
 
+import sys
+from pathlib import Path
+
+import numpy as np
 import pytest
 import torch
 
+from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
+from hierroom.goals import N_GOALS
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
-from hierroom.learners.networks.modular import ModularActorCritic
 from hierroom.learners.ppo import Learner
+from hierroom.options import CONTROLLER, META
+from hierroom.training.config import TrainConfig
+from hierroom.training.trainer import Trainer
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from policy_sketches import PolicySketches
 
 N_SYMBOLS, HIDDEN = 4, 8
 SPACE = AgentSpace((N_SYMBOLS, 5, 3), 6)
@@ -17,7 +28,7 @@ SEEN = AgentSpace((5, 3), 6)
 @pytest.fixture
 def network():
     torch.manual_seed(0)
-    return ModularActorCritic(SPACE, HIDDEN).double()
+    return PolicySketches(SPACE, HIDDEN).double()
 
 
 def features_of(*shape, seed=1):
@@ -69,12 +80,34 @@ def test_nobody_is_shown_the_symbol(network):
     torch.testing.assert_close(network.step(features, state), network.step(other, state))
 
 
-def test_vectors_for_values_reach_every_sub_policy():
-    vectors = [None, torch.arange(10.0).reshape(5, 2).numpy(), None]
-    network = ModularActorCritic(SPACE, HIDDEN, vectors)
-    assert all(part.encoder.weight.shape == (2 + 3, HIDDEN) for part in network.parts)
-
-
 def test_it_needs_something_to_see():
     with pytest.raises(InputError, match="something to see beside the symbol"):
-        Learner(AgentSpace((4,), 3), 4, PPOConfig(), seed=0, network=ModularActorCritic)
+        Learner(AgentSpace((4,), 3), 4, PPOConfig(), seed=0, network=PolicySketches)
+
+
+SKETCH = {"network": "policy_sketches:PolicySketches", "features": ("symbol", "view", "direction", "keys")}
+
+
+@pytest.mark.parametrize("method", ["ppo-sketch", "hippo"])
+def test_the_goal_picks_the_sub_policy(method):
+    config = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512)
+    trainer = Trainer(config.changed(method=method, **SKETCH))
+    turns, agent = trainer.turns, trainer.controller
+    assert isinstance(agent.learner.network, PolicySketches)
+    assert len(agent.learner.network.parts) == N_GOALS + 1
+    situation = turns.observe(META, turns.due(META))
+    turns.act(META, situation, trainer.agents[META].act(situation))
+    assert (turns.goals >= 0).all()
+    observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
+    np.testing.assert_array_equal(agent.features.encode(observation)[:, 0], turns.goals)
+    turns.ledger.goals[:] = -1
+    observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
+    assert (agent.features.encode(observation)[:, 0] == N_GOALS).all()
+
+
+def test_it_trains():
+    trainer = Trainer(TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512).changed(**SKETCH))
+    before = [parameter.clone() for parameter in trainer.controller.learner.network.parameters()]
+    trainer.advance()
+    after = trainer.controller.learner.network.parameters()
+    assert any(not torch.equal(ours, theirs) for ours, theirs in zip(before, after, strict=True))
