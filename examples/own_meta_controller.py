@@ -1,15 +1,10 @@
-"""Two meta-controllers of one's own: a plain function of one level, and a class that chooses for all at once.
+"""Two meta-controllers of one's own: a class that chooses for all environments at once, and a function of one level.
 
-python -m hierroom.train --meta own_meta_controller:nearest
 python -m hierroom.train --meta own_meta_controller:NearestKeyFirst
+python -m hierroom.train --meta own_meta_controller:nearest
 """
 
 import numpy as np
-
-
-def nearest(level):
-    """The nearest legal goal as the crow flies."""
-    return min(level.legal_goals, key=lambda goal: goal.distance)
 
 
 class NearestKeyFirst:
@@ -21,3 +16,8 @@ class NearestKeyFirst:
         distances = abs(situation.levels["keys_at"] - agents[:, None]).sum(axis=2)  # [M, 6], by the room it opens
         ranks = situation.by_goal(-distances, np.full_like(distances, -200), np.full(len(legal), -300))
         return np.where(legal, ranks, -999).argmax(axis=1)
+
+
+def nearest(level):
+    """The nearest legal goal as the crow flies."""
+    return min(level.legal_goals, key=lambda goal: goal.distance)

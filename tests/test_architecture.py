@@ -1,5 +1,6 @@
 """The house is as docs/architecture.md draws it: floors, arrows, no circle, few files, light commands."""
 
+import importlib
 import re
 
 import architecture
@@ -60,3 +61,29 @@ def test_no_file_is_long(path):
     """House style: 60 to 200 lines, 300 is a smell; two files that are lists of rules have more."""
     limit = {"kernels.py": 460, "ppo.py": 360, "turns.py": 320}.get(path.name, 300)
     assert len(path.read_text().splitlines()) <= limit
+
+
+CONTRIBUTING = (architecture.ROOT / "CONTRIBUTING.md").read_text()
+EQUATIONS = re.findall(
+    r"`((?:learners|agents|training|controller|options|world)\.[\w.]+)`", CONTRIBUTING.split("equation stands")[1]
+)
+
+
+@pytest.mark.parametrize("name", EQUATIONS)
+def test_each_equation_stands_where_the_table_says(name):
+    """The longest beginning of the name that is a module, and then attribute by attribute."""
+    words = ["hierroom", *name.split(".")]
+    for end in range(len(words), 0, -1):
+        try:
+            found = importlib.import_module(".".join(words[:end]))
+        except ModuleNotFoundError:
+            continue
+        for word in words[end:]:
+            found = getattr(found, word)
+        assert found is not None
+        return
+    pytest.fail(name)
+
+
+def test_there_are_equations():
+    assert len(EQUATIONS) >= 15

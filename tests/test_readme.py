@@ -87,11 +87,10 @@ def test_the_presets_are_documented_value_by_value():
                 documented[preset, name] = one.strip("`")
     entries = {field.name for field in fields(PPOConfig)} - {"sequences_per_update"}
     for preset in ("default", "paper"):
-        config = PRESETS[preset]
-        flat = {**vars(config), **vars(config.ppo)}
-        for name in entries | {"steps", "rooms", "size", "max_steps", "subgoal_horizon", "goal_mask"}:
+        flat = PRESETS[preset].entries
+        for name in entries | {"steps", "num_envs", "size", "max_steps", "subgoal_horizon", "goal_mask"}:
             assert documented[preset, name] == str(flat[name]), (preset, name)
-    for name in PRESETS["default"].inputs:
+    for name in PRESETS["default"].agents.features:
         assert f"`{name}`" in PRESETS_PAGE
 
 
@@ -103,8 +102,8 @@ def test_what_only_some_methods_use_is_documented_value_by_value():
     usual = vars(PRESETS["default"].ppo)
     for config in PRESETS.values():
         of_meta = {f"meta_ppo.{n}": str(v) for n, v in vars(config.meta_ppo).items() if v != usual[n]}
-        alone = {n: str(getattr(config, n)) for n in ("meta_start_success", "novelty_bonus", "curiosity_weight")}
-        assert documented == {**of_meta, **alone, "meta_inputs": ", ".join(config.meta_features)}
+        alone = {n: str(config.entries[n]) for n in ("meta_start_success", "novelty_bonus", "curiosity_weight")}
+        assert documented == {**of_meta, **alone, "meta_features": ", ".join(config.agents.meta_features)}
 
 
 def test_what_the_other_presets_change_is_documented_value_by_value():
@@ -115,11 +114,11 @@ def test_what_the_other_presets_change_is_documented_value_by_value():
         for preset, value in zip(("long", "large", "learned"), values, strict=True):
             if value.strip():
                 documented[preset, entry] = value.strip(" `")
-    default, changed = PRESETS["default"], {}
+    default, changed = PRESETS["default"].entries, {}
     for preset in ("long", "large", "learned"):
-        config = PRESETS[preset]
-        entries = {**vars(config), **vars(config.ppo)}
-        for name, usual in {**vars(default), **vars(default.ppo)}.items():
-            if name != "ppo" and entries[name] != usual:
-                changed[preset, name] = ", ".join(config.inputs) if name == "inputs" else str(entries[name])
+        entries = PRESETS[preset].entries
+        for name, usual in default.items():
+            is_part = name in ("env", "agents", "ppo")  # whose entries are there one by one
+            if not is_part and entries[name] != usual:
+                changed[preset, name] = ", ".join(entries[name]) if name == "features" else str(entries[name])
     assert documented == changed

@@ -1,1 +1,1 @@
-"""One learner for any agent: recurrent PPO on the agent's own turns."""
+"""Recurrent PPO for any agent that acts in turns, and random network distillation."""

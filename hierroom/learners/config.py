@@ -1,4 +1,4 @@
-"""Every choice of the learner that is a number."""
+"""Hyperparameters of the learner."""
 
 from __future__ import annotations
 
@@ -10,29 +10,31 @@ from hierroom.errors import InputError
 
 @dataclass(frozen=True)
 class PPOConfig:
-    """Hyperparameters of recurrent PPO; `hierroom.learners.ppo` says where each one acts.
+    """Hyperparameters of recurrent PPO; `hierroom.learners.ppo` explains where each one is used.
 
     Args:
-        sequence_length: T, turns of one agent in one environment that are learned from in a row; the recurrent
-            gradient goes as far.
-        sequences_per_update: M, full sequences an update waits for; None: as many as there are environments.
-        minibatches: parts into which an epoch splits the sequences; a sequence is never cut.
-        epochs: passes over the data of an update.
-        learning_rate: Adam's step size at the start of training.
-        final_learning_rate_fraction: what is left of it at the end, linear in between: 1 is constant, 0 is annealed
-            to nothing.
-        adam_epsilon: added to Adam's root mean square.
-        max_gradient_norm: the gradient of all parameters together is shortened to this length.
-        clip: how far the probability ratio may leave 1 before the objective goes flat.
-        value_weight: weight of the value loss, which is half the mean squared error.
-        entropy_weight: weight of the entropy bonus, in nats over the legal actions.
-        gamma: discount per primitive step.
-        gae_lambda: weight of longer advantage estimates, per turn.
-        normalize_advantages: give the advantages of each minibatch mean 0 and standard deviation 1.
-        min_advantage_std: smallest standard deviation advantages are divided by, so that noise is not blown up:
-            without it flat PPO, rewarded only at the exit, had not learned even graph a after 3M steps (one seed; with
-            it 100%).
-        hidden_size: units of encoder and recurrent core.
+        sequence_length: T, number of consecutive turns of one agent in one environment that form a training sequence,
+            at least 1; gradients are backpropagated through at most T turns.
+        sequences_per_update: M, number of full sequences that an update waits for, at least ``minibatches``; None: the
+            number of environments.
+        minibatches: number of minibatches per epoch, at least 1; a sequence is never split between minibatches.
+        epochs: number of passes over the data of an update, at least 1.
+        learning_rate: Adam's step size at the start of training, above 0.
+        final_learning_rate_fraction: learning rate at the end of training as a fraction of the initial one, 0 to 1,
+            with linear annealing in between; 1 keeps the rate constant, 0 anneals it to zero.
+        adam_epsilon: constant added to the denominator of Adam's update, above 0.
+        max_gradient_norm: bound to which the norm of the gradient of all parameters together is clipped, above 0.
+        clip: the probability ratio is clipped to the interval from 1 - clip to 1 + clip; above 0.
+        value_weight: weight of the value loss, which is half the mean squared error; at least 0.
+        entropy_weight: weight of the entropy bonus, in nats over the legal actions; at least 0.
+        gamma: discount per primitive step, 0 to 1.
+        gae_lambda: lambda of generalised advantage estimation, applied per turn, 0 to 1.
+        normalize_advantages: whether the advantages of each minibatch are normalised to mean 0 and standard deviation
+            1.
+        min_advantage_std: lower bound of the standard deviation that advantages are divided by, above 0, so that noise
+            is not amplified: without it flat PPO, rewarded only at the exit, had not learned even graph a after 3M
+            steps (one seed; with it 100%).
+        hidden_size: number of units of the encoder and of the recurrent core, at least 1.
 
     Raises:
         InputError: if a value is outside its range.
@@ -63,7 +65,7 @@ class PPOConfig:
         for name in ("learning_rate", "adam_epsilon", "max_gradient_norm", "clip", "min_advantage_std"):
             self._require(name, 0, math.inf)
             if getattr(self, name) == 0:
-                raise InputError(f"{name} must be above 0")
+                raise InputError(f"{name} must be above 0, not 0")
         for name in ("value_weight", "entropy_weight"):
             self._require(name, 0, math.inf)
         for name in ("gamma", "gae_lambda", "final_learning_rate_fraction"):

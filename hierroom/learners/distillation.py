@@ -1,18 +1,21 @@
-r"""Random network distillation: what a network cannot yet predict of a fixed random one is new.
+r"""Random network distillation: a reward for observations on which a predictor does not yet match a random network.
 
-After Burda, Edwards, Storkey & Klimov, Exploration by Random Network Distillation (2018). What differs, and why:
+The method is that of Burda, Edwards, Storkey & Klimov, Exploration by Random Network Distillation (2018). Our version
+differs as follows:
 
-- One return of extrinsic and intrinsic rewards together, cut where episodes end, with one value function, as their
-  section 2.3 allows where both streams are episodic and discounted alike; MiniGrid baselines do the same (Raileanu &
-  Rocktaeschel, RIDE, 2020). Their two value heads serve an intrinsic return that goes on over episode ends.
-- Observations are columns of categories. Their whitening (section 2.4: subtract the mean, divide by the deviation, clip
-  to 5) is applied to each column's one-hot vector, so that rare values, such as a key in view, stand out. What is seen
-  before the predictor first learns stands for their random agent's observations: it is counted and not rewarded for.
-- Intrinsic rewards are divided by the running deviation of their returns, as in section 2.4, updated at every step
-  instead of once a rollout, as rewards are handed over step by step. While the first returns are still growing from
-  zero nothing is paid either.
-- The predictor learns once an update from a random quarter of the observations, the share their 128 environments keep,
-  with their step size 1e-4; networks of 64 units instead of 512 with convolutions.
+- Extrinsic and intrinsic rewards are added, and one value function estimates their common return, which ends with the
+  episode. Their section 2.3 allows this where both rewards are episodic and have the same discount; MiniGrid baselines
+  do the same (Raileanu & Rocktaeschel, RIDE, 2020). Their two value heads serve an intrinsic return that continues
+  across episodes.
+- Observations are categorical features. Their whitening (section 2.4: subtract the mean, divide by the standard
+  deviation, clip to 5) is applied to the one-hot vector of each feature, so that rare values, such as a key in view,
+  stand out. The observations before the predictor's first update replace those of their random agent: they are counted
+  for the whitening but give no reward.
+- Intrinsic rewards are divided by the running standard deviation of their returns, as in section 2.4, but it is updated
+  at every step instead of once per rollout, because the learner needs the rewards at every step. There is also no
+  reward while the first returns are still growing from zero.
+- The predictor learns once per update from a random quarter of the observations, the share that they use with 128
+  environments, with their learning rate of 1e-4. Layers have 64 units instead of 512, and there are no convolutions.
 """
 
 from __future__ import annotations
@@ -30,26 +33,27 @@ from hierroom.errors import InputError
 
 EPOCHS, MINIBATCHES, SHARE, LEARNING_RATE, CLIP = 4, 4, 0.25, 1e-4, 5.0
 GROWTH = 2
-"""Horizons 1 / (1 - gamma) after which returns that began at zero are taken for grown: they lack 13% then."""
+"""Length of the warm-up of the returns in horizons 1 / (1 - gamma): returns that start at zero are then within 13% of
+their stationary value."""
 
 
 class RandomNetworkDistillation:
-    r"""Curiosity of N environments: :math:`r_t = \| \hat f(s_{t+1}) - f(s_{t+1}) \|^2 / H / \sigma_t`.
+    r"""Intrinsic rewards of N environments: :math:`r_t = \| \hat f(s_{t+1}) - f(s_{t+1}) \|^2 / H / \sigma_t`.
 
-    f is the fixed random network, f-hat its predictor, H their number of outputs and sigma the running standard
-    deviation of the returns :math:`R_t = \gamma R_{t-1} + \| \cdot \|^2 / H` of all environments. Zero at first:
-    until it has learned once, and then for `GROWTH` horizons more.
+    f is the fixed random network, f-hat its predictor, H the number of their outputs and sigma the running standard
+    deviation of the returns :math:`R_t = \gamma R_{t-1} + \| \cdot \|^2 / H` of all environments. Rewards are zero
+    until the predictor has learned once, and for `GROWTH` horizons after that.
 
     Args:
-        cardinalities: number of values of each of the K columns of an observation.
-        num_envs: environments N.
-        gamma: discount of the returns that rewards are scaled by, below 1.
-        seed: of weights and minibatches.
-        hidden_size: units H of each layer.
-        device: where torch computes.
+        cardinalities: number of values of each of the K features of an observation, 1 to 256 each.
+        num_envs: number of environments N.
+        gamma: discount of the returns whose standard deviation scales the rewards, 0 to below 1.
+        seed: seed of the weights and minibatches.
+        hidden_size: number of units H of each layer.
+        device: torch device of the networks, such as ``"cpu"`` or ``"cuda"``.
 
     Raises:
-        InputError: if gamma is 1, as there is no telling then how large returns are.
+        InputError: if gamma is 1, because undiscounted returns do not approach a stationary scale.
     """
 
     def __init__(
@@ -63,9 +67,9 @@ class RandomNetworkDistillation:
         device: str = "cpu",
     ) -> None:
         if gamma >= 1:
-            raise InputError(f"curiosity is scaled by its discounted returns: gamma must be below 1, not {gamma}")
+            raise InputError(f"curiosity divides its rewards by discounted returns: gamma must be below 1, not {gamma}")
         self._sizes = np.array(cardinalities)
-        self._offsets = np.cumsum([0, *cardinalities[:-1]])  # [K] the row of each column's value 0
+        self._offsets = np.cumsum([0, *cardinalities[:-1]])  # [K] the one-hot index of each feature's value 0
         self._gamma = gamma
         self._device = device
         weight_seed, batch_seed = np.random.SeedSequence([seed, 2018]).spawn(2)
@@ -75,18 +79,18 @@ class RandomNetworkDistillation:
             self.target = _Embedding(sum(cardinalities), hidden_size, n_layers=1).requires_grad_(False).to(device)
             self.predictor = _Embedding(sum(cardinalities), hidden_size, n_layers=3).to(device)
         self._adam = torch.optim.Adam(self.predictor.parameters(), lr=LEARNING_RATE)
-        self._counts = np.ones(sum(cardinalities))  # [R] of each value of each column
+        self._counts = np.ones(sum(cardinalities))  # [R] of each value of each feature, from 1 so that none is zero
         self._has_learned = False
         self._returns = np.zeros(num_envs)
-        self._growing = round(GROWTH / (1 - gamma))  # steps until the returns count
-        self._moments = np.zeros(3)  # number, mean and sum of squared differences of all returns that count
+        self._growing = round(GROWTH / (1 - gamma))  # steps before the returns enter the statistics
+        self._moments = np.zeros(3)  # count, mean and sum of squared differences of the returns
         self._pending: list[NDArray[np.uint8]] = []
 
     def rewards(self, features: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """[N] the curiosity that a step leads to, and note what was seen to learn from it.
+        """Return the intrinsic rewards [N] of a step, and keep the observations for `learn`.
 
         Args:
-            features: [N, K] uint8, what was seen after the step, of the same episode.
+            features: [N, K] uint8, the observations after the step; where it ended the episode, the final ones.
         """
         with torch.no_grad():
             errors = self._errors(features).cpu().numpy().astype(np.float64)
@@ -102,7 +106,7 @@ class RandomNetworkDistillation:
         return errors / max(np.sqrt(squares / number), 1e-8)
 
     def learn(self) -> dict[str, float]:
-        """Let the predictor learn from what was seen since it last did; returns its mean ``curiosity_error``."""
+        """Train the predictor on the observations since the last call; returns its mean loss as ``curiosity_error``."""
         features = np.concatenate(self._pending)
         self._pending = []
         self._counts += np.bincount((features + self._offsets).ravel(), minlength=len(self._counts))
@@ -119,13 +123,13 @@ class RandomNetworkDistillation:
         return {"curiosity_error": float(np.mean(losses))}
 
     def _errors(self, features: NDArray[np.uint8]) -> Tensor:
-        """[M] mean squared error of each observation's prediction."""
+        """Mean squared prediction error [M] of each observation."""
         rows = torch.from_numpy(features + self._offsets).to(self._device)
         scale, shift = (torch.from_numpy(a).float().to(self._device) for a in whitening(self._counts, self._sizes))
         return (self.predictor(rows, scale, shift) - self.target(rows, scale, shift)).square().mean(-1)
 
     def state_dict(self) -> dict:
-        """Everything that decides what happens next, as tensors and plain types."""
+        """The complete state as tensors and plain types, so that a resumed run equals an uninterrupted one."""
         return {
             "target": {name: tensor.clone() for name, tensor in self.target.state_dict().items()},
             "predictor": {name: tensor.clone() for name, tensor in self.predictor.state_dict().items()},
@@ -140,7 +144,7 @@ class RandomNetworkDistillation:
         }
 
     def load_state_dict(self, state: dict) -> None:
-        """Restore what `state_dict` gave."""
+        """Restore the state that `state_dict` returned."""
         self.target.load_state_dict(state["target"])
         self.predictor.load_state_dict(state["predictor"])
         self._adam.load_state_dict(state["adam"])
@@ -152,7 +156,7 @@ class RandomNetworkDistillation:
 
 
 class _Embedding(nn.Module):
-    """A layer on whitened one-hot columns and some more, all of H units, with ReLU in between; weights orthogonal."""
+    """A layer on whitened one-hot features, then ``n_layers`` layers after ReLU; H units, orthogonal weights."""
 
     def __init__(self, n_rows: int, hidden_size: int, n_layers: int) -> None:
         super().__init__()
@@ -166,7 +170,7 @@ class _Embedding(nn.Module):
             nn.init.zeros_(layer.bias)
 
     def forward(self, rows: Tensor, scale: Tensor, shift: Tensor) -> Tensor:
-        """Features [M, H] of observations: rows [M, K] of the one-hot columns, and their `whitening`, [R] each."""
+        """Outputs [M, H] for one-hot indices ``rows`` [M, K]; `whitening` gives scale and shift [R]."""
         table = self.weight * scale.unsqueeze(-1)
         features = functional.embedding_bag(rows, table, mode="sum") + shift @ self.weight + self.bias
         for layer in self.layers:
@@ -175,17 +179,17 @@ class _Embedding(nn.Module):
 
 
 def whitening(counts: NDArray[np.float64], sizes: NDArray[np.integer]) -> tuple[NDArray, NDArray]:
-    r"""How one-hot columns are whitened: entry x of value i becomes ``scale[i] * x + shift[i]``.
+    r"""Scale and shift that whiten one-hot features: entry x of value i becomes ``scale[i] * x + shift[i]``.
 
-    With p the share of the value in its column, a zero becomes :math:`-p / \sigma` and a one :math:`(1 - p) / \sigma`,
-    :math:`\sigma^2 = p (1 - p)`, both clipped to 5; a value that is all there is becomes 0.
+    With p the frequency of the value within its feature, a zero becomes :math:`-p / \sigma` and a one :math:`(1 - p) /
+    \sigma`, :math:`\sigma^2 = p (1 - p)`, both clipped to 5; the only value of a feature becomes 0.
 
     Args:
-        counts: [R] how often each value of each column was seen, all positive.
-        sizes: [K] number of values of each column.
+        counts: [R] float, number of observations with each value of each feature, all positive.
+        sizes: [K] int, number of values of each feature.
 
     Returns:
-        scale and shift, [R] each.
+        scale and shift, [R] float each.
     """
     share = counts / np.repeat(np.add.reduceat(counts, np.cumsum([0, *sizes[:-1]])), sizes)
     deviation = np.sqrt(share * (1 - share))
@@ -195,7 +199,7 @@ def whitening(counts: NDArray[np.float64], sizes: NDArray[np.integer]) -> tuple[
 
 
 def _merged(moments: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Number, mean and sum of squared differences of all values, these [N] included (Chan, Golub & LeVeque 1983)."""
+    """Count, mean and sum of squared differences after adding ``values`` [N] (Chan, Golub & LeVeque 1983)."""
     number, mean, squares = moments
     total, difference = number + len(values), values.mean() - mean
     return np.array(

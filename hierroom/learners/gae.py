@@ -17,31 +17,31 @@ def generalized_advantages(
     gamma: float,
     gae_lambda: float,
 ) -> NDArray[np.floating]:
-    r"""Advantages of a batch of sequences of turns.
+    r"""Estimate the advantages of a batch of sequences of turns.
 
-    A turn t that lasted :math:`k_t` primitive steps is discounted as one option (Sutton, Precup & Singh 1999); the
-    estimator is that of Schulman et al. (2016), equation 16, with lambda counted in turns:
+    A turn t that lasted :math:`k_t` primitive steps is discounted by :math:`\gamma^{k_t}`, like an option (Sutton,
+    Precup & Singh 1999). The estimator is equation 16 of Schulman et al. (2016), with lambda applied once per turn:
 
     .. math::
         \delta_t &= r_t + \gamma^{k_t} (1 - \mathrm{terminated}_t) V'_t - V_t \\
         A_t &= \delta_t + \gamma^{k_t} \lambda (1 - \mathrm{ended}_t) A_{t+1}, \qquad A_T = 0
 
-    where ended is terminated or truncated: both cut the return, but a truncated one still counts what would have come
-    (Pardo et al. 2018).
+    where ended means terminated or truncated. Both end the return, but a truncated return bootstraps from the value of
+    its final observation (Pardo et al. 2018).
 
     Args:
-        rewards: [T, M] float, rewarded for turn t: within the turn, rewards are already discounted or summed.
-        values: [T, M] float, :math:`V_t` of the observation turn t acted on.
-        next_values: [T, M] float, :math:`V'_t` of the observation after turn t: of the next turn, or where the
-            return was truncated of the final one; not read where terminated.
-        elapsed: [T, M] int, :math:`k_t` at least 1.
-        terminated: [T, M] bool, nothing comes after turn t.
-        truncated: [T, M] bool, the return is cut after turn t.
+        rewards: [T, M] float, reward of turn t; the rewards of its primitive steps are already summed or discounted.
+        values: [T, M] float, :math:`V_t` of the observation on which turn t acted.
+        next_values: [T, M] float, :math:`V'_t` of the observation after turn t: that of the next turn, or the final one
+            where the return was truncated; ignored where terminated.
+        elapsed: [T, M] int, :math:`k_t`, at least 1.
+        terminated: [T, M] bool, whether the return ends after turn t with nothing to come.
+        truncated: [T, M] bool, whether the return is cut off after turn t although it would continue.
         gamma: discount per primitive step, 0 to 1.
-        gae_lambda: weight of longer estimates, 0 (one turn) to 1 (the whole return).
+        gae_lambda: lambda, from 0 (one-turn estimates) to 1 (whole returns).
 
     Returns:
-        [T, M] float advantages; with ``values`` added, the targets of the value function (lambda-returns).
+        [T, M] float advantages; the targets of the value function (lambda-returns) are advantages plus ``values``.
     """
     discounts = np.power(values.dtype.type(gamma), elapsed, dtype=values.dtype)  # [T, M]
     deltas = rewards + discounts * np.where(terminated, 0, next_values) - values

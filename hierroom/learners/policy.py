@@ -1,4 +1,4 @@
-"""An agent's policy without its learner: what acts in an evaluation."""
+"""A policy for evaluation: it acts with the weights of a learner and does not learn."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from hierroom.learners.sampling import greedy_actions, sample_actions
 
 
 class Stepper(Protocol):
-    """The part of a backend that acting needs."""
+    """The methods of a backend that a `Policy` needs."""
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
-        """States of ``n`` environments at the start of an episode: [n, S]."""
+        """Recurrent states [n, S] of ``n`` environments at the start of an episode."""
         ...
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """One turn: features [M, K] and states [M, S] to logits [M, A], values [M] and new states [M, S]."""
+        """Compute one turn: logits [M, A], values [M] and new states [M, S] from features [M, K] and states [M, S]."""
         ...
 
 
 class Policy:
-    """Acts in N environments, stores nothing, and keeps recurrent states and random numbers of its own.
+    """Acts in N environments with its own recurrent states and random numbers; it stores no turns.
 
-    It reads the weights of the learner it came from, as they are at each call.
+    The weights are not copied: each call uses the current weights of the learner that made the policy.
 
     Args:
-        stepper: computes a turn.
-        space: what the agent sees and can do.
-        num_envs: environments N.
-        seed: of the sampled actions.
+        stepper: the backend that computes a turn.
+        space: observations and actions of the agent.
+        num_envs: number of environments N.
+        seed: seed of the sampled actions.
     """
 
     def __init__(self, stepper: Stepper, space: AgentSpace, num_envs: int, seed: int) -> None:
@@ -44,18 +44,18 @@ class Policy:
     def act(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.int64]:
-        """Sampled actions [M], as in training; arguments as in `Learner.act`."""
+        """Sample actions [M] int64 as in training; arguments as in `Learner.act`."""
         logits = self._logits(envs, features, masks)
         return sample_actions(logits, masks, self._random.random(len(envs)))[0]
 
     def act_greedily(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.int64]:
-        """The most probable legal actions [M]; arguments as in `Learner.act`."""
+        """Return the most probable legal actions [M] int64; arguments as in `Learner.act`."""
         return greedy_actions(self._logits(envs, features, masks), masks)
 
     def reset(self, envs: NDArray[np.integer]) -> None:
-        """An episode ended in these environments [M]: their next turn starts from the initial recurrent state."""
+        """Restore the initial recurrent state of ``envs`` [M], whose episodes have ended."""
         self._states[envs] = self._stepper.initial_states(len(envs))
 
     def _logits(

@@ -1,42 +1,46 @@
-"""Recurrent PPO for any agent that takes turns.
+"""Recurrent PPO for any agent that acts in turns.
 
-What this learner does, point by point, and where each point comes from. "37 details" is Huang et al., The 37
-Implementation Details of Proximal Policy Optimization (2022); "Andrychowicz" is What Matters in On-Policy
+This list describes the implementation point by point and names the source of each point. "37 details" is Huang et al.,
+The 37 Implementation Details of Proximal Policy Optimization (2022); "Andrychowicz" is What Matters in On-Policy
 Reinforcement Learning (2021).
 
-1.  Clipped surrogate objective, value loss and entropy bonus in one loss (Schulman et al. 2017, equation 9), several
-    epochs of minibatches on each batch. `torch_backend.ppo_loss`.
-2.  Advantages by GAE (Schulman et al. 2016); their sum with the old values is the value target, computed once per
-    update. `gae.generalized_advantages`.
+1.  The clipped surrogate objective, value loss and entropy bonus form one loss (Schulman et al. 2017, equation 9),
+    which is minimised for several epochs of minibatches on each batch. `torch_backend.ppo_loss`.
+2.  Advantages are estimated by GAE (Schulman et al. 2016). The value target is the advantage plus the old value. Both
+    are computed once per update. `gae.generalized_advantages`.
 3.  A turn of k primitive steps is discounted by ``gamma ** k`` (options: Sutton, Precup & Singh 1999).
-4.  Terminated and truncated are kept apart: a truncated return counts V of its final observation (Pardo et al. 2018).
-    That V is computed with the recurrent state after the turn, without moving the stored state. So is V of the next
-    observation where a sequence is full and its return goes on: the next turn gives it, or before an update
-    `Learner.bootstrap`.
-5.  A reached subgoal ends the return but not the episode: the advantage is cut, the recurrent state goes on.
-6.  Sequences hold the T turns of one agent in one environment, whatever other agents did in between; nothing is padded.
-7.  A sequence is replayed from the recurrent state stored when it began, and episodes that begin inside it reset the
-    state there, so the first epoch sees exactly the probabilities the actions were drawn with (37 details, LSTM 2-5;
-    Kapturowski et al. 2019 on stored states). Later epochs use the same, by then slightly stale, stored state.
-8.  The action after an update is drawn with the new weights: `act` is not called between the last `finish` and
-    `update`, so no turn is half old and half new unless its sequence was still filling.
-9.  Minibatches are made of whole sequences, in an order drawn anew every epoch (37 details, LSTM 4).
-10. Illegal actions are taken out of the softmax; the rest renormalises, and the entropy is that of the legal actions
-    (Huang & Ontanon 2020).
-11. Advantages are normalised per minibatch (37 details, 7) with the population deviation, which a floor keeps from
-    blowing up noise (`PPOConfig.min_advantage_std`).
-12. The value loss is half the mean squared error, not clipped (Andrychowicz, 3.4: advise against clipping it).
-13. Orthogonal weights with gain sqrt 2, 0.01 for the policy head and 1 for the value head, LSTM orthogonal, biases 0
-    (37 details, 2 and LSTM 1). `networks.RecurrentActorCritic`.
-14. One Adam for everything, epsilon 1e-5 (37 details, 3), step size constant or annealed linearly (37 details, 4).
-15. The gradient of all parameters together is clipped to norm 0.5 (37 details, 11).
-16. Policy and value share encoder and core (37 details, 13).
-17. Hindsight, for an agent whose turn can have the effect of another action than it took (a meta-controller's options):
-    where that went better than expected, the turn is learned from as if that action had been taken (after Andrychowicz
-    et al. 2017 and, for learning from positive advantages only, Oh et al. 2018). The value, which does not depend on
-    the action, learns from all turns alike. `relabel`.
-18. Actions are drawn by inverting the distribution function at uniform numbers from the learner's own generator;
-    weights and shuffles have generators of their own. Nothing global is read or written.
+4.  Termination and truncation are distinguished: a truncated return bootstraps from V of its final observation (Pardo
+    et al. 2018). That V is computed from the recurrent state after the turn and leaves the stored state unchanged. A
+    sequence that is full while its return continues bootstraps from V of the next observation, which the next turn
+    provides or, before an update, `Learner.bootstrap`.
+5.  An achieved subgoal ends the return but not the episode: the advantage estimate stops there, and the recurrent state
+    is kept.
+6.  A sequence holds T consecutive turns of one agent in one environment, whatever other agents did in between. Nothing
+    is padded.
+7.  A sequence is replayed from the recurrent state stored at its first turn, and the state is reset where an episode
+    begins inside the sequence. The first epoch therefore computes exactly the probabilities with which the actions were
+    sampled (37 details, LSTM 2-5; Kapturowski et al. 2019 on stored states). Later epochs use the same stored state,
+    which is then slightly stale.
+8.  The first action after an update is sampled with the new weights, because `act` is not called between the last
+    `finish` and `update`. Only sequences that were not yet full at an update mix turns of old and new weights.
+9.  Minibatches consist of whole sequences, in a new random order every epoch (37 details, LSTM 4).
+10. Illegal actions are masked out of the softmax, and the entropy is that of the masked distribution (Huang & Ontanon
+    2020).
+11. Advantages are normalised per minibatch (37 details, 7) by the population standard deviation, which has a lower
+    bound so that noise is not amplified (`PPOConfig.min_advantage_std`).
+12. The value loss is half the mean squared error and is not clipped (Andrychowicz, 3.4, advises against clipping it).
+13. Weights are initialised orthogonally, with gain sqrt 2, 0.01 for the policy head and 1 for the value head; the LSTM
+    is orthogonal too, and biases are 0 (37 details, 2 and LSTM 1). `networks.RecurrentActorCritic`.
+14. One Adam optimiser updates all parameters, with epsilon 1e-5 (37 details, 3) and a learning rate that is constant or
+    annealed linearly (37 details, 4).
+15. The norm of the gradient of all parameters together is clipped to 0.5 (37 details, 11).
+16. Policy and value function share the encoder and the recurrent core (37 details, 13).
+17. Hindsight is available to an agent whose turn can have the effect of another action than the one it took (the
+    options of a meta-controller): where the advantage is positive, the turn is learned from as if the other action had
+    been taken (after Andrychowicz et al. 2017 and, for learning from positive advantages only, Oh et al. 2018). The
+    value function does not depend on the action and learns from all turns alike. `relabel`.
+18. Actions are sampled by inverting the distribution function at uniforms from the learner's own generator; weights and
+    shuffles have generators of their own. No global random state is read or written.
 """
 
 from __future__ import annotations
@@ -61,28 +65,29 @@ from hierroom.learners.sampling import log_probabilities, sample_actions
 from hierroom.learners.torch_backend import STATISTICS, TorchBackend
 
 UPDATE_STATISTICS = (*STATISTICS, "explained_variance", "learning_rate", "turns")
-"""What `Learner.update` returns, by name: the means of the losses, and three numbers on the whole update."""
+"""Names of the entries that `Learner.update` returns: means over the minibatches, then three numbers about the whole
+update."""
 
 
 class Learner:
-    """Trains one agent, in N environments, from that agent's own turns.
+    """Trains one agent in N environments on the agent's own turns.
 
-    A turn begins with `act` and ends with `finish`; any subset of the environments may do either at a time.
-    When `ready`, call `bootstrap` and `update` before the next `act`.
+    A turn begins with `act` and ends with `finish`; each call may concern any subset of the environments. When `ready`,
+    call `bootstrap` and `update` before the next `act`.
 
     Args:
-        space: what the agent sees and can do.
-        num_envs: environments N.
+        space: observations and actions of the agent.
+        num_envs: number of environments N, at least 1.
         config: hyperparameters.
-        seed: of weights, actions and shuffles.
-        device: where torch computes, such as ``"cpu"`` or ``"cuda"``.
-        threads: how many threads the compiled kernels use; the result does not depend on it.
-        network: builds the network from ``(space, hidden_size)``: a class that keeps the `PolicyNetwork` protocol, or
-            a function; None: `RecurrentActorCritic`.
+        seed: seed of the weights, actions and shuffles.
+        device: torch device, such as ``"cpu"`` or ``"cuda"``.
+        threads: number of threads of the compiled kernels, at least 1; the result does not depend on it.
+        network: builds the network from ``(space, hidden_size)``: a class that implements the `PolicyNetwork` protocol,
+            or a function; None: `RecurrentActorCritic`.
 
     Raises:
-        InputError: if there is no environment or thread, too few sequences for the minibatches, or the network lacks a
-            method.
+        InputError: if there is no environment or thread, there are fewer sequences than minibatches, or the network
+            lacks a method.
     """
 
     def __init__(
@@ -106,8 +111,8 @@ class Learner:
         self.sequences_per_update = config.sequences_per_update or num_envs
         if self.sequences_per_update < config.minibatches:
             raise InputError(
-                f"{config.minibatches} minibatches need as many sequences, but an update waits for "
-                f"{self.sequences_per_update}"
+                f"{config.minibatches} minibatches need at least {config.minibatches} sequences per update, "
+                f"not {self.sequences_per_update}"
             )
         action_seed, shuffle_seed, weight_seed = np.random.SeedSequence(seed).spawn(3)
         self._action_random = np.random.default_rng(action_seed)
@@ -117,7 +122,7 @@ class Learner:
             self.network = (network or RecurrentActorCritic)(space, config.hidden_size)
         if not isinstance(self.network, PolicyNetwork):
             raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")
-        # Equality of types, as a subclass may compute something else. As ordinary Python kernels would take for ever.
+        # The exact type: a subclass may compute something else. Kernels run as plain Python would be far too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
         is_shipped = type(self.network) is RecurrentActorCritic
         if is_shipped and torch.device(device).type == "cpu" and not is_interpreted:
@@ -126,12 +131,12 @@ class Learner:
             self._backend = TorchBackend(self.network, config, device)
         self._initial_state = self._backend.initial_states(1)  # [1, S]
         self._states = np.repeat(self._initial_state, num_envs, axis=0)  # [N, S]
-        self._logits = np.zeros((num_envs, space.n_actions), np.float32)  # [N, A] of the last turns begun
+        self._logits = np.zeros((num_envs, space.n_actions), np.float32)  # [N, A] of the latest turns
         self._starts_episode = np.ones(num_envs, bool)
         self._rollout = Rollout(
             num_envs,
             config.sequence_length,
-            # Below the threshold, one `finish` can fill a sequence everywhere while every environment has one.
+            # One short of an update, a single `finish` can still fill the sequences of all environments.
             capacity=self.sequences_per_update + num_envs,
             n_features=space.n_features,
             n_actions=space.n_actions,
@@ -140,28 +145,28 @@ class Learner:
 
     @property
     def ready(self) -> bool:
-        """Whether enough sequences are full for an `update`."""
+        """Whether there are enough full sequences for an `update`."""
         return self._rollout.n_full >= self.sequences_per_update
 
     @property
     def has_begun(self) -> NDArray[np.bool_]:
-        """[N] bool, whether a turn has begun and not finished."""
+        """[N] bool, whether a turn has begun that has not finished."""
         return self._rollout.is_open
 
     @property
     def n_rollout_bytes(self) -> int:
-        """Memory of the stored turns in bytes; it never grows."""
+        """Memory of the stored turns in bytes, which is constant."""
         return self._rollout.n_bytes
 
     def act(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.int64]:
-        """Begin a turn in some environments: draw actions, store the turns, move the recurrent states.
+        """Begin a turn in some environments: sample actions, store the turns and update the recurrent states.
 
         Args:
-            envs: [M] int, each once, or none at all; none may have a turn open.
+            envs: [M] int, distinct environments without an open turn; may be empty.
             features: [M, K] uint8, each below its cardinality.
-            masks: [M, A] bool, the legal actions, at least one for each environment.
+            masks: [M, A] bool, the legal actions, at least one per environment.
 
         Returns:
             [M] int64 actions, all legal.
@@ -187,13 +192,13 @@ class Learner:
         return actions
 
     def relabel(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> None:
-        """Say that the open turn of some environments had the effect of another action than it took.
+        """Record that the open turn of some environments had the effect of another action than the one taken.
 
-        Where its advantage comes out positive the turn is learned from as if that action had been taken. An action
-        that was not legal when the turn began could not have been taken: nothing is noted.
+        Where the advantage of the turn is positive, it is learned from as if that other action had been taken. Actions
+        that were not legal when the turn began are ignored.
 
         Args:
-            envs: [M] int, each with a turn open.
+            envs: [M] int, environments with an open turn.
             actions: [M] int, 0 to A - 1.
         """
         masks = self._rollout.masks(envs)
@@ -214,20 +219,20 @@ class Learner:
         """End the open turn of some environments.
 
         Args:
-            envs: [M] int, each with a turn open.
-            rewards: [M] float, for the turn.
-            elapsed: [M] int, primitive steps the turn lasted, at least 1.
-            terminated: [M] bool, the return ends here with nothing to come: the exit or the rewarded subgoal was
-                reached.
-            truncated: [M] bool, the return is cut here but would have gone on: a time limit.
-            episode_ended: [M] bool, the next turn starts from the initial recurrent state.
-            last_features: [C, K] uint8, what was observed last in each of the C turns that are truncated and not
-                terminated: its value stands for what would have come. None where there is no such turn.
+            envs: [M] int, environments with an open turn.
+            rewards: [M] float, rewards of the turns.
+            elapsed: [M] int, number of primitive steps that the turn lasted, at least 1.
+            terminated: [M] bool, whether the return ends here with nothing to come: the agent reached the exit or the
+                rewarded subgoal.
+            truncated: [M] bool, whether the return is cut off here although it would continue, by a time limit.
+            episode_ended: [M] bool, whether the next turn starts from the initial recurrent state.
+            last_features: [C, K] uint8, the final observations of the C turns that are truncated and not terminated;
+                their values bootstrap the returns. None if there is no such turn.
 
         Raises:
-            RuntimeError: if an environment has no turn open.
-            InputError: if an episode ended but its return neither terminated nor was truncated, or a feature is
-                outside its range.
+            RuntimeError: if an environment has no open turn.
+            InputError: if an episode ended whose return is neither terminated nor truncated, the final observations are
+                missing, or a feature is outside its range.
         """
         if not self._rollout.is_open[envs].all():
             raise RuntimeError("finish() was called for an environment in which no turn has begun")
@@ -236,21 +241,21 @@ class Learner:
         next_values, cut = np.zeros(len(envs), np.float32), np.flatnonzero(truncated & ~terminated)
         if len(cut):
             if last_features is None:
-                raise InputError(f"{len(cut)} turns are truncated, but there are no last features of them")
+                raise InputError(f"last_features must hold {len(cut)} rows, one per truncated turn, not None")
             self.space.check_features(envs[cut], last_features)
             next_values[cut] = self._backend.step(last_features, self._states[envs[cut]])[1]
         self._rollout.finish(envs, rewards, elapsed, terminated, truncated, next_values)
         self._starts_episode[envs[episode_ended]] = True
 
     def bootstrap(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
-        """Give full sequences whose return goes on the value of what the agent observes at its next turn.
+        """Give full sequences whose return continues the value of the next observation.
 
-        `act` does so by itself; before an `update` it is to be called for the environments whose next turn has not
-        begun.
+        `act` does this for the environments in which it begins a turn. Before an `update`, call this method for the
+        other environments.
 
         Args:
-            envs: [M] int, each once, none with a turn open.
-            features: [M, K] uint8, what the agent observes there.
+            envs: [M] int, distinct environments without an open turn.
+            features: [M, K] uint8, the agent's current observations there.
 
         Raises:
             InputError: if a feature is outside its range.
@@ -262,23 +267,23 @@ class Learner:
             self._rollout.bootstrap(envs, self._backend.step(features, self._states[envs])[1])
 
     def update(self, progress: float) -> dict[str, float]:
-        """Learn from all full sequences and drop them.
+        """Learn from all full sequences, then discard them.
 
         Args:
-            progress: how far training is, 0 to 1; anneals the learning rate.
+            progress: fraction of training that is done, 0 to 1; anneals the learning rate.
 
         Returns:
-            `UPDATE_STATISTICS`: of the losses, means over the minibatches; ``explained_variance`` of the old values;
-            ``learning_rate``; ``turns`` learned from.
+            `UPDATE_STATISTICS`: the means of the losses over the minibatches; ``explained_variance`` of the old values;
+                ``learning_rate``; ``turns``, the number of turns learned from.
 
         Raises:
-            RuntimeError: if the learner is not `ready`.
-            FloatingPointError: if a loss or gradient is not a finite number.
+            RuntimeError: if the learner is not `ready`, or a full sequence still needs `bootstrap`.
+            FloatingPointError: if a loss or gradient is not finite.
         """
         if not self.ready:
-            raise RuntimeError("update() was called before enough sequences were full; ask ready first")
+            raise RuntimeError("update() was called before enough sequences were full; check `ready` first")
         if (self._rollout.awaiting >= 0).any():
-            raise RuntimeError("update() was called before bootstrap() was for the next turns")
+            raise RuntimeError("update() was called before bootstrap() for the environments without an open turn")
         config = self.config
         batch = self._rollout.take()
         advantages = generalized_advantages(
@@ -311,11 +316,11 @@ class Learner:
         }
 
     def policy(self, num_envs: int, *, seed: int) -> Policy:
-        """What acts in an evaluation: the current weights, with recurrent states and a generator of its own."""
+        """A policy for evaluation that acts with the learner's current weights in ``num_envs`` environments."""
         return Policy(self._backend, self.space, num_envs, seed)
 
     def state_dict(self) -> dict:
-        """Everything that decides what happens next, so that resumed equals uninterrupted; tensors and plain types."""
+        """The complete state as tensors and plain types, so that a resumed run equals an uninterrupted one."""
         return {
             "backend": self._backend.state_dict(),
             "rollout": self._rollout.state_dict(),
@@ -327,11 +332,11 @@ class Learner:
         }
 
     def take_weights(self, state: dict) -> None:
-        """Take the weights of another learner's `state_dict` and nothing else: moments, turns and generators stay."""
+        """Load only the weights from another learner's `state_dict`; moments, turns and generators stay as they are."""
         self.network.load_state_dict(state["backend"]["network"])
 
     def load_state_dict(self, state: dict) -> None:
-        """Restore what `state_dict` gave, in a learner with the same space, environments and config."""
+        """Restore what `state_dict` returned for a learner with the same space, environments and config."""
         self._backend.load_state_dict(state["backend"])
         self._rollout.load_state_dict(state["rollout"])
         self._states[...] = state["states"].numpy()
@@ -342,7 +347,7 @@ class Learner:
 
 
 def in_hindsight(batch: Batch, advantages: NDArray[np.floating]) -> Batch:
-    """The batch with the actions of `Learner.relabel` instead of those taken, where advantages [T, M] are positive."""
+    """The batch with the actions given to `Learner.relabel`, not those taken, where advantages [T, M] are positive."""
     better = (batch.hindsight_actions >= 0) & (advantages > 0)
     return replace(
         batch,

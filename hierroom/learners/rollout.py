@@ -1,8 +1,8 @@
-"""Where finished turns wait for an update: sequences of each environment's own turns.
+"""Storage of turns until an update: sequences of each environment's own turns.
 
-An environment in which the agent acts rarely fills its sequence slowly; there is no row for a step at which it waited.
-The store is a pool of columns ``[T, C]``. The turns of each environment go into one column; a column with T finished
-turns is full and waits for the update, and the next turn opens another one, whose initial state is the recurrent state
+Only turns of the agent are stored, so an environment in which it rarely acts fills its sequence slowly. The storage is
+a pool of columns ``[T, C]``. Each environment writes its turns into one column. A column with T finished turns is full
+and waits for the update; the environment's next turn opens another column, whose initial state is the recurrent state
 at that moment.
 """
 
@@ -17,34 +17,34 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Batch:
-    """Full sequences of turns, T turns by M sequences. All floats are float32."""
+    """Full sequences of turns: T turns by M sequences, all floats float32."""
 
     initial_states: NDArray[np.float32]  # [M, S] before turn 0
-    features: NDArray[np.uint8]  # [T, M, K] what the agent saw
-    masks: NDArray[np.bool_]  # [T, M, A] what it was allowed to do
-    resets: NDArray[np.bool_]  # [T, M] this turn begins an episode
+    features: NDArray[np.uint8]  # [T, M, K] the observations
+    masks: NDArray[np.bool_]  # [T, M, A] the legal actions
+    resets: NDArray[np.bool_]  # [T, M] whether the turn begins an episode
     actions: NDArray[np.int64]  # [T, M]
     log_probs: NDArray[np.float32]  # [T, M] of the actions, when they were taken
     values: NDArray[np.float32]  # [T, M]
     rewards: NDArray[np.float32]  # [T, M]
-    elapsed: NDArray[np.int64]  # [T, M] primitive steps the turn lasted
+    elapsed: NDArray[np.int64]  # [T, M] number of primitive steps of the turn
     terminated: NDArray[np.bool_]  # [T, M]
     truncated: NDArray[np.bool_]  # [T, M]
     next_values: NDArray[np.float32]  # [T, M] zero where terminated
     hindsight_actions: NDArray[np.int64]  # [T, M] the other action whose effect the turn had, or -1
-    hindsight_log_probs: NDArray[np.float32]  # [T, M] of those, when the actions were taken
+    hindsight_log_probs: NDArray[np.float32]  # [T, M] of the hindsight actions, when the turn began
 
 
 class Rollout:
-    """The pool of columns and who writes where.
+    """A pool of columns, and the column that each environment is writing.
 
     Args:
-        num_envs: environments N, each with at most one turn open.
-        length: turns T in a sequence.
-        capacity: columns C, at least N.
-        n_features: entries K of an observation.
-        n_actions: actions A.
-        state_size: entries S of a recurrent state.
+        num_envs: number of environments N, each with at most one open turn.
+        length: number of turns T in a sequence.
+        capacity: number of columns C, at least N.
+        n_features: number of features K of an observation.
+        n_actions: number of actions A.
+        state_size: number of entries S of a recurrent state.
     """
 
     def __init__(
@@ -67,21 +67,21 @@ class Rollout:
             hindsight_actions=np.full((length, capacity), -1),
             hindsight_log_probs=np.zeros((length, capacity), np.float32),
         )
-        self.columns = np.full(num_envs, -1)  # [N] the column an environment writes, -1: none yet
-        self.turns = np.zeros(num_envs, np.int64)  # [N] finished turns in that column
-        self.is_open = np.zeros(num_envs, bool)  # [N] a turn has begun and not finished
-        self.awaiting = np.full(num_envs, -1)  # [N] the full column that lacks the value of the next turn, -1: none
+        self.columns = np.full(num_envs, -1)  # [N] the column that the environment is writing, or -1
+        self.turns = np.zeros(num_envs, np.int64)  # [N] number of finished turns in that column
+        self.is_open = np.zeros(num_envs, bool)  # [N] whether a turn has begun that has not finished
+        self.awaiting = np.full(num_envs, -1)  # [N] the full column that needs the value of the next turn, or -1
         self._free = list(range(capacity))
         self._full: list[int] = []
 
     @property
     def n_full(self) -> int:
-        """Sequences that wait for an update."""
+        """Number of sequences that wait for an update."""
         return len(self._full)
 
     @property
     def n_bytes(self) -> int:
-        """Memory the pool takes, in bytes; it never grows."""
+        """Memory of the pool in bytes, which is constant."""
         return sum(array.nbytes for array in vars(self.slots).values())
 
     def begin(
@@ -111,7 +111,7 @@ class Rollout:
         slots.log_probs[turns, columns] = log_probs
         slots.hindsight_actions[turns, columns] = -1
         slots.values[turns, columns] = values
-        # The value of this observation is what the turn before was waiting for, unless its return ended there.
+        # The value of this observation bootstraps the previous turn, unless its return ended there.
         before = turns - 1
         follows = (turns > 0) & ~(slots.terminated[before, columns] | slots.truncated[before, columns])
         slots.next_values[before[follows], columns[follows]] = values[follows]
@@ -119,17 +119,17 @@ class Rollout:
         self.is_open[envs] = True
 
     def relabel(self, envs: NDArray[np.integer], actions: NDArray[np.integer], log_probs: NDArray[np.float32]) -> None:
-        """Note the other actions [M] whose effect the open turns of ``envs`` [M] had, and their log-probabilities."""
+        """Store other actions [M] whose effect the open turns of ``envs`` [M] had, and their log-probabilities."""
         columns, turns = self.columns[envs], self.turns[envs]
         self.slots.hindsight_actions[turns, columns] = actions
         self.slots.hindsight_log_probs[turns, columns] = log_probs
 
     def masks(self, envs: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """The legal actions [M, A] of the open turns of ``envs`` [M]."""
+        """Legal actions [M, A] of the open turns of ``envs`` [M]."""
         return self.slots.masks[self.turns[envs], self.columns[envs]]
 
     def bootstrap(self, envs: NDArray[np.integer], values: NDArray[np.float32]) -> None:
-        """Give the full columns of ``envs`` [M] that lack it the value [M] of the turn that follows."""
+        """Store the values [M] of the next turns of ``envs`` [M] in the full columns that wait for them."""
         columns = self.awaiting[envs]
         lacking = columns >= 0
         self.slots.next_values[-1, columns[lacking]] = values[lacking]
@@ -146,8 +146,9 @@ class Rollout:
     ) -> None:
         """Close the open turn of each of ``envs`` [M].
 
-        ``next_values`` [M] are those of truncated turns; elsewhere they must be zero. A column that this fills joins
-        the queue, in the order of ``envs``; where its return goes on, it lacks a value until `bootstrap` or `begin`.
+        ``next_values`` [M] are the bootstrap values of truncated turns and must be zero elsewhere. Columns that become
+        full join the queue in the order of ``envs``; where the return continues, `bootstrap` or `begin` adds the value
+        of the next turn later.
         """
         columns, turns = self.columns[envs], self.turns[envs]
         slots = self.slots
@@ -166,19 +167,19 @@ class Rollout:
         self.turns[full] = 0
 
     def take(self) -> Batch:
-        """Copies of all full sequences, the longest waiting first; their columns are free again."""
+        """Copy all full sequences, those that have waited longest first, and free their columns."""
         taken, self._full = self._full, []
         self._free.extend(taken)
         slots = vars(self.slots).items()
         return Batch(**{name: a.take(taken, axis=0 if name == "initial_states" else 1) for name, a in slots})
 
     def state_dict(self) -> dict:
-        """Everything, open turns and partly filled sequences included, as tensors and lists."""
+        """The complete state as tensors and lists, open turns and partly filled sequences included."""
         arrays = {name: torch.from_numpy(array.copy()) for name, array in self._arrays().items()}
         return {"arrays": arrays, "free": list(self._free), "full": list(self._full)}
 
     def load_state_dict(self, state: dict) -> None:
-        """Restore what `state_dict` gave."""
+        """Restore what `state_dict` returned."""
         for name, array in self._arrays().items():
             array[...] = state["arrays"][name].numpy()
         self._free, self._full = list(state["free"]), list(state["full"])

@@ -1,4 +1,4 @@
-"""Drawing actions from masked logits, by uniform numbers that the caller draws."""
+"""Sampling actions from masked logits with uniforms that the caller provides."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from numpy.typing import NDArray
 def sample_actions(
     logits: NDArray[np.floating], masks: NDArray[np.bool_], uniforms: NDArray[np.floating]
 ) -> tuple[NDArray[np.int64], NDArray[np.floating]]:
-    """One action per environment from the softmax over its legal actions, by inversion of the distribution function.
+    """Sample one action per environment from the softmax over its legal actions by inverse transform sampling.
 
     Args:
         logits: [N, A] float.
-        masks: [N, A] bool, at least one True in each row.
+        masks: [N, A] bool, the legal actions, at least one True in each row.
         uniforms: [N] float in [0, 1).
 
     Returns:
-        actions [N] int64, always legal, and their log-probabilities [N] among the legal actions.
+        [N] int64 actions, always legal, and [N] float, their log-probabilities among the legal actions.
     """
     num_envs, n_actions = logits.shape
     actions = np.empty(num_envs, np.int64)
@@ -36,7 +36,7 @@ def sample_actions(
             if masks[env, action]:
                 total += math.exp(logits[env, action] - highest)
         left = uniforms[env] * total
-        # Rounding can leave a little after the last legal action, so that one is taken if none was before.
+        # Rounding can leave a small rest after the last legal action, which is then the one chosen.
         chosen = -1
         for action in range(n_actions):
             if masks[env, action]:
@@ -52,7 +52,7 @@ def sample_actions(
 def log_probabilities(
     logits: NDArray[np.floating], masks: NDArray[np.bool_], actions: NDArray[np.integer]
 ) -> NDArray[np.floating]:
-    """Log-probabilities [N] of actions [N] in the softmax over the legal ones; minus infinity for an illegal one."""
+    """Log-probabilities [N] of actions [N] in the softmax over the legal ones; minus infinity if illegal."""
     legal = np.where(masks, logits, -np.inf)
     highest = legal.max(axis=-1)
     totals = np.log(np.exp(legal - highest[:, None]).sum(axis=-1))
@@ -60,5 +60,5 @@ def log_probabilities(
 
 
 def greedy_actions(logits: NDArray[np.floating], masks: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """The most probable legal action of each environment, the first of equals; arguments as in `sample_actions`."""
+    """The most probable legal action [N] of each environment, the first of equals; arguments as in `sample_actions`."""
     return np.where(masks, logits, -np.inf).argmax(axis=-1)

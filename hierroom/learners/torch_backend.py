@@ -1,4 +1,4 @@
-"""The learner's arithmetic in plain torch: any network, any device, and the reference for the compiled kernels."""
+"""The learner's arithmetic in plain torch, for any network and device; the reference for the compiled kernels."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from hierroom.learners.networks.actor_critic import PolicyNetwork
 from hierroom.learners.rollout import Batch
 
 STATISTICS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm")
-"""What `TorchBackend.train` averages over the minibatches of an update, in this order."""
+"""Names of the values that `TorchBackend.train` averages over the minibatches of an update, in this order."""
 
 _MOMENTS = {"means": "exp_avg", "squares": "exp_avg_sq"}
-"""Adam's moments: as checkpoints name them, and as torch does."""
+"""Names of Adam's moments in checkpoints, and in torch."""
 
-# Finite, so that an illegal action's probability 0 times its log-probability is 0 and not NaN.
+# Finite, so that the entropy term of an illegal action, 0 times its log-probability, is 0 and not NaN.
 _ILLEGAL = -1e9
 
 
 class TorchBackend:
-    """Forward passes, loss, gradients and Adam through torch.
+    """Forward passes, loss, gradients and Adam in torch.
 
     Args:
-        network: a module that keeps the `PolicyNetwork` protocol.
+        network: a module that implements the `PolicyNetwork` protocol.
         config: hyperparameters.
-        device: where the network lives and its arithmetic happens.
+        device: torch device of the network and its arithmetic.
     """
 
     def __init__(self, network: nn.Module, config: PPOConfig, device: str) -> None:
@@ -41,12 +41,12 @@ class TorchBackend:
         self._adam = torch.optim.Adam(network.parameters(), lr=config.learning_rate, eps=config.adam_epsilon)
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
-        """States of ``n`` environments at the start of an episode: [n, S]."""
+        """Recurrent states [n, S] of ``n`` environments at the start of an episode."""
         with torch.no_grad():
             return self._network.initial_state(n).cpu().numpy()
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """One turn: features [M, K] and states [M, S] to logits [M, A], values [M] and new states [M, S]."""
+        """Compute one turn: logits [M, A], values [M] and new states [M, S] from features [M, K] and states [M, S]."""
         with torch.no_grad():
             outputs = self._network.step(self._tensor(features), self._tensor(states))
         logits, values, new_states = (output.cpu().numpy() for output in outputs)
@@ -59,16 +59,16 @@ class TorchBackend:
         parts: Iterable[NDArray[np.integer]],
         learning_rate: float,
     ) -> NDArray[np.float64]:
-        """One gradient step per minibatch.
+        """Take one gradient step per minibatch.
 
         Args:
             batch: M sequences of T turns.
             advantages: [T, M] float32, not normalised.
-            parts: the sequences of each minibatch, indices into M.
+            parts: for each minibatch the indices of its sequences, 0 to M - 1.
             learning_rate: Adam's step size.
 
         Returns:
-            the mean of each of `STATISTICS` over the minibatches.
+            [6] float64, the mean of each of `STATISTICS` over the minibatches.
         """
         for group in self._adam.param_groups:
             group["lr"] = learning_rate
@@ -101,7 +101,7 @@ class TorchBackend:
         return torch.from_numpy(array).to(self._device)
 
     def state_dict(self) -> dict:
-        """Copies of the weights and of Adam's moments, in the form of `FusedBackend.state_dict`, on the CPU."""
+        """Copies of the weights and of Adam's moments on the CPU, in the format of `FusedBackend.state_dict`."""
         moments = {name: [] for name in _MOMENTS}
         n_steps = 0
         for parameter in self._module.parameters():
@@ -113,7 +113,7 @@ class TorchBackend:
         return {"network": network, **{name: torch.cat(parts) for name, parts in moments.items()}, "n_steps": n_steps}
 
     def load_state_dict(self, state: dict) -> None:
-        """Restore what `state_dict` gave."""
+        """Restore what `state_dict` returned."""
         self._module.load_state_dict(state["network"])
         self._adam.state.clear()
         if state["n_steps"] == 0:
@@ -128,7 +128,7 @@ class TorchBackend:
 
 
 def normalized(advantages: Tensor, config: PPOConfig) -> Tensor:
-    """Advantages of a minibatch with mean 0 and deviation 1 (see `PPOConfig`); any shape, population deviation."""
+    """Advantages of a minibatch with mean 0 and population standard deviation 1; see `PPOConfig.min_advantage_std`."""
     if not config.normalize_advantages:
         return advantages
     deviation = advantages.std(correction=0).clamp(min=config.min_advantage_std)
@@ -153,13 +153,14 @@ def ppo_loss(
 
     Args:
         logits: [T, M, A] float, of all actions.
-        values: [T, M] float V.
+        values: [T, M] float, V.
         masks: [T, M, A] bool, the legal actions.
         actions: [T, M] int64.
-        log_probs: [T, M] float, of the actions when they were taken; r is the ratio of probabilities now and then.
-        advantages: [T, M] float A, already normalised.
-        targets: [T, M] float G.
-        config: clip :math:`\epsilon` and weights.
+        log_probs: [T, M] float, log-probabilities of the actions when they were taken; r is the ratio of the current
+            probability to that one.
+        advantages: [T, M] float, A, already normalised.
+        targets: [T, M] float, the value targets G.
+        config: the clip range :math:`\epsilon` and the weights.
 
     Returns:
         the loss, and the first five of `STATISTICS`, detached.
@@ -172,7 +173,7 @@ def ppo_loss(
     value_loss = 0.5 * (values - targets).square().mean()
     entropy = -(log_policy.exp() * log_policy).sum(-1).mean()
     loss = policy_loss + config.value_weight * value_loss - config.entropy_weight * entropy
-    # Schulman's low-variance estimate of the divergence: mean of (r - 1) - log r.
+    # Schulman's low-variance estimator of the KL divergence: the mean of (r - 1) - log r.
     approx_kl = (ratio - 1 - log_ratio).mean()
     clip_fraction = ((ratio - 1).abs() > config.clip).to(values.dtype).mean()
     return loss, [s.detach() for s in (policy_loss, value_loss, entropy, approx_kl, clip_fraction)]
