@@ -131,7 +131,7 @@ def measure(
 
 
 def measure_named(name: str, graph: str | None, drop_key: bool, episodes: int, seed: int) -> MeasuredReport:
-    """Measure whoever the command line names, with a progress bar.
+    """Measure the player that the command line names, with a progress bar.
 
     Args:
         name: `"random"`, `"oracle"`, or the folder of a training run, whose settings the environments then have.

@@ -124,7 +124,7 @@ def test_where_all_returns_ended_no_bootstrap_is_needed(network):
 @both_paths
 def test_features_outside_their_range_are_refused(network):
     learner, _ = filled(network)
-    with pytest.raises(InputError, match="environment 3 shows 9"):
+    with pytest.raises(InputError, match="it is 9 in environment 3"):
         learner.bootstrap(ENVS, np.where(ENVS[:, None] == 3, 9, NEXT).astype(np.uint8))
 
 
@@ -135,9 +135,9 @@ def test_truncated_turns_need_what_was_observed_last(network):
     terminated, truncated = ENVS == 1, ENVS > 0  # a turn that is both counts as terminated
     ends = np.zeros(N), np.ones(N, int), terminated, truncated, truncated
     before = learner.state_dict()
-    with pytest.raises(InputError, match=r"^2 turns are truncated, but there are no last features of them$"):
+    with pytest.raises(InputError, match=r"^last_features must hold 2 rows, one per truncated turn, not None$"):
         learner.finish(ENVS, *ends)
-    with pytest.raises(InputError, match=r"^features of 2 environments are \[2, 4\], not \(3, 4\)$"):
+    with pytest.raises(InputError, match=r"^features must have shape \(2, 4\), a row per environment, not \(3, 4\)$"):
         learner.finish(ENVS, *ends, LAST[truncated])
     assert equal(before, learner.state_dict())
     learner.finish(ENVS, *ends, LAST[2:])

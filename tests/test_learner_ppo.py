@@ -7,6 +7,7 @@ from learner_envs import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
 
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
+from hierroom.learners.distillation import RandomNetworkDistillation
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.ppo import Learner
 from hierroom.learners.torch_backend import TorchBackend
@@ -78,7 +79,7 @@ def test_an_environment_without_a_legal_action_is_refused(network):
 @pytest.mark.parametrize("features", [[[0, 3, 0, 0]], [[0, 0, 0]], [[0, 0, 0, 0]] * 2])
 def test_observations_of_another_space_are_refused(network, features):
     learner = make_learner(network=network)
-    said = r"column 1 has values below 3, but environment 5 shows 3|features of 1 environments are"
+    said = r"feature 1 must be below 3, but it is 3 in environment 5|features must have shape \(1, 4\), a row per env"
     with pytest.raises(InputError, match=said):
         learner.act(np.array([5]), np.array(features, np.uint8), np.ones((1, 4), bool))
 
@@ -231,7 +232,7 @@ def test_greedy_is_the_best_legal_action():
     ("wrong", "message"),
     [
         ({"gamma": 1.5}, "gamma must be from 0 to 1, not 1.5"),
-        ({"learning_rate": 0.0}, "learning_rate must be above 0"),
+        ({"learning_rate": 0.0}, "learning_rate must be above 0, not 0"),
         ({"epochs": 0}, "epochs must be at least 1"),
         ({"sequences_per_update": 3}, "sequences_per_update must be at least 4"),
     ],
@@ -242,11 +243,29 @@ def test_wrong_hyperparameters_are_refused(wrong, message):
 
 
 def test_wrong_spaces_and_networks_are_refused():
-    with pytest.raises(InputError, match="columns of 1 to 256"):
+    with pytest.raises(InputError, match="features of 1 to 256"):
         AgentSpace((5, 257), 2)
     with pytest.raises(InputError, match="lacks initial_state"):
         Learner(SPACE, 8, PPOConfig(), seed=0, network=lambda space, hidden_size: torch.nn.Linear(1, 1))
-    with pytest.raises(InputError, match="4 minibatches need as many sequences"):
+    with pytest.raises(InputError, match="4 minibatches need at least 4 sequences per update, not 3"):
         Learner(SPACE, 3, PPOConfig(), seed=0)
-    with pytest.raises(InputError, match=r"column 1 has 3 values, so its vectors are \[3, d\]"):
+    with pytest.raises(InputError, match=r"feature 1 has 3 values, so its vectors must have shape \[3, d\]"):
         RecurrentActorCritic(AgentSpace((2, 3), 2), 8, feature_vectors=[None, [[0.0], [1.0]]])
+
+
+@pytest.mark.parametrize("make", [lambda: make_learner(hidden_size=64).network, lambda: distillation().predictor])
+def test_weights_depend_on_the_seed_alone(make):
+    """Orthogonal weights are rounded differently by two threads than by one, and torch may have been used before."""
+    before, threads = [weight.clone() for weight in make().parameters()], torch.get_num_threads()
+    torch.set_num_threads(2 if threads == 1 else 1)
+    torch.rand(7)
+    try:
+        after = list(make().parameters())
+        assert torch.get_num_threads() != threads
+    finally:
+        torch.set_num_threads(threads)
+    assert all(torch.equal(ours, theirs) for ours, theirs in zip(before, after, strict=True))
+
+
+def distillation():
+    return RandomNetworkDistillation((100, 64, 30), 4, gamma=0.9, seed=1, hidden_size=64)

@@ -46,6 +46,9 @@ def test_own_meta_controller_is_the_example():
     shown = next(code for code in PYTHON if "class NearestKeyFirst" in code)
     assert len(shown.strip().splitlines()) <= 15
     assert shown.strip() in example.read_text()
+    whole = next(code for code in PYTHON if "def nearest" in code)
+    assert len(whole.strip().splitlines()) <= 5
+    assert whole.strip() in example.read_text()
 
 
 @pytest.mark.parametrize("letter", NAMED_GRAPHS)

@@ -21,7 +21,7 @@ N_CELLS = VIEW * VIEW
 CLASS_STARTS = np.array([1, 2, 3, 4, 8, 16])
 """Distances along an axis at which the next of seven classes begins: 0, 1, 2, 3, 4 to 7, 8 to 15, 16 and more cells."""
 UNKNOWN_DISTANCE = 2 * len(CLASS_STARTS) + 1
-"""The code of a distance that is not known; the others are classes from far behind or left to far ahead or right."""
+"""The class of a distance that is not known; the others go from far behind or left to far ahead or right."""
 
 
 @dataclass(frozen=True)

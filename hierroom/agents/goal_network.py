@@ -29,14 +29,14 @@ class GoalNetwork(nn.Module):
     Logits of a colour's key and door are linear in :math:`(h_p, \bar h)`, those of the exit and of 'no goal' in
     the exit's state, the value in :math:`\bar h`. Permuting colours permutes keys' and doors' logits likewise.
 
-    Keeps the protocol `hierroom.learners.PolicyNetwork`; a state is [N, P * 2 H], the parts side by side.
+    Keeps the protocol `PolicyNetwork`; a state is [N, P * 2 H], the parts side by side.
 
     Args:
-        space: inputs with one column for each of the 13 goal ids, one after the other, and 14 actions.
+        space: features with one number for each of the 13 goal ids, one feature after the other, and 14 actions.
         hidden_size: units H of encoders and core.
 
     Raises:
-        InputError: if there are other columns.
+        InputError: if the features have other numbers.
     """
 
     def __init__(self, space: AgentSpace, hidden_size: int) -> None:

@@ -26,9 +26,10 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
     Args:
         spec: a name in `NETWORKS`; the name of an entry point in the group ``hierroom.networks``; or
             ``package.module:Class``, a `torch.nn.Module` that keeps the `PolicyNetwork` protocol.
-        space: what the agent sees and can do.
+        space: what the agent observes and can do.
         hidden_size: units.
-        vectors: how values are fed to a network that ships; a user's own is given the space alone.
+        vectors: fixed numbers for the values of features, for a network that ships (see `FeatureEncoder`); a user's own
+            network is made from the space and the hidden size alone.
 
     Raises:
         InputError: if there is no such network, it cannot be made, or it does not keep the protocol.

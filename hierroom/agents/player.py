@@ -17,7 +17,7 @@ from hierroom.world.oracle import shortest_actions
 
 
 class Player(Protocol):
-    """Whoever plays: takes the turns that are due, and one primitive step in every environment."""
+    """Plays in environments: an agent, a pair of agents, or anything else that can take their steps."""
 
     def step(self, turns: Turns) -> Step:
         """Take the turns that are due, and one primitive step in every environment."""

@@ -34,13 +34,15 @@ class PPOAgent:
         features: what its network reads of an observation.
         learner: of its policy, in as many environments as there are.
         network: the name of its network, by which a warm start tells whether weights fit.
-        warm_up: what chooses for it before it learns, if anything.
+        warm_up: chooses its actions until it ends; None: the agent learns from the first turn on.
         hindsight: whether an option that did not reach its goal, but achieved another one, may be learned from as if
             the first of those had been given: see `Learner.relabel`.
-        curiosity: rewards it besides, if anything does.
+        curiosity: a reward added to the environment's; None: none.
 
     Attributes:
-        statistics: of the last update, by name; not a number before the first one.
+        features: see above.
+        learner: likewise.
+        curiosity: likewise.
     """
 
     def __init__(
@@ -63,8 +65,8 @@ class PPOAgent:
 
     @property
     def is_learning(self) -> bool:
-        """Whether its warm-up, if it has one, is over."""
-        return self._warm_up is None or self._warm_up.is_over
+        """Whether its warm-up, if it has one, has ended."""
+        return self._warm_up is None or self._warm_up.has_ended
 
     @property
     def ready(self) -> bool:
@@ -73,14 +75,14 @@ class PPOAgent:
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
         """[M] actions, all legal, in the environments of an observation: its turns begin."""
-        if self._warm_up is not None and not self._warm_up.is_over:
+        if self._warm_up is not None and not self._warm_up.has_ended:
             assert isinstance(observation, Situation)  # only meta-controllers warm up
             return self._warm_up.choose(observation)
         return self.learner.act(observation.envs, self.features.encode(observation), observation.masks)
 
     def record(self, transition: Transition) -> None:
         """Take note of the turns that a primitive step ended."""
-        if self._warm_up is not None and not self._warm_up.is_over:
+        if self._warm_up is not None and not self._warm_up.has_ended:
             self._warm_up.add(transition)
             return
         rewards = transition.rewards
@@ -118,7 +120,7 @@ class PPOAgent:
     @property
     def statistics(self) -> dict[str, float]:
         """Numbers for the metrics: those of the last update, and whether it learns where it warms up first."""
-        learning = {} if self._warm_up is None else {"is_learning": float(self._warm_up.is_over)}
+        learning = {} if self._warm_up is None else {"is_learning": float(self._warm_up.has_ended)}
         return {**learning, **self._updated}
 
     def frozen(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> FrozenAgent:

@@ -1,4 +1,4 @@
-"""Warm-up: a meta-controller draws goals at random until its controller can reach any."""
+"""Warm-up: a meta-controller chooses goals at random until its controller can reach any."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from hierroom.options import Transition
 from hierroom.situation import Situation, seen_goals
 
 WINDOW = 100
-"""Episodes over which success is counted that ends the warm-up."""
+"""Episodes whose success decides whether the warm-up ends."""
 
 
 class WarmUp:
-    """Draws goals at random from the mask, those seen this episode before others, until enough episodes escape.
+    """Chooses legal goals at random, those seen this episode before others, until enough episodes reach the exit.
 
-    At first the controller reaches nothing, and what follows a goal says nothing about it.
+    At first the controller reaches nothing, so what follows a goal says nothing about the goal.
 
     Args:
-        start_success: share of `WINDOW` episodes that must escape before learning begins, 0 to 1.
+        start_success: share of `WINDOW` episodes that must reach the exit before learning begins, 0 to 1.
 
     Attributes:
-        is_over: whether learning has begun.
+        has_ended: whether learning has begun.
 
     Raises:
         InputError: if the share is not from 0 to 1.
@@ -35,7 +35,7 @@ class WarmUp:
     def __init__(self, start_success: float) -> None:
         if not 0 <= start_success <= 1:
             raise InputError(f"meta_start_success must be from 0 to 1, not {start_success}")
-        self.is_over = start_success == 0
+        self.has_ended = start_success == 0
         self._start_success = start_success
         self._successes: deque[bool] = deque(maxlen=WINDOW)
 
@@ -50,12 +50,12 @@ class WarmUp:
         """Count the episodes that a step ended."""
         self._successes.extend(transition.terminated[transition.episode_ended].tolist())
         rate = sum(self._successes) / WINDOW
-        self.is_over = len(self._successes) == WINDOW and rate >= self._start_success
+        self.has_ended = len(self._successes) == WINDOW and rate >= self._start_success
 
     def state_dict(self) -> dict:
         """Everything that decides what happens next, as plain types."""
-        return {"is_over": self.is_over, "successes": list(self._successes)}
+        return {"has_ended": self.has_ended, "successes": list(self._successes)}
 
     def load_state_dict(self, state: dict) -> None:
         """Go back to what `state_dict` gave."""
-        self.is_over, self._successes = state["is_over"], deque(state["successes"], WINDOW)
+        self.has_ended, self._successes = state["has_ended"], deque(state["successes"], WINDOW)

@@ -30,6 +30,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from hierroom.errors import InputError
+from hierroom.learners.seeding import seeded_weights
 
 EPOCHS, MINIBATCHES, SHARE, LEARNING_RATE, CLIP = 4, 4, 0.25, 1e-4, 5.0
 GROWTH = 2
@@ -67,15 +68,14 @@ class RandomNetworkDistillation:
         device: str = "cpu",
     ) -> None:
         if gamma >= 1:
-            raise InputError(f"curiosity divides its rewards by discounted returns: gamma must be below 1, not {gamma}")
+            raise InputError(f"curiosity is scaled by discounted returns, so gamma must be below 1, not {gamma}")
         self._sizes = np.array(cardinalities)
         self._offsets = np.cumsum([0, *cardinalities[:-1]])  # [K] the one-hot index of each feature's value 0
         self._gamma = gamma
         self._device = device
         weight_seed, batch_seed = np.random.SeedSequence([seed, 2018]).spawn(2)
         self._random = np.random.default_rng(batch_seed)
-        with torch.random.fork_rng(devices=[]):
-            torch.manual_seed(int(weight_seed.generate_state(1)[0]))
+        with seeded_weights(weight_seed):
             self.target = _Embedding(sum(cardinalities), hidden_size, n_layers=1).requires_grad_(False).to(device)
             self.predictor = _Embedding(sum(cardinalities), hidden_size, n_layers=3).to(device)
         self._adam = torch.optim.Adam(self.predictor.parameters(), lr=LEARNING_RATE)
@@ -156,7 +156,7 @@ class RandomNetworkDistillation:
 
 
 class _Embedding(nn.Module):
-    """A layer on whitened one-hot features, then ``n_layers`` layers after ReLU; H units, orthogonal weights."""
+    """A layer on whitened one-hot features and ``n_layers`` more, each after a ReLU; H units, orthogonal weights."""
 
     def __init__(self, n_rows: int, hidden_size: int, n_layers: int) -> None:
         super().__init__()

@@ -62,6 +62,7 @@ from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, R
 from hierroom.learners.policy import Policy
 from hierroom.learners.rollout import Batch, Rollout
 from hierroom.learners.sampling import log_probabilities, sample_actions
+from hierroom.learners.seeding import seeded_weights
 from hierroom.learners.torch_backend import STATISTICS, TorchBackend
 
 UPDATE_STATISTICS = (*STATISTICS, "explained_variance", "learning_rate", "turns")
@@ -117,8 +118,7 @@ class Learner:
         action_seed, shuffle_seed, weight_seed = np.random.SeedSequence(seed).spawn(3)
         self._action_random = np.random.default_rng(action_seed)
         self._shuffle_random = np.random.default_rng(shuffle_seed)
-        with torch.random.fork_rng(devices=[]):
-            torch.manual_seed(int(weight_seed.generate_state(1)[0]))
+        with seeded_weights(weight_seed):
             self.network = (network or RecurrentActorCritic)(space, config.hidden_size)
         if not isinstance(self.network, PolicyNetwork):
             raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")

@@ -1,1 +1,1 @@
-"""The learner's arithmetic for the recurrent actor-critic, as compiled kernels."""
+"""The learner's arithmetic for the recurrent actor-critic as compiled kernels."""

@@ -9,16 +9,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 BETA1, BETA2 = 0.9, 0.999
-"""Decay of the two moments: the values of Kingma & Ba (2015), and torch's."""
+"""Decay rates of the two moments: the values of Kingma & Ba (2015) and of torch."""
 
 LEAST_MEAN = 1e-30
-"""A mean below this is zero. Rows that are seen no more would else decay into denormal numbers, and 0.9 times the
-smallest of those rounds to itself: they would stay there, and slow every later step down."""
+"""First moments below this are set to zero. The moments of table rows that no longer occur would otherwise decay to
+denormal numbers and, because 0.9 times the smallest of these rounds to itself, stay there and slow down every later
+step."""
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def sum_gradients(shares: NDArray[np.floating]) -> float:
-    """Add up gradients [L, P] into the first row, in order; returns the Euclidean norm of the sum."""
+    """Sum gradients [L, P] into the first row, in order; returns the Euclidean norm of the sum."""
     total = shares[0]
     for share in range(1, len(shares)):
         added = shares[share]
@@ -41,23 +42,23 @@ def adam_step(
     epsilon: float,
     step: int,
 ) -> None:
-    r"""One step of Adam (Kingma & Ba 2015, algorithm 1) down ``scale`` times the gradient.
+    r"""Take one step of Adam (Kingma & Ba 2015, algorithm 1) along ``scale`` times the gradient.
 
     .. math::
         m &\leftarrow \beta_1 m + (1 - \beta_1) g, \qquad v \leftarrow \beta_2 v + (1 - \beta_2) g^2 \\
         \theta &\leftarrow \theta - \alpha\, \frac{m / (1 - \beta_1^t)}{\sqrt{v / (1 - \beta_2^t)} + \epsilon}
 
     Args:
-        parameters: [P] float, changed.
+        parameters: [P] float, updated in place.
         gradient: [P] float.
-        means: [P] float m, changed.
-        squares: [P] float v, changed.
-        scale: what clipping leaves of the gradient, 0 to 1.
+        means: [P] float, m, updated in place.
+        squares: [P] float, v, updated in place.
+        scale: factor from gradient clipping, 0 to 1.
         learning_rate: alpha.
-        epsilon: of the denominator.
-        step: t, 1 at the first step.
+        epsilon: constant in the denominator.
+        step: t, 1 for the first step.
     """
-    to_float = parameters.dtype.type  # so that float32 parameters are moved by float32 arithmetic
+    to_float = parameters.dtype.type  # so that float32 parameters are updated in float32 arithmetic
     rate = to_float(learning_rate / (1 - BETA1**step))
     correction = to_float(1 / (1 - BETA2**step))
     keep1, keep2, shrink, floor = to_float(BETA1), to_float(BETA2), to_float(scale), to_float(epsilon)

@@ -1,12 +1,12 @@
-"""`FeatureEncoder` compiled: sums of table rows forwards, scattered gradients backwards.
+"""`FeatureEncoder` in compiled kernels: sums of table rows forward, scattered gradients backward.
 
-Most cells of a view look the same most of the time. Where many turns are encoded with the same weights, the rows of
-each column's commonest value are added up once; a turn then adds, for each column whose value is another, the
-difference of the two rows. Backwards the commonest values are skipped: as every turn adds its gradient to exactly one
-row of each column, the row of that value gets what the others leave of the sum.
+Most cells of a view have the same content most of the time. Where many turns are encoded with the same weights, the
+rows of each feature's most common value are therefore summed once. For each feature with another value, a turn adds the
+difference of the two rows. The backward pass skips the most common values: every turn adds its gradient to exactly one
+row of each feature, so the row of the most common value gets the total minus the gradients of the feature's other rows.
 
-Feature arrays may be wider than H; only the first H entries of a row are used, so that the recurrent core finds
-features and hidden state side by side without a copy.
+Arrays of encoded features may be wider than H; only the first H entries of a row are used. The recurrent core thereby
+finds the encoded features and the hidden state side by side without a copy.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ def encode(
     bias: NDArray[np.floating],
     encoded: NDArray[np.floating],
 ) -> None:
-    """ReLU of the bias plus one table row per column.
+    """Write the ReLU of the bias plus one table row per feature.
 
     Args:
         features: [N, K] uint8.
-        offsets: [K] int64, the table row of each column's value 0.
+        offsets: [K] int64, the table row of each feature's value 0.
         table: [R, H] float.
         bias: [H] float.
-        features: [N, H or more] float, written.
+        encoded: [N, H or more] float, written.
     """
     n_samples, n_features = features.shape
     width = len(bias)
@@ -40,7 +40,7 @@ def encode(
     for n in range(n_samples):
         for j in range(width):
             encoded[n, j] = bias[j]
-        # Eight rows at a time: a feature is loaded and stored once for eight additions.
+        # Eight rows at a time, so that an output is loaded and stored once for eight additions.
         for k in range(0, n_eights, 8):
             row0, row1 = offsets[k] + features[n, k], offsets[k + 1] + features[n, k + 1]
             row2, row3 = offsets[k + 2] + features[n, k + 2], offsets[k + 3] + features[n, k + 3]
@@ -63,7 +63,7 @@ def encode(
 
 @njit(cache=True, nogil=True)
 def most_common(features: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The commonest value of each column of ``features`` [N, K]: [K] uint8."""
+    """The most common value of each feature in ``features`` [N, K]: [K] uint8."""
     n_samples, n_features = features.shape
     counts = np.zeros((n_features, 256), np.int64)
     for n in range(n_samples):
@@ -78,17 +78,18 @@ def most_common(features: NDArray[np.uint8]) -> NDArray[np.uint8]:
 def rare_rows(
     features: NDArray[np.uint8], offsets: NDArray[np.int64], common: NDArray[np.uint8], n_table_rows: int
 ) -> tuple[NDArray[np.unsignedinteger], NDArray[np.int64]]:
-    """The table rows of all values but the common ones.
+    """Find the table rows of all values except the common ones.
 
     Args:
         features: [..., K] uint8.
-        offsets: [K] int64, the table row of each column's value 0.
-        common: [K] uint8, a value of each column; any will do, the commonest is fastest.
-        n_table_rows: R.
+        offsets: [K] int64, the table row of each feature's value 0.
+        common: [K] uint8, one value of each feature; any value is correct, and the most common one is fastest.
+        n_table_rows: number of table rows R.
 
     Returns:
-        rows: [..., K or a little more], after those of a turn R, up to a multiple of four.
-        counts: [...] int64, how many come before that.
+        rows: [..., K rounded up to a multiple of four] uint16 or uint32, the rows of each turn, padded with R to a
+            multiple of four.
+        counts: [...] int64, number of rows before the padding.
     """
     n_features = features.shape[-1]
     rows = np.empty((*features.shape[:-1], -(-n_features // 4) * 4), np.uint16 if n_table_rows < 2**16 else np.uint32)
@@ -103,7 +104,7 @@ def _write_rare_rows(features, offsets, common, n_table_rows, rows, counts):
     n_samples, n_features = features.shape
     for n in range(n_samples):
         count = 0
-        for k in range(n_features):  # without a branch, which could not be foreseen
+        for k in range(n_features):  # without a branch, which would be mispredicted often
             rows[n, count] = offsets[k] + features[n, k]
             count += features[n, k] != common[k]
         counts[n] = count
@@ -120,15 +121,15 @@ def compare_rows(
     differences: NDArray[np.floating],
     base: NDArray[np.floating],
 ) -> None:
-    """What each table row adds to the sum of the common ones.
+    """Write the difference of each table row from its feature's common row, and the sum of the common rows.
 
     Args:
         table: [R, H] float.
         bias: [H] float.
         offsets: [K] int64.
         common: [K] uint8, as given to `rare_rows`.
-        differences: [R + 1, H] float, written: each row without its column's common one, and zeros.
-        base: [H] float, written: the bias and the sum of the common rows.
+        differences: [R + 1, H] float, written: each row minus its feature's common row; the last row is zero.
+        base: [H] float, written: the bias plus the common rows.
     """
     n_features, width = len(offsets), len(bias)
     base[:] = bias
@@ -151,14 +152,14 @@ def encode_rare(
     base: NDArray[np.floating],
     encoded: NDArray[np.floating],
 ) -> None:
-    """As `encode`, for turns in the form of `rare_rows` and weights in that of `compare_rows`.
+    """Compute the same as `encode` from the output of `rare_rows` and `compare_rows`.
 
     Args:
-        rows: [N, K or more] as `rare_rows` gives them.
-        counts: [N] int64, likewise.
-        differences: [R + 1, H] float.
-        base: [H] float.
-        features: [N, H or more] float, written.
+        rows: [N, K or more], from `rare_rows`.
+        counts: [N] int64, from `rare_rows`.
+        differences: [R + 1, H] float, from `compare_rows`.
+        base: [H] float, from `compare_rows`.
+        encoded: [N, H or more] float, written.
     """
     width = len(base)
     zero = base.dtype.type(0)
@@ -184,13 +185,13 @@ def encode_backward(
     d_table: NDArray[np.floating],
     d_bias: NDArray[np.floating],
 ) -> None:
-    """Add the gradients of the bias, and of all table rows but those `complete_table` fills in.
+    """Add the gradients of the bias and of all table rows except those that `complete_table` fills in.
 
     Args:
         rows: [N, K or more], as given to `encode_rare`.
-        counts: [N] int64, likewise.
-        features: [N, H or more] float, as written there.
-        d_features: [N, H or more] float, gradient of the features; overwritten by that before the ReLU.
+        counts: [N] int64, as given to `encode_rare`.
+        encoded: [N, H or more] float, as written by `encode_rare`.
+        d_encoded: [N, H or more] float, gradient of ``encoded``; overwritten by the gradient before the ReLU.
         d_table: [R, H] float, added to.
         d_bias: [H] float, added to.
     """
@@ -213,13 +214,13 @@ def complete_table(
     d_bias: NDArray[np.floating],
     d_table: NDArray[np.floating],
 ) -> None:
-    """Fill in the rows that `encode_backward` skipped, once it has been called with all samples.
+    """Fill in the rows that `encode_backward` skipped, after it was called with all samples.
 
     Args:
-        offsets: as given to `rare_rows`, like ``common``.
-        common: [K] uint8.
-        d_bias: [H] float, which holds nothing but the gradients of these samples.
-        d_table: [R, H] float, likewise; its common rows are written.
+        offsets: [K] int64, as given to `rare_rows`.
+        common: [K] uint8, as given to `rare_rows`.
+        d_bias: [H] float, the bias gradient of exactly these samples.
+        d_table: [R, H] float, the table gradient of exactly these samples; its common rows are written.
     """
     n_features = len(offsets)
     for k in range(n_features):
@@ -241,8 +242,8 @@ def add_scaled_rows(
 ) -> None:
     """Add ``factors[i] * rows[sources[i]]`` to ``sums[targets[i]]`` for every i: a sparse matrix times ``rows``.
 
-    With the non-zero entries of `FeatureEncoder`'s inputs [R, D] it makes the table [R, H] out of the weights [D, H],
-    and with the first two arguments exchanged the gradient of the weights out of that of the table.
+    With the non-zero entries of `FeatureEncoder.inputs` [R, D] this computes the table [R, H] from the weights [D, H];
+    with the first two arguments exchanged it computes the gradient of the weights from that of the table.
     """
     for i in range(len(targets)):
         target, source, factor = targets[i], sources[i], factors[i]

@@ -1,4 +1,4 @@
-"""Heads, masked softmax and the clipped loss of PPO in one pass over the samples, with all gradients."""
+"""Heads, masked softmax and the clipped PPO loss in one pass over the samples, with all gradients."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ def heads(
     logits: NDArray[np.floating],
     values: NDArray[np.floating],
 ) -> None:
-    """Policy and value head: hidden [N, H] to logits [N, A] and values [N], both written.
+    """Policy and value head: write logits [N, A] and values [N] from hidden [N, H].
 
-    Weights are those of `torch.nn.Linear`: [A, H] and [A], [1, H] and [1].
+    Weights and biases have the shapes of `torch.nn.Linear`: [A, H] and [A] for the policy, [1, H] and [1] for the
+    value.
     """
     for n in range(len(hidden)):
         for action in range(len(policy_bias)):
@@ -52,7 +53,7 @@ def loss_backward(
     d_value_bias: NDArray[np.floating],
     sums: NDArray[np.float64],
 ) -> None:
-    r"""Gradients of `torch_backend.ppo_loss`, where the mean is ``scale`` times the sum over samples.
+    r"""Gradients of `torch_backend.ppo_loss`; the mean is computed as ``scale`` times the sum over samples.
 
     With p the policy over legal actions, a the action taken, r the ratio and H the entropy, per sample and logit j:
 
@@ -62,33 +63,33 @@ def loss_backward(
 
     Args:
         hidden: [N, H] float.
-        logits: [N, A] float, of `heads`; overwritten by their gradient, zero where illegal.
-        values: [N] float, of `heads`.
+        logits: [N, A] float, from `heads`; overwritten by their gradient, which is zero for illegal actions.
+        values: [N] float, from `heads`.
         policy_weight: [A, H] float.
         value_weight: [1, H] float.
-        masks: [N, A] bool, at least one True in each row.
+        masks: [N, A] bool, the legal actions, at least one True in each row.
         actions: [N] int64.
-        log_probs: [N] float, when the actions were taken.
-        advantages: [N] float, already normalised.
-        targets: [N] float G.
-        clip: how far the ratio may leave 1.
+        log_probs: [N] float, log-probabilities of the actions when they were taken.
+        advantages: [N] float, A, already normalised.
+        targets: [N] float, the value targets G.
+        clip: clipping range of the ratio around 1.
         value_scale: weight of the value loss.
-        entropy_scale: weight of the entropy.
-        scale: one over the samples of the minibatch.
+        entropy_scale: weight of the entropy bonus.
+        scale: one divided by the number of samples of the minibatch.
         d_hidden: [N, H] float, written.
-        d_policy_weight: [A, H] float, added to; likewise the three arrays after it, of [A], [1, H] and [1].
-        d_policy_bias: see above.
-        d_value_weight: see above.
-        d_value_bias: see above.
-        sums: [5] float64, added to: ``scale`` times policy loss, value loss, entropy, approximate divergence and
-            clipped samples.
+        d_policy_weight: [A, H] float, added to.
+        d_policy_bias: [A] float, added to.
+        d_value_weight: [1, H] float, added to.
+        d_value_bias: [1] float, added to.
+        sums: [5] float64, added to: ``scale`` times the sums of policy loss, value loss, entropy, approximate KL
+            divergence and number of clipped ratios.
     """
     n_samples, size = hidden.shape
     n_actions = logits.shape[1]
     to_float = hidden.dtype.type
     policy = np.empty(n_actions)
     for n in range(n_samples):
-        highest = -1e30  # not infinite: fast arithmetic assumes there is no infinity
+        highest = -1e30  # finite, because fastmath assumes that there are no infinities
         for action in range(n_actions):
             if masks[n, action]:
                 highest = max(highest, logits[n, action])
@@ -106,7 +107,7 @@ def loss_backward(
         ratio = math.exp(log_ratio)
         gain = ratio * advantages[n]
         clipped_gain = min(max(ratio, 1 - clip), 1 + clip) * advantages[n]
-        pull = gain if gain <= clipped_gain else 0.0  # where the clipped term is smaller the objective is flat
+        pull = gain if gain <= clipped_gain else 0.0  # the gradient is zero where the clipped term is smaller
         error = values[n] - targets[n]
         sums[0] -= scale * min(gain, clipped_gain)
         sums[1] += scale * 0.5 * error * error

@@ -1,4 +1,4 @@
-"""`RecurrentActorCritic` out of compiled kernels: forward and backward over a block of sequences."""
+"""`RecurrentActorCritic` in compiled kernels: forward and backward passes over a block of sequences."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 
 @dataclass(frozen=True)
 class Parameters:
-    """Views of one flat vector: the parameters of `RecurrentActorCritic`, or a gradient, in the module's order."""
+    """Views of one flat vector: the parameters of `RecurrentActorCritic` or their gradient, in the module's order."""
 
-    encoder_weight: NDArray[np.floating]  # [D, H], D inputs: the table's rows R unless columns are fed as numbers
+    encoder_weight: NDArray[np.floating]  # [D, H]; D is R unless some features are represented by fixed numbers
     encoder_bias: NDArray[np.floating]  # [H]
     core_weight: NDArray[np.floating]  # [2 H, 4 H]
     core_bias: NDArray[np.floating]  # [4 H]
@@ -29,7 +29,7 @@ class Parameters:
 
     @classmethod
     def views(cls, vector: NDArray[np.floating], network: RecurrentActorCritic) -> Parameters:
-        """The parts of ``vector`` [P], shaped like the parameters of ``network``."""
+        """Split ``vector`` [P] into views with the shapes of the parameters of ``network``."""
         shapes = [tuple(p.shape) for p in network.parameters()]
         stops = np.cumsum([int(np.prod(shape)) for shape in shapes])
         parts = np.split(vector, stops[:-1])
@@ -42,9 +42,9 @@ class Parameters:
 
 @dataclass(frozen=True)
 class Tape:
-    """What a forward pass over T turns of M sequences leaves for the backward pass."""
+    """The results of a forward pass over T turns of M sequences that the backward pass needs."""
 
-    driven: NDArray[np.floating]  # [T, M, 2 H] features beside the hidden state before the turn
+    driven: NDArray[np.floating]  # [T, M, 2 H] encoded features, then the hidden state before the turn
     gates: NDArray[np.floating]  # [T, M, 4 H]
     cells: NDArray[np.floating]  # [T + 1, M, H]
     squashed: NDArray[np.floating]  # [T, M, H]
@@ -56,15 +56,15 @@ class Tape:
 
     @property
     def encoded(self) -> NDArray[np.floating]:
-        """[T M, 2 H], of which the encoder writes the first H: what it makes of the features."""
+        """[T M, 2 H], whose first H entries per row hold the output of the encoder."""
         return self.driven.reshape(-1, self.driven.shape[-1])
 
 
 class TapeMemory:
-    """Memory for one tape at a time, of any shape; it grows to the largest and is never given back.
+    """Memory for one tape at a time, of any shape; it grows to the largest tape and is never released.
 
     Args:
-        weights: parameters, for their sizes and dtype.
+        weights: the parameters, for their sizes and dtype.
     """
 
     def __init__(self, weights: Parameters) -> None:
@@ -73,7 +73,7 @@ class TapeMemory:
         self._turns = (0, 0)
 
     def tape(self, n_turns: int, n_sequences: int) -> Tape:
-        """A tape for T turns of M sequences, its contents arbitrary; the one given before becomes invalid."""
+        """A tape for T turns of M sequences with arbitrary contents; it invalidates the previous tape."""
         turns, size = (n_turns, n_sequences), self._hidden_size
         if turns == self._turns:
             return self._tape
@@ -90,13 +90,13 @@ class TapeMemory:
 
 
 def forward(weights: Parameters, states: NDArray[np.floating], resets: NDArray[np.bool_], tape: Tape) -> None:
-    """Logits and values of T turns of M sequences, left on the tape with all that led to them.
+    """Compute logits and values of T turns of M sequences and keep them on the tape with all intermediate results.
 
     Args:
         weights: the parameters.
-        states: [M, 2 H] float, before turn 0.
-        resets: [T, M] bool.
-        tape: of the same T and M, with the features on it.
+        states: [M, 2 H] float, the states before turn 0.
+        resets: [T, M] bool, whether the state is set to zero before the turn.
+        tape: a tape for T turns of M sequences that holds the encoded features.
     """
     lstm_forward(
         tape.driven,
@@ -129,16 +129,16 @@ def backward(
     gradient: Parameters,
     d_table: NDArray[np.floating],
 ) -> None:
-    """Add the gradients of core and encoder, given that of the core's outputs in ``tape.d_hidden``.
+    """Add the gradients of core and encoder, given the gradient of the core's outputs in ``tape.d_hidden``.
 
-    The table's is complete only after `encoder_kernels.complete_table`.
+    The gradient of the table is complete only after `encoder_kernels.complete_table`.
 
     Args:
         weights: the parameters.
-        rows: [T M, K or more], as given to `encode_rare`, like ``counts`` [T M].
-        counts: likewise.
+        rows: [T M, K or more], as given to `encode_rare`.
+        counts: [T M] int64, as given to `encode_rare`.
         resets: [T, M] bool, as given to `forward`.
-        tape: as `forward` left it; used up.
+        tape: the tape after `forward`; its contents are overwritten.
         gradient: added to.
         d_table: [R, H] float, added to.
     """

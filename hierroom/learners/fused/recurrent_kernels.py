@@ -1,4 +1,4 @@
-"""`ResetLSTM` compiled: a sequence forwards, and back through time, with resets inside.
+"""`ResetLSTM` in compiled kernels: forward and backward through time, with resets inside a sequence.
 
 Inputs and hidden states lie side by side in one array ``driven`` [T, M, X + H], so that a step is one matrix product.
 """
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from hierroom.learners.fused.product_kernels import add_product, add_transposed_product, pack
 
-# Samples whose weight gradients are summed at a time.
+# Number of samples whose weight gradients are summed at a time.
 _DEPTH = 64
-# Constants are float32 because Numba makes float64 of float32 and a Python number; with float64 they are float64.
+# Typed as float32, because Numba promotes float32 with a Python number to float64; float64 arrays stay float64.
 _HALF, _ONE, _TWO = np.float32(0.5), np.float32(1), np.float32(2)
 _LIMIT, _QUARTER = np.float32(12), np.float32(0.25)
 _15, _105, _420, _945 = np.float32(15), np.float32(105), np.float32(420), np.float32(945)
@@ -21,10 +21,10 @@ _15, _105, _420, _945 = np.float32(15), np.float32(105), np.float32(420), np.flo
 
 @njit(inline="always", error_model="numpy")
 def _tanh(x):
-    """Tanh to 2e-9 (rounding apart) from products and one division, so that a loop over it becomes vector code.
+    """Compute tanh to 2e-9 (apart from rounding) from products and one division, so that loops over it vectorise.
 
-    Lambert's continued fraction gives tanh(x / 4) = a / b to five terms; tanh 2y = 2 a b / (a^2 + b^2) twice does the
-    rest. Beyond 12, 1 - tanh is below 1e-10.
+    Five terms of Lambert's continued fraction give tanh(x / 4) = a / b, and tanh 2y = 2 a b / (a^2 + b^2) is applied
+    twice. Beyond 12, 1 - tanh is below 1e-10.
     """
     quarter = min(max(x, -_LIMIT), _LIMIT) * _QUARTER
     square = quarter * quarter
@@ -51,17 +51,17 @@ def lstm_forward(
     squashed: NDArray[np.floating],
     hidden: NDArray[np.floating],
 ) -> None:
-    """T steps of M sequences; equations in `ResetLSTM`.
+    """Compute T steps of M sequences; see `ResetLSTM` for the equations.
 
     Args:
-        driven: [T, M, X + H] float; the inputs in its first X entries, the hidden state before each step is written
+        driven: [T, M, X + H] float; the first X entries hold the inputs, the hidden state before each step is written
             into the others.
         states: [M, 2 H] float, hidden and cell state before step 0.
-        resets: [T, M] bool, where the state is zero before the step.
+        resets: [T, M] bool, whether the state is set to zero before the step.
         weight: [X + H, 4 H] float.
         bias: [4 H] float.
         gates: [T, M, 4 H] float, written: input, forget, candidate and output gates after their nonlinearities.
-        cells: [T + 1, M, H] float, written: the cell state before each step, and in the last row after all.
+        cells: [T + 1, M, H] float, written: the cell state before each step, and last that after the final step.
         squashed: [T, M, H] float, written: tanh of the cell state after each step.
         hidden: [T, M, H] float, written: the outputs.
     """
@@ -91,10 +91,10 @@ def lstm_forward(
 
 @njit(nogil=True, fastmath=True, error_model="numpy")
 def _cells_forward(gates, before, after, squashed, hidden):
-    """One step: products [M, 4, H] become gates, the cells [M, H] move on.
+    """Compute one step: the products [M, 4, H] become gates, and the cell states [M, H] are updated.
 
-    Every index is a loop's own, which counts from 0: one such as ``size + j`` may be negative for all the compiler
-    knows, and the check for that keeps a loop from becoming vector code. Cutting rows out takes half as long again.
+    Every index is a loop variable that counts from 0. The compiler cannot rule out that an index such as ``size + j``
+    is negative, and the check for that would prevent vectorisation. Slicing the rows first takes half as long again.
     """
     n_rows, size = hidden.shape
     for m in range(n_rows):
@@ -127,16 +127,16 @@ def lstm_backward(
     d_weight: NDArray[np.floating],
     d_bias: NDArray[np.floating],
 ) -> None:
-    """Back through time after `lstm_forward`; the stored initial states get no gradient.
+    """Backpropagate through time after `lstm_forward`; the initial states get no gradient.
 
     Args:
-        driven: [T, M, X + H] float, as `lstm_forward` left it; likewise ``gates``, ``cells`` and ``squashed``.
-        resets: [T, M] bool.
+        driven: [T, M, X + H] float, after `lstm_forward`.
+        resets: [T, M] bool, as given to `lstm_forward`.
         weight: [X + H, 4 H] float.
-        gates: [T, M, 4 H] float; overwritten by the gradient before the nonlinearities.
-        cells: [T + 1, M, H] float.
-        squashed: [T, M, H] float.
-        d_hidden: [T, M, H] float, gradient of the outputs; overwritten by that through later steps too.
+        gates: [T, M, 4 H] float, after `lstm_forward`; overwritten by the gradient before the nonlinearities.
+        cells: [T + 1, M, H] float, after `lstm_forward`.
+        squashed: [T, M, H] float, after `lstm_forward`.
+        d_hidden: [T, M, H] float, gradient of the outputs; the gradient through later steps is added.
         d_driven: [T, M, X + H] float, written; its first X entries are the gradient of the inputs.
         d_weight: [X + H, 4 H] float, added to.
         d_bias: [4 H] float, added to.
@@ -145,7 +145,7 @@ def lstm_backward(
     width = driven.shape[2]
     panels = pack(weight.T)
     d_cells = np.zeros((n_rows, size), weight.dtype)
-    stop = n_steps  # the gradients of the products from here on are in d_weight
+    stop = n_steps  # steps from here on are already summed into d_weight
     for t in range(n_steps - 1, -1, -1):
         for m in range(n_rows):
             if t < n_steps - 1:
@@ -157,7 +157,7 @@ def lstm_backward(
             _add(gates[t, m], d_bias)
         d_driven[t] = 0
         add_product(gates[t], panels, d_driven[t])
-        # A few steps at a time, while they are in the cache and so that the product is not too small.
+        # Several steps at a time: enough for an efficient product, and still in the cache.
         if t == 0 or (stop - t) * n_rows >= _DEPTH:
             n_samples = (stop - t) * n_rows
             left, right = driven[t:stop].reshape(n_samples, width), gates[t:stop].reshape(n_samples, 4 * size)
@@ -173,7 +173,7 @@ def _add(terms, total):
 
 @njit(nogil=True, fastmath=True, error_model="numpy")
 def _cell_backward(gates, before, squashed, d_hidden, d_cell):
-    """One step of one row: gates [4 H] become the gradient of the products, d_cell [H] moves to the step before."""
+    """One step of one row: gates [4 H] become the products' gradient, d_cell [H] that of the previous cell state."""
     size = len(d_hidden)
     enter, forget, candidate, leave = (
         gates[:size],

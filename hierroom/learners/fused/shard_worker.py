@@ -1,4 +1,4 @@
-"""A worker of the compiled learner: shards of a minibatch go forwards and back, and their gradients add up."""
+"""A worker of the compiled learner: it runs shards of a minibatch forward and backward and sums their gradients."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from hierroom.learners.rollout import Batch
 
 @dataclass(frozen=True)
 class Minibatch:
-    """What the shards of a minibatch have in common."""
+    """The data that all shards of a minibatch share."""
 
     weights: Parameters
-    differences: NDArray[np.float32]  # [R + 1, H] see `encoder_kernels.compare_rows`
-    base: NDArray[np.float32]  # [H] likewise
-    offsets: NDArray[np.int64]  # [K] the row of each column's value 0
-    common: NDArray[np.uint8]  # [K] see `encoder_kernels.rare_rows`
-    rows: NDArray[np.unsignedinteger]  # [T, M, K or more] likewise
-    counts: NDArray[np.int64]  # [T, M] likewise
-    batch: Batch  # M sequences of T turns, those of other minibatches included
+    differences: NDArray[np.float32]  # [R + 1, H] from `encoder_kernels.compare_rows`
+    base: NDArray[np.float32]  # [H] from `encoder_kernels.compare_rows`
+    offsets: NDArray[np.int64]  # [K] the table row of each feature's value 0
+    common: NDArray[np.uint8]  # [K] as given to `encoder_kernels.rare_rows`
+    rows: NDArray[np.unsignedinteger]  # [T, M, K or more] from `encoder_kernels.rare_rows`
+    counts: NDArray[np.int64]  # [T, M] from `encoder_kernels.rare_rows`
+    batch: Batch  # M sequences of T turns, including those of other minibatches
     scores: NDArray[np.float32]  # [T, M] normalised advantages
-    targets: NDArray[np.float32]  # [T, M] of the values
-    turn_weight: float  # of one turn in the loss
+    targets: NDArray[np.float32]  # [T, M] value targets
+    turn_weight: float  # weight of one turn in the loss
 
 
 class ShardWorker:
-    """A gradient that shards are added to, one after the other, and the memory that takes.
+    """Sums the gradients of shards, one after the other, and owns the memory that this needs.
 
     Args:
-        share: [P] float32, what becomes the gradient of the flat parameters; overwritten.
-        network: the network that ships, for its shapes.
+        share: [P] float32, overwritten by the gradient of the flat parameters.
+        network: the default network, for its shapes.
         config: hyperparameters.
     """
 
@@ -45,7 +45,7 @@ class ShardWorker:
         self._config = config
         self._share = share
         self._gradient = Parameters.views(share, network)
-        # The table of columns fed as numbers is computed, so its gradient is one step away from that of the weights.
+        # With fixed numbers the table is computed from the weights, so their gradient follows from the table's.
         self._numbers = numbers_fed(network)
         self._d_table = (
             self._gradient.encoder_weight
@@ -56,7 +56,7 @@ class ShardWorker:
         self.memory = TapeMemory(self._gradient)
 
     def clear(self) -> None:
-        """Forget the last minibatch."""
+        """Reset the gradients and sums before a minibatch."""
         self._share.fill(0)
         if self._numbers is not None:
             self._d_table.fill(0)
@@ -66,8 +66,8 @@ class ShardWorker:
         """Add the gradient of the loss of some sequences.
 
         Args:
-            minibatch: what they are taken from.
-            shard: [at most M] int, the sequences.
+            minibatch: the minibatch that the sequences belong to.
+            shard: [at most M] int, the indices of the sequences.
         """
         batch, weights, config = minibatch.batch, minibatch.weights, self._config
         n_turns, n_rows = len(batch.features), len(batch.features) * len(shard)
@@ -113,7 +113,7 @@ class ShardWorker:
 
 
 def numbers_fed(network: RecurrentActorCritic) -> tuple[NDArray, NDArray, NDArray] | None:
-    """Rows, columns and values of the encoder's inputs that are not zero; None if no column is fed as numbers."""
+    """Rows, columns and values of the non-zero encoder inputs; None if no feature is represented by fixed numbers."""
     if network.encoder.inputs is None:
         return None
     inputs = network.encoder.inputs.numpy()

@@ -1,1 +1,1 @@
-"""What a learner trains: the protocol of a network, and the actor-critics that ship."""
+"""The network protocol of the learner, and the recurrent actor-critic that ships with hierroom."""

@@ -1,4 +1,4 @@
-"""The networks an agent can have: the protocol any network keeps, and the recurrent actor-critic that ships."""
+"""The observation and action space of an agent, the protocol of its network, and the default recurrent actor-critic."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from hierroom.learners.networks.recurrent import ResetLSTM
 
 @dataclass(frozen=True)
 class AgentSpace:
-    """What an agent sees and can do.
+    """The observations and actions of an agent.
 
     Args:
-        cardinalities: number of values of each of the K columns of an observation, 1 to 256 each.
-        n_actions: actions A of the agent, legal or not.
+        cardinalities: number of values of each of the K features of an observation, 1 to 256 each.
+        n_actions: number of actions A, legal or not, at least 1.
 
     Raises:
-        InputError: if there is no column, a column has no value or more than 256, or there is no action.
+        InputError: if there is no feature, a feature has no value or more than 256, or there is no action.
     """
 
     cardinalities: tuple[int, ...]
@@ -34,41 +34,41 @@ class AgentSpace:
     def __post_init__(self) -> None:
         object.__setattr__(self, "cardinalities", tuple(int(c) for c in self.cardinalities))
         if not self.cardinalities or not all(1 <= c <= 256 for c in self.cardinalities):
-            raise InputError(f"an observation has columns of 1 to 256 values each, not {self.cardinalities}")
+            raise InputError(f"an observation needs features of 1 to 256 values each, not {self.cardinalities}")
         if self.n_actions < 1:
-            raise InputError(f"an agent has at least 1 action, not {self.n_actions}")
+            raise InputError(f"an agent needs at least 1 action, not {self.n_actions}")
 
     @property
     def n_features(self) -> int:
-        """Columns K of an observation."""
+        """Number of features K of an observation."""
         return len(self.cardinalities)
 
     def check_features(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
-        """Refuse observations [M, K] of ``envs`` [M] that are not of this space: compiled code would not notice.
+        """Check observations [M, K] of ``envs`` [M], because compiled code does not check array bounds.
 
         Raises:
-            InputError: if the shape is another, or a value is outside its column's range.
+            InputError: if the shape is wrong, or a value is outside the range of its feature.
         """
         if features.shape != (len(envs), self.n_features):
             raise InputError(
-                f"features of {len(envs)} environments are [{len(envs)}, {self.n_features}], not {features.shape}"
+                f"features must have shape {(len(envs), self.n_features)}, a row per environment, not {features.shape}"
             )
         if (features > self._last_values).any():
             m, column = np.argwhere(features > self._last_values)[0]
             raise InputError(
-                f"column {column} has values below {self.cardinalities[column]}, "
-                f"but environment {envs[m]} shows {features[m, column]}"
+                f"feature {column} must be below {self.cardinalities[column]}, "
+                f"but it is {features[m, column]} in environment {envs[m]}"
             )
 
     def check_masks(self, envs: NDArray[np.integer], masks: NDArray[np.bool_]) -> None:
-        """Refuse masks [M, A] of ``envs`` [M] that leave an environment no legal action.
+        """Check masks [M, A] of ``envs`` [M].
 
         Raises:
-            InputError: naming the first such environment, or if the shape is another.
+            InputError: if the shape is wrong, or an environment has no legal action.
         """
         if masks.shape != (len(envs), self.n_actions):
             raise InputError(
-                f"masks of {len(envs)} environments are [{len(envs)}, {self.n_actions}], not {masks.shape}"
+                f"masks must have shape {(len(envs), self.n_actions)}, a row per environment, not {masks.shape}"
             )
         is_legal = masks.any(axis=1)
         if not is_legal.all():
@@ -81,21 +81,21 @@ class AgentSpace:
 
 @runtime_checkable
 class PolicyNetwork(Protocol):
-    """What a `torch.nn.Module` must offer to be trained by the `Learner`: three methods, no base class of ours.
+    """The methods that a `torch.nn.Module` needs so that the `Learner` can train it; no base class is required.
 
-    It is built as ``Network(space, hidden_size)``. Masks are none of its business: illegal actions are taken out of
-    its logits afterwards, so that no network can forget to.
+    The network is built by ``Network(space, hidden_size)``. It receives no masks: the learner removes illegal actions
+    from the logits afterwards, so that no network can forget to.
     """
 
     def initial_state(self, n: int) -> Tensor:
-        """The state of ``n`` environments at the start of an episode: [n, S] float, one flat row per environment."""
+        """The state of ``n`` environments at the start of an episode: [n, S] float, one row per environment."""
         ...
 
     def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """One turn.
+        """Compute one turn.
 
         Args:
-            features: [N, K] uint8 observations.
+            features: [N, K] uint8, the observations.
             state: [N, S] float, the states before the turn.
 
         Returns:
@@ -104,12 +104,12 @@ class PolicyNetwork(Protocol):
         ...
 
     def sequence(self, features: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
-        """T turns in a row, equal to T calls of `step` with resets in between.
+        """Compute T consecutive turns, with the same result as T calls of `step` with resets in between.
 
         Args:
-            features: [T, M, K] uint8 observations.
+            features: [T, M, K] uint8, the observations.
             state: [M, S] float, the states before turn 0.
-            resets: [T, M] bool, whether a turn begins an episode: its state is then `initial_state`, whatever it was.
+            resets: [T, M] bool, whether a turn begins an episode: the state before it is then `initial_state`.
 
         Returns:
             logits [T, M, A] and values [T, M].
@@ -118,15 +118,17 @@ class PolicyNetwork(Protocol):
 
 
 class RecurrentActorCritic(nn.Module):
-    """Encoder, LSTM core, and a linear head each for policy and value; both read the same core.
+    """An encoder, an LSTM core, and linear policy and value heads that both read the core.
 
-    Initialised as in "The 37 Implementation Details of PPO" (Huang et al. 2022): orthogonal weights, gain sqrt 2 in
-    the encoder, 0.01 in the policy head (the first policy is close to uniform), 1 in the value head; biases zero.
+    The initialisation is that of "The 37 Implementation Details of PPO" (Huang et al. 2022): orthogonal weights with
+    gain sqrt 2 in the encoder, 0.01 in the policy head (so that the first policy is nearly uniform) and 1 in the value
+    head; biases are zero.
 
     Args:
-        space: what the agent sees and can do.
-        hidden_size: units H of encoder and core.
-        feature_vectors: how values are fed, see `FeatureEncoder`; None: a learned row for each value of each column.
+        space: observations and actions of the agent.
+        hidden_size: number of units H of the encoder and of the core.
+        feature_vectors: how feature values are represented, see `FeatureEncoder`; None: by one learned row for each
+            value of each feature.
     """
 
     def __init__(
@@ -150,11 +152,11 @@ class RecurrentActorCritic(nn.Module):
         return self.core.initial_state(n)
 
     def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """One turn; see `PolicyNetwork.step`."""
+        """Compute one turn; see `PolicyNetwork.step`."""
         hidden, state = self.core.step(self.encoder(features), state)
         return self.policy_head(hidden), self.value_head(hidden).squeeze(-1), state
 
     def sequence(self, features: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
-        """T turns in a row; see `PolicyNetwork.sequence`."""
+        """Compute T consecutive turns; see `PolicyNetwork.sequence`."""
         hidden = self.core.sequence(self.encoder(features), state, resets)  # [T, M, H]
         return self.policy_head(hidden), self.value_head(hidden).squeeze(-1)

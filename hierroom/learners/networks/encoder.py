@@ -1,4 +1,4 @@
-"""From an observation of small categories to a feature vector: the sum of one row per column."""
+"""An encoder of categorical observations: one row of a table for each feature, summed."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from hierroom.errors import InputError
 
 
 class FeatureEncoder(nn.Module):
-    r"""ReLU of the bias plus one row of a table per column: :math:`x = \max(0, b + \sum_k W_{k, c_k})`.
+    r"""ReLU of the bias plus one table row per feature: :math:`x = \max(0, b + \sum_k W_{k, c_k})`.
 
-    It equals a linear layer on the concatenated one-hot columns, at the price of K row sums instead of a product with
-    as many inputs as all columns have values together.
+    This equals a linear layer on the concatenated one-hot features, but costs K row additions instead of a matrix
+    product.
 
-    A column can instead be fed as fixed numbers (as the paper feeds MiniGrid's object, colour and state ids): its
-    rows are then ``vectors @ weights`` with a learned weight per number, so that what follows is the same.
+    A feature can also be represented by fixed numbers (the paper does so with MiniGrid's object, colour and state ids).
+    Its rows are then ``vectors @ weights`` with one learned row of weights per number, and the rest of the encoder is
+    the same.
 
     Args:
-        cardinalities: number of values of each of the K columns.
-        hidden_size: features H.
-        feature_vectors: None, or for each column None (a learned row per value) or a [cardinality, d] array of the d
-            numbers that stand for each value.
+        cardinalities: number of values of each of the K features.
+        hidden_size: number of outputs H.
+        feature_vectors: None, or for each feature either None (a learned row per value) or a [cardinality, d] array:
+            the d numbers that represent each value.
 
     Raises:
         InputError: if ``feature_vectors`` does not fit ``cardinalities``.
@@ -51,19 +52,19 @@ class FeatureEncoder(nn.Module):
         n_inputs = n_rows if inputs is None else inputs.shape[1]
         self.weight = nn.Parameter(torch.empty(n_inputs, hidden_size))
         self.bias = nn.Parameter(torch.zeros(hidden_size))
-        # Small rows at first: scaled up to give the sum unit variance (rows are sparse: about 4 times larger), the
-        # same agent needed half as many steps again on graphs c and g.
+        # The initial rows are small. With rows about 4 times as large, so that the sparse sum had unit variance, the
+        # same agent needed 50% more steps on graphs c and g.
         nn.init.orthogonal_(self.weight, math.sqrt(2.0))
 
     def table(self) -> Tensor:
-        """The rows of all columns, one below the other: [sum of cardinalities, H]."""
+        """The rows of all features, stacked: [sum of cardinalities, H]."""
         return self.weight if self.inputs is None else self.inputs @ self.weight
 
     def forward(self, features: Tensor) -> Tensor:
-        """Features of observations.
+        """Encode observations.
 
         Args:
-            features: [..., K] uint8, each below its column's cardinality.
+            features: [..., K] uint8, each below its cardinality.
 
         Returns:
             [..., H] float, at least 0.
@@ -75,15 +76,15 @@ class FeatureEncoder(nn.Module):
 
 
 def _input_matrix(cardinalities: Sequence[int], feature_vectors: Sequence[ArrayLike | None]) -> Tensor:
-    """Block-diagonal [sum of cardinalities, D]: the numbers that stand for each value of each column."""
+    """The block-diagonal matrix [sum of cardinalities, D] of the numbers that represent each value of each feature."""
     if len(feature_vectors) != len(cardinalities):
-        raise InputError(f"there are {len(cardinalities)} columns but vectors for {len(feature_vectors)}")
+        raise InputError(f"feature_vectors needs {len(cardinalities)} entries (features), not {len(feature_vectors)}")
     blocks = []
     for column, (cardinality, vectors) in enumerate(zip(cardinalities, feature_vectors, strict=True)):
         block = np.eye(cardinality) if vectors is None else np.asarray(vectors, np.float64)
         if block.ndim != 2 or len(block) != cardinality:
             raise InputError(
-                f"column {column} has {cardinality} values, so its vectors are [{cardinality}, d], "
+                f"feature {column} has {cardinality} values, so its vectors must have shape [{cardinality}, d], "
                 f"not {list(block.shape)}"
             )
         blocks.append(torch.as_tensor(block, dtype=torch.float32))

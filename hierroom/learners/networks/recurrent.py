@@ -1,4 +1,4 @@
-"""The recurrent core: an LSTM that starts afresh inside a sequence wherever an episode begins."""
+"""The recurrent core: an LSTM whose state is reset inside a sequence wherever an episode begins."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from torch import Tensor, nn
 class ResetLSTM(nn.Module):
     r"""A long short-term memory (Hochreiter & Schmidhuber 1997, with the forget gate of Gers et al. 2000).
 
-    With gates in the order input, forget, candidate, output:
+    The gates are in the order input, forget, candidate, output:
 
     .. math::
         (i, f, g, o) &= (x_t, h_{t-1}) W + b \\
         c_t &= \sigma(f)\, c_{t-1} + \sigma(i) \tanh(g), \qquad h_t = \sigma(o) \tanh(c_t)
 
-    ``weight`` is [X + H, 4 H], the X rows of the input above the H rows of the hidden state; one matrix, so that a
-    step is one product. Both blocks start orthogonal and the bias at zero.
+    ``weight`` is [X + H, 4 H], the X rows of the input above the H rows of the hidden state, so that a step is one
+    matrix product. Both blocks are initialised orthogonally and the bias is zero.
 
     Args:
-        input_size: inputs X.
-        hidden_size: units H.
+        input_size: number of inputs X.
+        hidden_size: number of units H.
     """
 
     def __init__(self, input_size: int, hidden_size: int) -> None:
@@ -38,14 +38,14 @@ class ResetLSTM(nn.Module):
         return self.weight.new_zeros(n, 2 * self.hidden_size)
 
     def step(self, inputs: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
-        """One step.
+        """Compute one step.
 
         Args:
             inputs: [N, X] float.
             state: [N, 2 H] float.
 
         Returns:
-            the output [N, H] (the new hidden state) and the new state [N, 2 H].
+            the output [N, H], which is the new hidden state, and the new state [N, 2 H].
         """
         hidden, cell = state.chunk(2, dim=-1)
         of_inputs, of_hidden = self.split_weight()
@@ -53,22 +53,22 @@ class ResetLSTM(nn.Module):
         return hidden, torch.cat([hidden, cell], dim=-1)
 
     def sequence(self, inputs: Tensor, state: Tensor, resets: Tensor) -> Tensor:
-        """T steps in a row.
+        """Compute T consecutive steps.
 
         Args:
             inputs: [T, M, X] float.
             state: [M, 2 H] float, the state before step 0.
-            resets: [T, M] bool, where the state is set to zero before the step.
+            resets: [T, M] bool, whether the state is set to zero before the step.
 
         Returns:
             the outputs [T, M, H].
         """
         of_inputs, of_hidden = self.split_weight()
-        driven = inputs @ of_inputs  # [T, M, 4 H]: what does not wait for the step before
+        driven = inputs @ of_inputs  # [T, M, 4 H]: what does not depend on the previous step
         keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]
         hidden, cell = state.chunk(2, dim=-1)
         outputs = []
-        # Cut up once: the gradient of driven[t] would be a tensor as large as all of driven for every t.
+        # Unbind once: indexing driven[t] would create a gradient as large as all of driven for every t.
         for from_input, keep in zip(driven.unbind(), keeps.unbind(), strict=True):
             gates = torch.addmm(self.bias, hidden * keep, of_hidden) + from_input
             hidden, cell = lstm_cell(gates, cell * keep)
@@ -82,7 +82,7 @@ class ResetLSTM(nn.Module):
 
 
 def lstm_cell(gates: Tensor, cell: Tensor) -> tuple[Tensor, Tensor]:
-    """From gates [N, 4 H] and cell states [N, H] to hidden and cell states: the second line of `ResetLSTM`."""
+    """New hidden and cell states from gates [N, 4 H] and cell states [N, H]: the second line of `ResetLSTM`."""
     enter, forget, candidate, leave = gates.chunk(4, dim=-1)
     cell = torch.sigmoid(forget) * cell + torch.sigmoid(enter) * torch.tanh(candidate)
     return torch.sigmoid(leave) * torch.tanh(cell), cell
