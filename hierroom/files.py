@@ -1,4 +1,4 @@
-"""Writing files: whole or not at all, and JSON without what JSON cannot say."""
+"""Writing files atomically, and JSON without infinities and NaNs."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from hierroom.errors import InputError
 
 
 def write_atomically(path: str | Path, content: bytes) -> None:
-    """Write a file so that, whatever happens, it holds the old content or the new and never a part.
+    """Write a file so that it always holds either the old content or the new one, even after a crash.
 
     Args:
         path: the file; its folder must exist.
-        content: what it is to hold.
+        content: the new content.
 
     Raises:
-        InputError: if it cannot be written; the old content is still there.
+        InputError: if the file cannot be written; the old content is still there.
     """
     path = Path(path)
     unfinished = path.with_name(path.name + ".part")
@@ -36,7 +36,7 @@ def write_atomically(path: str | Path, content: bytes) -> None:
 
 
 def to_json(value: Any) -> str:
-    """Plain types as JSON text; infinity and not-a-number, which JSON has no word for, become null."""
+    """Plain types as JSON text; infinities and NaNs, which JSON cannot represent, become null."""
 
     def finite(value: Any) -> Any:
         if isinstance(value, Mapping):

@@ -1,4 +1,4 @@
-"""What users plug in: how a class of their own is found by the name they type."""
+"""Loading of classes that users plug in by name."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from hierroom.errors import InputError
 
 
 def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str) -> Any:
-    """The class that a user's own name stands for.
+    """Load the class that a user's name refers to.
 
     Args:
-        spec: the name of an entry point in the group, or ``package.module:Class`` (the current folder is searched too).
-        what: what it is to be, for people: ``meta-controller``.
-        shipped: the names of those that ship, for people.
-        group: a group of entry points.
+        spec: name of an entry point in the group, or ``package.module:Class``; modules in the current folder are found
+            too.
+        what: kind of the class, for error messages, such as ``meta-controller``.
+        shipped: names of the classes that ship with hierroom, for error messages.
+        group: the group of entry points.
 
     Raises:
         InputError: if there is no such class or it cannot be loaded.
@@ -39,10 +40,10 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str) -> Any
         return getattr(importlib.import_module(module), name)
     except ModuleNotFoundError as error:
         raise InputError(f"there is no module {error.name!r} for the {what} {spec!r}") from error
-    except Exception as error:  # whatever a user's own code may raise
+    except Exception as error:  # a user's code may raise anything
         raise InputError(f"the {what} {spec!r} cannot be loaded: {in_one_line(error)}") from error
 
 
 def in_one_line(error: Exception) -> str:
-    """An error's type and message without line breaks."""
+    """The type and message of an error, without line breaks."""
     return f"{type(error).__name__}: {' '.join(str(error).split())}"

@@ -1,4 +1,4 @@
-"""What the last episodes were like."""
+"""Statistics of the most recent episodes."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 from hierroom.options import Step
 
 WINDOW = 500
-"""Episodes that success and length are averaged over."""
+"""Number of episodes over which success and length are averaged."""
 MILESTONES = (50, 90, 95, 99)
-"""Percent of success whose first crossing is recorded."""
+"""Success rates in percent whose first crossing is recorded."""
 
 
 class EpisodeLog:
-    """Success and length over the last 500 episodes, and when success first crossed each milestone.
+    """Success rate and length of the last 500 episodes, and when the success rate first crossed each milestone.
 
     Attributes:
-        episodes: episodes that have ended.
-        steps_to: milestone in percent to the primitive steps it took, for those crossed.
+        episodes: number of episodes that have ended.
+        steps_to: for each milestone crossed (in percent), the number of primitive steps until then.
         seconds_to: the same in seconds of training.
     """
 
@@ -31,11 +31,11 @@ class EpisodeLog:
         self._lengths: deque[int] = deque(maxlen=WINDOW)
 
     def add(self, step: Step, steps: int, seconds: float) -> None:
-        """Count the episodes that a step ended, in the order of their environments.
+        """Record the episodes that a step ended, in the order of their environments.
 
         Args:
-            step: what the step did.
-            steps: primitive steps trained so far.
+            step: the outcome of the step.
+            steps: number of primitive steps trained so far.
             seconds: seconds trained so far.
         """
         ended = np.flatnonzero(step.episode_ended)
@@ -51,16 +51,16 @@ class EpisodeLog:
 
     @property
     def success_rate(self) -> float:
-        """Share of the window's episodes that reached the exit; 0 before the first."""
+        """Fraction of the window's episodes that reached the exit; 0 before the first episode ends."""
         return float(np.mean(self._successes)) if self._successes else 0.0
 
     @property
     def episode_length(self) -> float:
-        """Mean length of the window's episodes in primitive steps; not a number before the first."""
+        """Mean length of the window's episodes in primitive steps; NaN before the first episode ends."""
         return float(np.mean(self._lengths)) if self._lengths else float("nan")
 
     def state_dict(self) -> dict:
-        """Everything, as plain types."""
+        """The complete state as plain types."""
         return {
             "episodes": self.episodes,
             "steps_to": dict(self.steps_to),
@@ -70,7 +70,7 @@ class EpisodeLog:
         }
 
     def load_state_dict(self, state: dict) -> None:
-        """Go back to what `state_dict` gave."""
+        """Restore what `state_dict` returned."""
         self.episodes = state["episodes"]
         self.steps_to, self.seconds_to = dict(state["steps_to"]), dict(state["seconds_to"])
         self._successes = deque(state["successes"], WINDOW)

@@ -1,4 +1,4 @@
-"""How a player does over some episodes: success, length, and steps to each goal."""
+"""Evaluation of a player: success, length, and steps to each goal over some episodes."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from hierroom.turns import Turns
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How an agent did over some episodes.
+    """The results of a player over some episodes.
 
     Args:
-        episodes: how many there were.
-        success_rate: share that reached the exit.
-        success_interval: its 95% interval (Wilson 1927).
+        episodes: number of episodes.
+        success_rate: fraction that reached the exit.
+        success_interval: its 95% confidence interval (Wilson 1927).
         length: mean length in primitive steps.
-        length_over_shortest: mean length over mean shortest possible length of the episodes that reached the exit.
-        steps_to_goals: for each goal (key and door of room 1, 2, ...; exit) the share of episodes that achieved it and
-            the mean step at which they did so first.
+        length_over_shortest: mean length divided by mean shortest possible length, over the episodes that reached the
+            exit.
+        steps_to_goals: for each goal (key and door of room 1, 2, ...; exit) the fraction of episodes that achieved it
+            and the mean step at which they first did.
     """
 
     episodes: int
@@ -42,10 +43,10 @@ def evaluate(
     """Let a player play the first episodes of each environment.
 
     Args:
-        player: who plays.
-        turns: N fresh environments whose shortest lengths are measured.
-        episodes: at least so many in all.
-        progress: called with the episodes done so far.
+        player: the player.
+        turns: N fresh environments that measure shortest lengths.
+        episodes: least number of episodes in all.
+        progress: called with the number of episodes done so far.
     """
     levels = turns.world.state.levels[["branches", "n_rooms"]].copy()
     n_rooms = 0
@@ -75,7 +76,7 @@ def evaluate(
 
 
 def _note_goals(firsts: NDArray, branches: NDArray, events: NDArray, lengths: NDArray) -> None:
-    """Write the step of each goal's first time into ``firsts`` [N, 13]: keys and doors by room, the exit last."""
+    """Write the step at which each goal was first achieved into ``firsts`` [N, 13]: keys, doors by room, then exit."""
     envs = np.flatnonzero(events >= 0)
     goals = events[envs].copy()
     is_object = goals < EXIT_GOAL

@@ -1,4 +1,4 @@
-"""Stopping between two updates, when asked to."""
+"""Stopping training between two updates on request."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from types import FrameType
 
 
 class Interrupt:
-    """Within it, Ctrl-C (or SIGTERM) is only noted, so that work ends where its state is whole; a second one stops.
+    """A context in which the first Ctrl-C or SIGTERM only sets a flag, so that training can stop in a consistent state.
+
+    A second signal raises KeyboardInterrupt.
 
     Attributes:
-        is_requested: whether it was noted.
+        is_requested: whether a signal has arrived.
     """
 
     def __init__(self) -> None:

@@ -1,4 +1,4 @@
-"""Pictures of training."""
+"""Plots of a training run."""
 
 from __future__ import annotations
 
@@ -10,12 +10,16 @@ from hierroom.training.run_folder import RunFolder
 
 
 def plot_learning_curve(run: RunFolder, path: Path) -> None:
-    """Draw success and episode length over the steps trained, as a PNG.
+    """Plot success rate and episode length over the steps trained, as a PNG.
+
+    Args:
+        run: folder of the run.
+        path: the file to write.
 
     Raises:
-        InputError: if the picture cannot be written.
+        InputError: if the plot cannot be written.
     """
-    from matplotlib.figure import Figure  # slow to load, and only wanted here
+    from matplotlib.figure import Figure  # imported here, because it loads slowly
 
     rows = run.metrics()
     steps = [row["steps"] / 1e6 for row in rows]

@@ -1,1 +1,1 @@
-"""The EscapeRoom world: levels, their dynamics, what the agent sees, how it is drawn, and its shortest solution."""
+"""The EscapeRoom world: levels, their dynamics, the agent's observations, rendering, and shortest solutions."""

@@ -1,4 +1,4 @@
-"""Pictures one after another, as a file."""
+"""Writing a sequence of pictures as an animated GIF."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from hierroom.files import write_atomically
 
 
 def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_frame: float = 0.1) -> None:
-    """Write pictures of one size as an animated GIF that repeats for ever; the last one stays for a second.
+    """Write pictures of equal size as an animated GIF that loops for ever; the last one is shown for a second.
 
     Args:
         frames: [H, W, 3] uint8 each, at least one.
-        path: where to; its folder must exist.
-        seconds_per_frame: in steps of 0.01.
+        path: the file; its folder must exist.
+        seconds_per_frame: duration of the other pictures, rounded to 0.01 by viewers.
 
     Raises:
         InputError: if there is no frame or the file cannot be written.
     """
     images = [Image.fromarray(frame).quantize(128) for frame in frames]
     if not images:
-        raise InputError(f"an animation needs at least one picture, and {path} was given none")
+        raise InputError(f"an animation needs at least one picture, but there is none for {path}")
     milliseconds = [round(1000 * seconds_per_frame)] * (len(images) - 1) + [1000]
     content = io.BytesIO()
     images[0].save(content, format="GIF", save_all=True, append_images=images[1:], duration=milliseconds, loop=0)

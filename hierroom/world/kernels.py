@@ -1,28 +1,28 @@
-"""The world's rules as compiled scalar functions on one level, and the thin drivers that run them over a batch.
+"""The rules of the world as compiled scalar functions on one level, and thin kernels that apply them to a batch.
 
-A level under play is a record of `layout.LEVEL` and a grid of tile codes; both are changed in place. All that a step is
-made of, and every constant it reads, stands in this one module, because Numba's disk cache notices a change only in the
-file of the function that is called: after changing a constant, delete ``__pycache__`` for those who read it elsewhere.
-With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
+A level is a record of `layout.LEVEL` and a grid of tile codes; both are updated in place. Everything that a step needs,
+including every constant, is in this one module, because Numba's disk cache notices a change only in the file of the
+function that is called. After changing a constant, delete ``__pycache__``, because functions in other files read it
+too. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
 """
 
 import numpy as np
 from numba import config, njit, typeof
 
-# Tile codes: what one cell of a grid, or of a view, holds. Light passes codes from EMPTY up to LOCKED_DOOR.
+# Tile codes: the content of one cell of a grid or view. Light passes the codes from EMPTY up to below LOCKED_DOOR.
 UNSEEN, EMPTY, EXIT, KEY, OPEN_DOOR, LOCKED_DOOR, WALL = 0, 1, 2, 3, 9, 15, 21
 N_TILES = 22
 
 FORWARD, LEFT, RIGHT, PICKUP, OPEN, DROP = range(6)
 VIEW = 7
-MARGIN = 5  # walls around the grid, as far as a view reaches over its edge, so that no look-up needs a bounds test
-MIN_SIDE, MIN_CENTRE = 2, 3  # cells a branch room is deep, and the centre room wide, at least
+MARGIN = 5  # width of the walls around the grid, as far as a view reaches beyond it, so that no look-up checks bounds
+MIN_SIDE, MIN_CENTRE = 2, 3  # least depth of a branch room, and least width of the centre room, in cells
 
 # Directions as in MiniGrid: 0 east, 1 south, 2 west, 3 north; a right turn adds one.
 ROW_STEP = np.array([0, 1, 0, -1])
 COL_STEP = np.array([1, 0, -1, 0])
 
-# What a level can remember of its episode for those who ask for it: bits of ``remembers``, see `layout.MEMORIES`.
+# What a level can remember of its episode on request: bits of ``remembers``, see `layout.MEMORIES`.
 VISITED, EXPLORED, DOORWAYS = 1, 2, 4
 
 GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -41,7 +41,7 @@ def mix(bits):
 
 @njit(cache=True)
 def stream_key(seed, index, episode):
-    """The 64-bit key of one environment's episode; its random number ``i`` is ``mix(key + i * GOLDEN)``."""
+    """The 64-bit key of an environment's episode, whose i-th random number is ``mix(key + i * GOLDEN)``."""
     key = mix(np.uint64(seed) + GOLDEN)
     key = mix(key ^ (np.uint64(index) + GOLDEN))
     return mix(key ^ (np.uint64(episode) + GOLDEN))
@@ -49,7 +49,7 @@ def stream_key(seed, index, episode):
 
 @njit(cache=True)
 def random_below(level, bound):
-    """The episode's next random whole number in ``0..bound - 1``."""
+    """The episode's next random integer in ``0..bound - 1``."""
     level.n_drawn += np.uint64(1)
     bits = mix(level.key + level.n_drawn * GOLDEN)
     return np.int64(((bits >> np.uint64(32)) * np.uint64(bound)) >> np.uint64(32))
@@ -57,7 +57,7 @@ def random_below(level, bound):
 
 @njit(cache=True)
 def place(level, grid, rectangle, forbidden_row, forbidden_col, tile):
-    """Put a tile on a random empty cell of a rectangle, but not on the forbidden one; returns (row, col)."""
+    """Put a tile on a random empty cell of a rectangle except the forbidden cell; returns (row, col)."""
     top, left, bottom, right = rectangle[0], rectangle[1], rectangle[2], rectangle[3]
     free = 0
     for row in range(top, bottom + 1):
@@ -77,7 +77,7 @@ def place(level, grid, rectangle, forbidden_row, forbidden_col, tile):
 
 @njit(cache=True)
 def shuffle(level, items):
-    """Shuffle a small array in place (Fisher & Yates)."""
+    """Shuffle a small array in place (Fisher and Yates)."""
     for last in range(items.shape[0] - 1, 0, -1):
         other = random_below(level, last + 1)
         items[last], items[other] = items[other], items[last]
@@ -88,9 +88,13 @@ def carve(level, grid, branch, side, part, walls, corners):
     """Give a branch room its rectangle on one side of the centre, and its door in the centre's wall.
 
     Args:
+        level: the level, updated in place.
+        grid: its grid, updated in place.
+        branch: the branch room, counted from 0.
+        side: side of the centre, 0 east, 1 south, 2 west, 3 north.
         part: 0 for the whole side, 1 or 2 for its first or second half.
-        walls: the centre's wall lines (east col, south row, west col, north row).
-        corners: [2, 2] at (south, east): 1 where the corner belongs to the north or south side.
+        walls: [4] int64, the centre's wall lines (east col, south row, west col, north row).
+        corners: [2, 2] int64 at (south, east): 1 where the corner of the grid belongs to the north or south side.
     """
     size = grid.shape[0] - 2 * MARGIN
     is_vertical = side % 2  # the south and north sides extend along columns
@@ -124,7 +128,7 @@ def carve(level, grid, branch, side, part, walls, corners):
 
 @njit(cache=True)
 def visit(level):
-    """Mark the agent's cell as visited; returns whether it was not, or False where that is not remembered."""
+    """Mark the agent's cell as visited; returns whether it is new, or False if visits are not remembered."""
     if not level.remembers & VISITED:
         return False
     row, bit = level.row - MARGIN, ONE << np.uint64(level.col - MARGIN)
@@ -135,11 +139,12 @@ def visit(level):
 
 @njit(cache=True)
 def generate(level, grid, graphs):
-    """Begin the next episode on a fresh level.
+    """Begin the next episode on a new level.
 
-    Up to four branch rooms take one side each; a fifth halves one side and a sixth the opposite one as well. Every
-    level is solvable by construction: each room is a rectangle at least two cells wide and deep, so that the exit,
-    which is never just behind its door, cuts off no cell; keys can be picked up and so never block the way.
+    Up to four branch rooms occupy one side of the centre each; a fifth room divides one side, and a sixth also the
+    opposite side. Every level is solvable by construction: each room is a rectangle at least two cells wide and deep,
+    so the exit, which never lies directly behind its door, cuts off no cell; keys can be picked up and therefore never
+    block the way.
     """
     level.episode += 1
     level.key = stream_key(level.seed, level.index, level.episode)
@@ -150,7 +155,7 @@ def generate(level, grid, graphs):
     level.key_rooms[:] = graph.key_rooms
     level.steps, level.keys, level.doors, level.found, level.seen, level.bag_size = 0, 0, 0, 0, 0, 0
     level.carried, level.has_ended = -1, False
-    level.bag[:], level.rectangles[:], level.opened_at[:] = 0, 0, 0  # nothing of the last episode stays in the state
+    level.bag[:], level.rectangles[:], level.opened_at[:] = 0, 0, 0  # clear the last episode's values
     level.doors_at[:], level.keys_at[:], level.doorways[:], level.explored[:] = 0, 0, 0, 0
 
     for colour in range(6):
@@ -159,7 +164,7 @@ def generate(level, grid, graphs):
     for branch in range(6):
         level.branches[level.colours[branch]] = branch
 
-    # The centre's walls, then which side of the centre each corner of the grid belongs to.
+    # The centre's walls, then the side of the centre to which each corner of the grid belongs.
     size = grid.shape[0] - 2 * MARGIN
     depths = (size - 4 - MIN_CENTRE) // 2 - MIN_SIDE + 1
     low, high = MARGIN + 1 + MIN_SIDE, MARGIN + size - 2 - MIN_SIDE
@@ -174,7 +179,7 @@ def generate(level, grid, graphs):
         for col in range(2):
             corners[row, col] = random_below(level, 2)
 
-    # Which room is on which side: slot = side + 4 * part.
+    # The side of each branch room: slot = side + 4 * part.
     slots = np.empty(6, np.int64)
     for side in range(4):
         slots[side] = side
@@ -212,13 +217,13 @@ def generate(level, grid, graphs):
 
 
 def spread(lit, clear):
-    """Light in one row of the view: (cells of the row that are seen, cells of the row ahead it falls on).
+    """Propagate light through one row of the view; returns (visible cells of the row, lit cells of the next row ahead).
 
-    MiniGrid's two sweeps (``Grid.process_vis``) as shift fills: left to right, then right to left.
+    These are MiniGrid's two sweeps (``Grid.process_vis``), left to right and then right to left, as bit shifts.
 
     Args:
-        lit: 7 bits, the cells light falls on from the row behind; a number or an array.
-        clear: 7 bits, the cells light passes; likewise.
+        lit: 7 bits, the cells that light reaches from the row behind; a number or an array.
+        clear: 7 bits, the cells that light passes; a number or an array.
     """
     sources = lit & clear
     chain = clear & (clear << 1)
@@ -236,7 +241,7 @@ def spread(lit, clear):
 
 
 def light_table():
-    """[128, 128] uint16: `spread` of every row (lit, clear), as ``seen | ahead << 7``."""
+    """[128, 128] uint16: `spread` for every row (lit, clear), as ``seen | ahead << 7``."""
     seen, ahead = spread(*np.meshgrid(np.arange(1 << VIEW), np.arange(1 << VIEW), indexing="ij"))
     return (seen | ahead << VIEW).astype(np.uint16)
 
@@ -246,10 +251,10 @@ LIGHT = light_table()
 
 @njit(cache=True)
 def look(level, grid, view):
-    """Write what the agent sees: view[i, j] is i - 3 cells to its right and 6 - j ahead, as in MiniGrid's image.
+    """Write the agent's view: view[i, j] is the cell i - 3 to its right and 6 - j ahead, as in MiniGrid's image.
 
-    This is where a step spends most of its time: cells are addressed by one number, cast to unsigned because Numba
-    then leaves out Python's negative indices, and rows that no light reaches are not read.
+    A step spends most of its time here. Cells are therefore addressed by one flat index, which is cast to unsigned so
+    that Numba skips the handling of negative indices, and rows that no light reaches are not read.
     """
     cells, side = grid.reshape(-1), grid.shape[1]
     ahead = ROW_STEP[level.direction] * side + COL_STEP[level.direction]
@@ -280,14 +285,14 @@ def look(level, grid, view):
 
 @njit(cache=True)
 def look_and_remember(level, grid, view):
-    """Write what the agent sees, and mark those cells as explored where that is remembered."""
+    """Write the agent's view, and mark its cells as explored if that is remembered."""
     look(level, grid, view)
     if not level.remembers & EXPLORED:
         return
     row_step, col_step = ROW_STEP[level.direction], COL_STEP[level.direction]
     for j in range(VIEW):
         for i in range(VIEW):
-            if view[i, j] != UNSEEN:  # so it is not beyond the outer walls
+            if view[i, j] != UNSEEN:  # such a cell is never beyond the outer walls
                 ahead, right = VIEW - 1 - j, i - VIEW // 2
                 row = np.uint64(level.row - MARGIN + ahead * row_step + right * col_step)
                 level.explored[row] |= ONE << np.uint64(level.col - MARGIN + ahead * col_step - right * row_step)
@@ -295,7 +300,7 @@ def look_and_remember(level, grid, view):
 
 @njit(cache=True)
 def update_carried(level):
-    """Find the key the agent would drop: the last one picked up whose door is still locked."""
+    """Find the key that the agent would drop: of those whose door is still locked, the last one picked up."""
     level.carried = -1
     for slot in range(level.bag_size):
         if not (level.doors >> level.bag[slot]) & 1:
@@ -304,7 +309,7 @@ def update_carried(level):
 
 @njit(cache=True)
 def use_doorway(level, row, col):
-    """Put the door that is opened or walked through now before the last one, where doorways are remembered."""
+    """Record the door that is opened or crossed now as the latest one, if doorways are remembered."""
     if not level.remembers & DOORWAYS:
         return
     latest = level.doorways[0]
@@ -371,7 +376,7 @@ def advance(level, grid, action, outcome):
 
 @njit(cache=True)
 def advance_and_look(level, grid, action, outcome):
-    """Let the agent act once and see what comes of it."""
+    """Let the agent act once, and write its view after the action."""
     advance(level, grid, action, outcome)
     seen = level.seen
     look_and_remember(level, grid, outcome.tiles)
@@ -388,14 +393,14 @@ def reset_levels(levels, grids, graphs, outcomes):
 
 @njit(cache=True, nogil=True)
 def look_levels(levels, grids, outcomes):
-    """Write the current view of every environment, as after a restored state."""
+    """Write the current view of every environment, for example after a state was restored."""
     for n in range(levels.shape[0]):
         look_and_remember(levels[n], grids[n], outcomes[n].tiles)
 
 
 @njit(cache=True, nogil=True)
 def step_levels(levels, grids, actions, outcomes):
-    """Step every environment once; where the episode has ended nothing happens, and its flags stay as they were."""
+    """Step every environment whose episode has not ended; the flags of the other environments do not change."""
     for n in range(levels.shape[0]):
         if levels[n].has_ended:
             outcomes[n].event, outcomes[n].is_first, outcomes[n].reward = -1, False, 0.0
@@ -407,7 +412,7 @@ def step_levels(levels, grids, actions, outcomes):
 
 @njit(cache=True, nogil=True)
 def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
-    """Step every environment once; where that ends the episode, keep its last view and level and begin the next one."""
+    """Step every environment; where the episode ends, store its final view and level and begin the next one."""
     for n in range(levels.shape[0]):
         advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
         if levels[n].has_ended:
@@ -419,7 +424,7 @@ def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
 
 @njit(cache=True, nogil=True)
 def turn_uniforms(levels, turns, uniforms):
-    """Write uniform numbers in [0, 1) [N, K] for a turn of each environment: fixed by episode and turn number."""
+    """Write uniforms [N, K] in [0, 1) for a turn of each environment, determined by episode and turn number."""
     for n in range(levels.shape[0]):
         key = mix(levels[n].key ^ mix(np.uint64(turns[n]) + GOLDEN))
         for k in range(uniforms.shape[1]):
@@ -439,16 +444,16 @@ def encode_tiles(tiles, triples, observations):
 
 
 if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
-    # As ordinary Python, uint64 scalars warn of the overflow that the generator lives by.
+    # In ordinary Python, uint64 scalars warn of overflow, which the random number generator relies on.
     reset_levels = np.errstate(over="ignore")(reset_levels)
     turn_uniforms = np.errstate(over="ignore")(turn_uniforms)
     step_and_reset_levels = np.errstate(over="ignore")(step_and_reset_levels)
 
 
 def compiled(kernel, *arrays):
-    """A kernel for arguments of the same types as these; that its arguments are, the caller vouches for.
+    """Compile a kernel for arguments of the same types as ``arrays``; the caller must only pass such arguments.
 
-    Calling a kernel by its name makes Numba look up the types of its arguments each time: with six arrays, four of them
-    records, that takes several times as long as the step of one environment.
+    Calling a kernel by its name makes Numba look up the types of the arguments in each call. With six arrays, four of
+    them records, that takes several times as long as the step of one environment.
     """
     return kernel.compile(tuple(typeof(array) for array in arrays)) if hasattr(kernel, "compile") else kernel

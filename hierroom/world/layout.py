@@ -1,4 +1,4 @@
-"""How environments lie in memory: records of a level under play, of what a step did, of a goal graph; their state."""
+"""The memory layout of environments: records of a goal graph, a level and the outcome of a step, and the state."""
 
 from __future__ import annotations
 
@@ -20,66 +20,66 @@ def _record(*fields: tuple) -> np.dtype:
 
 
 GRAPH = _record(("n_rooms", "i4"), ("exit_room", "i4"), ("key_rooms", "i4", N_COLOURS))
-"""A goal graph as kernels read it."""
+"""A goal graph in the form that kernels read."""
 
 LEVEL = _record(
-    # Where the random numbers of the environment come from.
+    # The source of the environment's random numbers.
     ("seed", "u8"),
-    ("index", "i8"),  # the environment's number; it gives the same episodes in whatever batch it runs
+    ("index", "i8"),  # number of the environment; the same index gives the same episodes in any batch
     ("episode", "i8"),
     ("key", "u8"),
     ("n_drawn", "u8"),
-    # The rules it is played by.
+    # The rules of the level.
     ("max_steps", "i4"),
     ("can_drop", "?"),
-    ("remembers", "i4"),  # which of `MEMORIES` are kept, as bits
-    # The level. Rows and columns count the margin of walls.
+    ("remembers", "i4"),  # which of `MEMORIES` are kept, one bit each
+    # The level. Row and column indices include the margin of walls.
     ("n_rooms", "i4"),
     ("exit_room", "i4"),
     ("key_rooms", "i4", N_COLOURS),
     ("colours", "i4", N_COLOURS),  # colour of branch room 1, 2, ...
-    ("branches", "i4", N_COLOURS),  # its inverse: branch room - 1 of each colour
-    ("rectangles", "i4", (MAX_GRID_ROOMS, 4)),  # top, left, bottom, right cell of rooms 0, 1, ...
+    ("branches", "i4", N_COLOURS),  # inverse of colours: branch room - 1 of each colour
+    ("rectangles", "i4", (MAX_GRID_ROOMS, 4)),  # top row, left col, bottom row, right col of rooms 0, 1, ...
     ("doors_at", "i4", (N_COLOURS, 2)),  # (row, col)
-    ("keys_at", "i4", (N_COLOURS, 2)),  # where its key lies, or lay before it was picked up
+    ("keys_at", "i4", (N_COLOURS, 2)),  # (row, col) where its key lies, or lay before it was picked up
     ("exit_at", "i4", 2),  # (row, col)
-    ("divider", "i4", 4),  # where each side would be halved
+    ("divider", "i4", 4),  # row or col at which each side of the centre is divided if it holds two rooms
     # The agent.
     ("row", "i4"),
     ("col", "i4"),
     ("direction", "i4"),
     ("steps", "i4"),
-    ("keys", "i4"),  # bit branch: its key is held
-    ("doors", "i4"),  # bit branch: its door is open
-    ("doorways", "i4", (2, 2)),  # (row, col) of the two doors opened or walked through last, the later one first, or 0
-    ("opened_at", "i4", N_COLOURS),  # the step that opened its door, or 0 while it is locked
-    ("found", "i4"),  # bit branch: its key was held at some time this episode
-    ("seen", "i4"),  # bit goal id: it was in view at some time this episode
-    # By row: bit col (both without the margin), the agent was there since it found another key or opened another door.
+    ("keys", "i4"),  # bit b: the key of branch room b + 1 is held
+    ("doors", "i4"),  # bit b: the door of branch room b + 1 is open
+    ("doorways", "i4", (2, 2)),  # (row, col) of the last two doors opened or crossed, latest first, or 0
+    ("opened_at", "i4", N_COLOURS),  # the step that opened the door, or 0 while it is locked
+    ("found", "i4"),  # bit b: the key of branch room b + 1 was held at some time in this episode
+    ("seen", "i4"),  # bit g: goal g was in view at some time in this episode
+    # Per row, bit col (both without the margin): the agent was there since it last found a new key or opened a door.
     ("visited", "u8", MAX_SIZE),
-    ("explored", "u8", MAX_SIZE),  # likewise: the cell was in view this episode
-    ("bag", "i4", N_COLOURS),  # branches of the keys held, in the order of pick-up
+    ("explored", "u8", MAX_SIZE),  # the same, but: the cell was in view in this episode
+    ("bag", "i4", N_COLOURS),  # branches (room - 1) of the keys held, in the order of pick-up
     ("bag_size", "i4"),
-    ("carried", "i4"),  # branch of the key that drop would put down, or -1
+    ("carried", "i4"),  # branch (room - 1) of the key that drop would put down, or -1
     ("has_ended", "?"),
 )
 
 OUTCOME = _record(
-    ("tiles", "u1", (VIEW, VIEW)),  # the view to act on next
-    ("final_tiles", "u1", (VIEW, VIEW)),  # the last view of the episode that this step ended
-    ("event", "i4"),  # goal id achieved by this step, or -1
-    ("is_first", "?"),  # ... for the first time this episode
-    ("is_novel", "?"),  # no step before this one left the agent on that cell with those keys found and doors open
-    ("is_discovery", "?"),  # a key, door or exit of this level came into view for the first time this episode
-    ("reward", "f8"),  # extrinsic
+    ("tiles", "u1", (VIEW, VIEW)),  # the view after this step; after a reset, that of the new episode
+    ("final_tiles", "u1", (VIEW, VIEW)),  # the final view of the episode that this step ended
+    ("event", "i4"),  # goal id that this step achieved, or -1
+    ("is_first", "?"),  # whether it was achieved for the first time in this episode
+    ("is_novel", "?"),  # the agent has not been on this cell before with the same keys found and doors open
+    ("is_discovery", "?"),  # a key, a door or the exit came into view for the first time in this episode
+    ("reward", "f8"),  # the extrinsic reward
     ("terminated", "?"),
     ("truncated", "?"),
-    ("length", "i4"),  # steps of the episode so far, this one included
+    ("length", "i4"),  # number of steps of the episode so far, this one included
 )
 
 
 MEMORIES: Mapping[str, int] = {"visited": VISITED, "explored": EXPLORED, "doorways": DOORWAYS}
-"""What a level can remember of its episode, in the fields of `LEVEL` of those names; kept only where asked for."""
+"""What a level can remember of its episode, in the fields of `LEVEL` of the same names; kept only on request."""
 
 
 @dataclass(frozen=True)
@@ -98,22 +98,22 @@ class State:
         return len(self.levels)
 
     def __getitem__(self, indices) -> State:
-        """The state of some of the environments, copied; an integer gives a batch of one."""
+        """A copy of the state of some environments; an integer index gives a batch of one."""
         chosen = np.atleast_1d(np.arange(len(self))[indices])
         return State(self.grids[chosen], self.levels[chosen])
 
     def copy(self) -> State:
-        """The same state in arrays of its own."""
+        """The same state in new arrays."""
         return State(self.grids.copy(), self.levels.copy())
 
     @property
     def size(self) -> int:
-        """Cells of the grid's side, its outer walls included."""
+        """Number of cells along a side of the grid, outer walls included."""
         return self.grids.shape[1] - 2 * MARGIN
 
 
 def empty_state(num_envs: int, size: int) -> State:
-    """The state of environments whose episodes have not begun, all zeros."""
+    """The state, all zeros, of environments whose first episode has not begun."""
     if not isinstance(size, (int, np.integer)) or not MIN_SIZE <= size <= MAX_SIZE:
         raise InputError(f"size must be a whole number from {MIN_SIZE} to {MAX_SIZE}, not {size}")
     if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
@@ -123,13 +123,13 @@ def empty_state(num_envs: int, size: int) -> State:
 
 
 def graph_records(graphs: Sequence[GoalGraph]) -> np.ndarray:
-    """Goal graphs as the records [P] that kernels draw levels from.
+    """Convert goal graphs to the records [P] from which kernels sample.
 
     Raises:
-        InputError: if there is none, or one has more rooms than a grid can hold.
+        InputError: if there is no graph, or one has more rooms than a grid can hold.
     """
     if not graphs:
-        raise InputError("levels need at least one goal graph, and were given none")
+        raise InputError("levels need at least one goal graph, but there is none")
     records = np.zeros(len(graphs), GRAPH)
     for record, graph in zip(records, graphs, strict=True):
         if graph.n_rooms > MAX_GRID_ROOMS:

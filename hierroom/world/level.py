@@ -1,4 +1,4 @@
-"""One level in words: its goals, its agent and its goal graph, for those who would rather not read arrays."""
+"""A readable description of one level: its goals, its agent and its goal graph."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ class Goal:
     """A key, a door or the exit of a level.
 
     Args:
-        id: 0 to 5 the keys by colour, 6 to 11 the doors by colour, 12 the exit.
+        id: 0 to 5 are the keys by colour, 6 to 11 the doors by colour, 12 is the exit.
         kind: ``"key"``, ``"door"`` or ``"exit"``.
-        colour: its name; the exit is green, as MiniGrid's goal is.
-        room: the branch room that the key or door opens, or in which the exit lies; 0 where there is no such goal.
-        position: (row, col) of its cell, from the grid's upper left corner; a key in hand has that where it lay, a goal
-            that does not exist has None.
-        distance: rows plus columns from the agent to it, as the crow flies; infinite where it does not exist.
-        exists: whether the level has it.
-        was_seen: whether it came into view this episode.
-        is_reachable: whether it can be achieved now, before anything else is.
+        colour: name of the colour; the exit is green, like MiniGrid's goal.
+        room: the branch room that the key or door opens, or that holds the exit; 0 if the goal does not exist.
+        position: (row, col) of the goal's cell, counted from the grid's upper left corner; for a key that is held the
+            cell where it lay; None if the goal does not exist.
+        distance: Manhattan distance from the agent, ignoring walls; infinite if the goal does not exist.
+        exists: whether the level has this goal.
+        was_seen: whether it has been in view in this episode.
+        is_reachable: whether it can be achieved now, before any other goal.
         is_legal: whether the meta-controller may choose it.
-        was_achieved: whether the key is held, the door open.
+        was_achieved: whether the key is held or the door is open; False for the exit.
     """
 
     id: int
@@ -54,9 +54,9 @@ class LevelAgent:
     """The agent of a level.
 
     Args:
-        position: (row, col) of its cell, from the grid's upper left corner.
-        direction: where it faces: ``"east"``, ``"south"``, ``"west"`` or ``"north"``.
-        steps: primitive steps taken this episode.
+        position: (row, col) of the agent's cell, counted from the grid's upper left corner.
+        direction: the direction it faces: ``"east"``, ``"south"``, ``"west"`` or ``"north"``.
+        steps: number of primitive steps taken in this episode.
     """
 
     position: Cell
@@ -66,11 +66,11 @@ class LevelAgent:
 
 @dataclass(frozen=True)
 class Level:
-    """One environment in words.
+    """The level of one environment.
 
     Args:
-        goals: all 13, by id; those that the level does not have are there too, see `Goal.exists`.
-        agent: where the agent stands.
+        goals: all 13 goals by id, including those that the level does not have (see `Goal.exists`).
+        agent: position, direction and step count of the agent.
         graph: the goal graph.
     """
 
@@ -80,23 +80,24 @@ class Level:
 
     @property
     def legal_goals(self) -> tuple[Goal, ...]:
-        """The goals that the meta-controller may choose; none, where only 'no goal' is legal."""
+        """The goals that the meta-controller may choose; empty if only 'no goal' is legal."""
         return tuple(goal for goal in self.goals if goal.is_legal)
 
     @classmethod
     def of(cls, state: State, legal: NDArray[np.bool_], reachable: NDArray[np.bool_]) -> Level:
-        """The level of an environment.
+        """Describe the level of an environment.
 
         Args:
             state: one environment.
-            legal: [13] bool, the goals that may be chosen.
+            legal: [13] bool, the goals that the meta-controller may choose.
             reachable: [13] bool, the goals that can be achieved now.
         """
         record = state.levels[0]
         here = int(record.row) - MARGIN, int(record.col) - MARGIN
-        n_branches, branches = int(record.n_rooms) - 1, record.branches.tolist()
+        n_branches, branches, seen = int(record.n_rooms) - 1, record.branches.tolist(), int(record.seen)
         cells = {"key": record.keys_at.tolist(), "door": record.doors_at.tolist()}
         achieved = {"key": int(record.keys), "door": int(record.doors)}
+        is_legal, is_reachable = legal.tolist(), reachable.tolist()
         goals = []
         for goal in range(N_GOALS):
             if goal == EXIT_GOAL:
@@ -109,8 +110,7 @@ class Level:
                 row, col = cells[kind][branch]
             position = (row - MARGIN, col - MARGIN) if exists else None
             distance = math.inf if position is None else abs(position[0] - here[0]) + abs(position[1] - here[1])
-            was_seen = bool(int(record.seen) >> goal & 1)
-            flags = (exists, was_seen, bool(reachable[goal]), bool(legal[goal]), was_achieved)
+            flags = (exists, bool(seen >> goal & 1), is_reachable[goal], is_legal[goal], was_achieved)
             goals.append(Goal(goal, kind, colour, room, position, distance, *flags))
         agent = LevelAgent(here, DIRECTIONS[record.direction], int(record.steps))
         graph = GoalGraph(tuple(record.key_rooms[:n_branches].tolist()), int(record.exit_room))

@@ -1,7 +1,7 @@
-"""What a level looks like: a picture in MiniGrid's look, and text for a terminal.
+"""Rendering a level: as a picture in MiniGrid's style, and as text for a terminal.
 
-MiniGrid is imported when the first picture is asked for: it loads pygame and registers more than 100 environments,
-which a program that only trains should not pay for.
+MiniGrid is imported with the first picture, because it loads pygame and registers more than 100 environments, which
+would slow down programs that only train.
 """
 
 from __future__ import annotations
@@ -26,21 +26,24 @@ TERMINAL_COLOURS = (91, 92, 94, 95, 93, 37)  # of `COLOURS`, as ANSI foreground 
 
 
 def default_tile_size(size: int) -> int:
-    """Pixels of a cell's side: MiniGrid's 32, less where a large grid would not fit a screen."""
+    """Side length of a cell in pixels: MiniGrid's 32, or less if a large grid would not fit on a screen."""
     return max(8, min(32, 800 // size))
 
 
 def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32) -> NDArray[np.uint8]:
-    """A picture of one level as MiniGrid draws it, what the agent sees highlighted.
+    """Draw one level as MiniGrid does, with the agent's view highlighted.
 
     Args:
         state: one environment.
-        goal: the current subgoal's id; its cell gets an outline, and its name is written across the lower outer wall,
-            so that the picture is equally large with and without one.
-        tile_size: pixels of a cell's side, at least 1.
+        goal: id of the current subgoal, -1 for none; its cell gets an outline, and its name is written over the lower
+            outer wall, so that the size of the picture does not depend on it.
+        tile_size: side length of a cell in pixels, at least 1.
 
     Returns:
         [size * tile_size, size * tile_size, 3] uint8, red, green, blue.
+
+    Raises:
+        InputError: if the state holds more than one environment, or an argument is outside its range.
     """
     _check(state, goal)
     if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
@@ -61,14 +64,17 @@ def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32) -> NDArra
 
 
 def text(state: State, goal: int = NO_GOAL) -> str:
-    """One level as coloured text, two characters a cell, below it a line on the agent and one on the subgoal.
+    """Render one level as coloured text with two characters per cell, and below it the agent's state and the subgoal.
 
     The agent is ``>>``, ``vv``, ``<<`` or ``^^``, a key ``k``, a locked door ``D``, an open door ``d``, each with the
-    initial of its colour (``w`` for grey), and the exit ``EX``.
+    initial of its colour (``w`` for grey), and the exit is ``EX``.
 
     Args:
         state: one environment.
-        goal: the current subgoal's id.
+        goal: id of the current subgoal, -1 for none.
+
+    Raises:
+        InputError: if the state holds more than one environment, or the goal is not a goal id.
     """
     _check(state, goal)
     tiles, level = _tiles(state), state.levels[0]
@@ -86,7 +92,7 @@ def text(state: State, goal: int = NO_GOAL) -> str:
 
 
 class Screen:
-    """Shows one level in the way an environment's ``render_mode`` asks for.
+    """Shows one level in the ``render_mode`` of an environment.
 
     Args:
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"``, or None to show nothing.
@@ -102,12 +108,12 @@ class Screen:
         self._window = Window() if render_mode == "human" else None
 
     def show(self, state: State, goal: int = NO_GOAL) -> None:
-        """Bring the window up to date, if there is one: for every reset and step."""
+        """Update the window, if there is one; to be called after every reset and step."""
         if self._window is not None:
             self._window.show(draw_level(state, goal, default_tile_size(state.size)))
 
     def render(self, state: State, goal: int = NO_GOAL) -> str | NDArray[np.uint8] | None:
-        """The level as text or as a picture [H, W, 3]; None where a window shows it, or nothing does."""
+        """The level as text or as a picture [H, W, 3] uint8; None in the modes ``"human"`` and None."""
         if self.render_mode == "ansi":
             return text(state, goal)
         if self.render_mode == "rgb_array":
@@ -116,16 +122,16 @@ class Screen:
         return None
 
     def close(self) -> None:
-        """Close the window, if one is open."""
+        """Close the window if it is open."""
         if self._window is not None:
             self._window.close()
 
 
 def _check(state: State, goal: int) -> None:
     if len(state) != 1:
-        raise InputError(f"a picture shows one environment; the state holds {len(state)}: index it first")
+        raise InputError(f"a picture shows one environment, but the state holds {len(state)}: index the state first")
     if not isinstance(goal, (int, np.integer)) or not NO_GOAL <= goal <= EXIT_GOAL:
-        raise InputError(f"a goal is a whole number from 0 to {EXIT_GOAL}, or {NO_GOAL} for none, not {goal!r}")
+        raise InputError(f"a goal must be a whole number from 0 to {EXIT_GOAL}, or {NO_GOAL} for none, not {goal!r}")
 
 
 def _tiles(state: State) -> NDArray[np.uint8]:
@@ -133,8 +139,8 @@ def _tiles(state: State) -> NDArray[np.uint8]:
 
 
 def _seen(state: State) -> NDArray[np.bool_]:
-    """Which cells of the grid the agent sees now."""
-    scratch, outcomes = state.copy(), np.zeros(1, OUTCOME)  # looking changes the level: it remembers what it saw
+    """Which cells of the grid are in the agent's current view: [size, size] bool."""
+    scratch, outcomes = state.copy(), np.zeros(1, OUTCOME)  # on a copy, because looking updates the level's memories
     kernels.look_levels(scratch.levels, scratch.grids, outcomes)
     level = state.levels[0]
     ahead = kernels.ROW_STEP[level.direction], kernels.COL_STEP[level.direction]
@@ -148,7 +154,7 @@ def _seen(state: State) -> NDArray[np.bool_]:
 
 
 def _cells_of(goal: int, tiles: NDArray[np.uint8]) -> NDArray[np.intp]:
-    """Where a goal stands, [0 or 1, 2] as (row, col): a key that is held stands nowhere."""
+    """The cell of a goal, [0 or 1, 2] as (row, col); a key that is held has none."""
     if goal == NO_GOAL:
         codes = []
     elif goal == EXIT_GOAL:
@@ -181,7 +187,7 @@ def _tile_picture(tile: int, direction: int | None, is_seen: bool, tile_size: in
 
 
 def _outline(cell: NDArray[np.uint8]) -> None:
-    """Draw a frame just inside a cell [tile_size, tile_size, 3], in place."""
+    """Draw a frame along the inner edge of a cell [tile_size, tile_size, 3], in place."""
     width = max(1, len(cell) // 10)
     for edge in (cell[:width], cell[-width:], cell[:, :width], cell[:, -width:]):
         edge[:] = OUTLINE

@@ -1,4 +1,4 @@
-"""Tile codes in MiniGrid's terms: object, colour and whether a door is open."""
+"""Tile codes as MiniGrid's triples: object, colour, and whether a door is open."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from hierroom.goals import COLOURS
 from hierroom.world.kernels import EMPTY, EXIT, KEY, LOCKED_DOOR, N_TILES, OPEN_DOOR, VIEW, WALL, compiled, encode_tiles
 from hierroom.world.layout import OUTCOME
 
-# MiniGrid's object ids; its colour ids are the places in `COLOURS`. Written down because importing MiniGrid is slow
-# (see `render`); a test compares them.
+# MiniGrid's object ids; its colour ids are the positions in `COLOURS`. They are copied because importing MiniGrid is
+# slow (see `render`); a test checks that they agree.
 EMPTY_ID, WALL_ID, DOOR_ID, KEY_ID, GOAL_ID = 1, 2, 4, 5, 8
 
 
@@ -31,11 +31,11 @@ def _triples() -> NDArray[np.uint8]:
 
 
 TRIPLES = _triples()
-"""[22, 3] uint8: MiniGrid's object id, its colour id, and 1 for an open door."""
+"""[22, 3] uint8: for each tile code MiniGrid's object id, its colour id, and 1 for an open door."""
 
 
 def encode(tiles: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Views of tile codes [N, 7, 7] as the fresh array [N, 7, 7, 3] of `TRIPLES` that agents are shown."""
+    """Convert views of tile codes [N, 7, 7] to a new array of `TRIPLES` [N, 7, 7, 3], the agent's observations."""
     observations = np.empty((*tiles.shape, 3), np.uint8)
     _compiled_encode()(tiles, TRIPLES, observations)
     return observations
@@ -43,6 +43,6 @@ def encode(tiles: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @cache
 def _compiled_encode() -> Callable[..., None]:
-    """`kernels.encode_tiles` for tiles of any strides, such as those of a field of records."""
-    strided = np.zeros(2, OUTCOME)["tiles"]  # one record's field would count as contiguous
+    """Compile `kernels.encode_tiles` for tiles of any strides, such as a field of an array of records."""
+    strided = np.zeros(2, OUTCOME)["tiles"]  # a field of a single record would count as contiguous
     return compiled(encode_tiles, strided, TRIPLES, np.empty((2, VIEW, VIEW, 3), np.uint8))

@@ -1,4 +1,4 @@
-"""A window on the screen."""
+"""A window on the screen that shows pictures."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from hierroom.errors import InputError
 
 
 class Window:
-    """A window on the screen that shows pictures; it opens with the first one.
+    """A window on the screen that opens with the first picture.
 
     Args:
-        title: what its bar says.
-        frames_per_second: the most it shows; a caller that is faster is held back.
+        title: text of the title bar.
+        frames_per_second: highest frame rate, above 0; `show` waits if it is called faster.
     """
 
     def __init__(self, title: str = "hierroom", frames_per_second: int = 10):
@@ -23,12 +23,12 @@ class Window:
         self._clock = None
 
     def show(self, frame: NDArray[np.uint8]) -> None:
-        """Show a picture [H, W, 3] uint8, and let the window handle its events.
+        """Show a picture [H, W, 3] uint8 and process the window's events.
 
         Raises:
-            InputError: if there is no screen to open a window on.
+            InputError: if there is no screen on which to open a window.
         """
-        import pygame  # not before a window is wanted: it is slow to load, and servers have no screen
+        import pygame  # imported only when needed: it loads slowly, and servers have no screen
 
         height, width = frame.shape[:2]
         if self._screen is None or self._screen.get_size() != (width, height):
@@ -46,7 +46,7 @@ class Window:
         self._clock.tick(self.frames_per_second)
 
     def close(self) -> None:
-        """Close the window, if it is open."""
+        """Close the window if it is open."""
         if self._screen is not None:
             import pygame
 

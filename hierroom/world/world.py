@@ -1,4 +1,4 @@
-"""N EscapeRoom environments stepped at once."""
+"""N EscapeRoom environments that are stepped at once."""
 
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ from hierroom.world import kernels
 from hierroom.world.layout import GRAPH, LEVEL, MEMORIES, MIN_SIZE, OUTCOME, State, empty_state, graph_records
 
 MIN_ENVS_PER_THREAD = 1024
-"""Below this, handing work to another thread costs more than it saves."""
+"""With fewer environments per thread, starting another thread costs more than it saves."""
 
 Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
-"""Some environments of a batch."""
+"""Selects some environments of a batch."""
 INT64 = np.dtype(np.int64)
 
 
 class World:
-    """N environments that are stepped together and begin their next episode by themselves.
+    """N environments that are stepped together; where an episode ends, the next one begins.
 
-    Each environment is a stream of episodes fixed by ``(seed, index, episode)``, whatever batch it is in and however
-    many threads step it.
+    The episodes of an environment are determined by ``(seed, index, episode)``, independent of the batch it belongs to
+    and of the number of threads.
 
     Args:
-        graphs: goal graphs; each episode draws one of them.
-        num_envs: N, at least 1.
-        size: cells of the grid's side, 11 to 63, outer walls included.
-        max_steps: steps after which an episode is truncated, at least 1.
+        graphs: goal graphs, at least one; each episode samples one of them.
+        num_envs: number of environments N, at least 1.
+        size: number of cells along a side of the grid, 11 to 63, outer walls included.
+        max_steps: number of steps after which an episode is truncated, at least 1.
         drop_key: whether action 5 drops a key.
-        seed: 0 to 2**63 - 1; None makes no level yet: call `reset` with a seed first.
-        first_index: the index of the first environment.
-        threads: most threads to step with, at least 1; small batches use fewer.
+        seed: 0 to 2**63 - 1; None generates no levels yet, so that `reset` must be called with a seed first.
+        first_index: index of the first environment.
+        threads: maximal number of threads, at least 1; small batches use fewer.
         memories: what levels remember of their episode, names in `layout.MEMORIES`.
 
     Attributes:
-        state: the state of the environments, changed in place by each step.
+        state: the state of the environments, updated in place by each step.
         outcomes: [N] records of `layout.OUTCOME`, overwritten by each step.
-        finals: [N] records of `layout.LEVEL`: each level as its last episode left it.
+        finals: [N] records of `layout.LEVEL`, each level at the end of its last episode.
 
     Raises:
-        InputError: if an argument is out of its range or a graph has more rooms than a grid holds.
+        InputError: if an argument is outside its range or a graph has more rooms than a grid can hold.
     """
 
     def __init__(
@@ -87,14 +87,14 @@ class World:
 
     @property
     def has_begun(self) -> bool:
-        """Whether there are levels: not before the first `reset`."""
+        """Whether levels have been generated, which the first `reset` does."""
         return bool(self.state.levels["n_rooms"][0])
 
     def reset(self, seed: int | None = None) -> None:
-        """Begin an episode in every environment: the first one of a seed, or without a seed each one's next."""
+        """Begin an episode in every environment: with a seed its first one, without a seed the next one."""
         if seed is not None:
             if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**63:
-                raise InputError(f"a seed is a whole number from 0 to 2**63 - 1, not {seed!r}")
+                raise InputError(f"a seed must be a whole number from 0 to 2**63 - 1, not {seed!r}")
             self.state.levels["seed"], self.state.levels["episode"] = seed, -1
         self._clear_outcomes(np.arange(len(self)), 0)
         kernels.reset_levels(self.state.levels, self.state.grids, self.graph_records, self.outcomes)
@@ -109,22 +109,22 @@ class World:
             self.state.levels["remembers"] |= MEMORIES[name]
 
     def stagger_clocks(self) -> None:
-        """Spread the step counts of the episodes under way evenly, so that they are not truncated together."""
+        """Spread the step counts of the current episodes evenly, so that they are not all truncated together."""
         levels = self.state.levels
         levels["steps"] = np.arange(len(self)) * levels["max_steps"] // len(self)
 
     def set_graphs(self, graphs: Sequence[GoalGraph]) -> None:
-        """Draw the graphs of later episodes from these."""
+        """Set the goal graphs from which later episodes sample."""
         self.graph_records = graph_records(graphs)
 
     def step(self, actions: ArrayLike) -> np.ndarray:
-        """Act once in every environment and return the outcomes; where an episode ends the next one begins.
+        """Act once in every environment and return the outcomes; where an episode ends, the next one begins.
 
         Args:
-            actions: [N] whole numbers; one that is no action of the environment does nothing but costs the step.
+            actions: [N] integers; one that is no action of the environment only costs the step.
 
         Raises:
-            InputError: if that is not what the actions are.
+            InputError: if the actions have another shape or type.
         """
         actions, graphs, step = self._as_actions(actions), self.graph_records, _compiled_step()
         levels, grids, outcomes, finals = self.state.levels, self.state.grids, self.outcomes, self.finals
@@ -136,23 +136,23 @@ class World:
         return outcomes
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
-        """Act once in every environment whose episode has not ended and return the outcomes; nothing is reset."""
+        """Act once in every environment whose episode has not ended and return the outcomes, without resets."""
         actions = self._as_actions(actions)
         kernels.step_levels(self.state.levels, self.state.grids, actions, self.outcomes)
         return self.outcomes
 
     def get_state(self, indices: Indices = slice(None)) -> State:
-        """A copy of the exact state of some environments (all of them by default)."""
+        """Copy the exact state of some environments (by default all)."""
         return self.state[self._chosen(indices)]
 
     def set_state(self, state: State, indices: Indices = slice(None)) -> None:
-        """Put environments (all of them by default) into a state taken earlier, from these or others of their size.
+        """Set environments (by default all) to a state taken earlier from these or other environments of the same size.
 
-        The state brings everything along: graph, step limit, whether keys can be dropped, what is remembered, and the
-        seed and index of the environment it was taken from, which fix the episodes that follow.
+        The state includes everything: the graph, the step limit, whether keys can be dropped, what is remembered, and
+        the seed and index of the original environment, which determine the episodes that follow.
 
         Raises:
-            InputError: if the state's grid size or number of environments does not fit, or there is none of an index.
+            InputError: if the grid size or the number of environments differs, or an index is out of range.
         """
         chosen = self._chosen(indices)
         if state.size != self.state.size or len(state) != len(chosen):
@@ -175,7 +175,7 @@ class World:
             raise InputError(f"environments are numbered from 0 to {len(self) - 1}; there is no {indices}") from error
 
     def _clear_outcomes(self, indices: NDArray[np.integer], lengths: ArrayLike) -> None:
-        """Outcomes of environments that have taken no step since they were reset or restored."""
+        """Set the outcomes of environments that have taken no step since they were reset or restored."""
         outcomes = np.zeros(len(indices), OUTCOME)
         outcomes["event"], outcomes["length"] = -1, lengths
         self.outcomes[indices] = outcomes
@@ -194,7 +194,7 @@ class World:
 
 @cache
 def _compiled_step() -> Callable[..., None]:
-    """`kernels.step_and_reset_levels` for the types of a world's arrays."""
+    """Compile `kernels.step_and_reset_levels` for the types of a world's arrays."""
     state = empty_state(1, MIN_SIZE)
     arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, INT64), np.zeros(1, OUTCOME), state.levels
     return kernels.compiled(kernels.step_and_reset_levels, *arrays)

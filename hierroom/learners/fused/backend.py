@@ -1,8 +1,8 @@
-"""The learner's arithmetic in compiled kernels: what `TorchBackend` does, for the network that ships, on the CPU.
+"""The learner's arithmetic in compiled kernels: the CPU counterpart of `TorchBackend` for the default network.
 
-A minibatch is cut into shards of sequences, always the same ones, and shards are dealt to workers, always in the same
-way; each worker adds up the gradients of its shards and the workers are added in order. Threads only decide how many
-workers are worked on at a time, so their number changes nothing in the result.
+A minibatch is split into shards of sequences, and shards are assigned to workers, both always in the same way. Each
+worker sums the gradients of its shards, and the sums of the workers are added in order. The number of threads only
+decides how many workers run at the same time, so it does not change the result.
 """
 
 from __future__ import annotations
@@ -23,29 +23,29 @@ from hierroom.learners.fused.shard_worker import Minibatch, ShardWorker, numbers
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.learners.rollout import Batch
 
-# 16 sequences of 128 turns take about 5 MB, which stays in the last cache; fewer make the matrix products small.
+# 16 sequences of 128 turns take about 5 MB, which fits the last-level cache; fewer make the matrix products small.
 _SHARD = 16
 _MAX_WORKERS = 8
-# Fewer are acted in sooner than another thread wakes up.
+# For fewer environments, waking another thread takes longer than the computation.
 _MIN_ENVS_PER_THREAD = 256
 
 
 class FusedBackend:
     """Forward passes, loss, gradients and Adam in Numba.
 
-    The parameters of the network become views of one flat vector, so the module stays usable by torch.
+    The parameters of the network become views of one flat vector, so torch can still use the module.
 
     Args:
-        network: the network that ships; its parameters are moved into the flat vector.
+        network: the default network; its parameters are moved into the flat vector.
         config: hyperparameters.
-        threads: how many workers are worked on at a time.
+        threads: number of workers that run at the same time, at least 1.
     """
 
     def __init__(self, network: RecurrentActorCritic, config: PPOConfig, threads: int) -> None:
         self._network = network
         self._config = config
         self._threads = threads
-        self._pool = ThreadPoolExecutor(max(1, threads - 1))  # beside the thread that calls
+        self._pool = ThreadPoolExecutor(max(1, threads - 1))  # besides the calling thread
         self._parameters = np.concatenate([p.detach().numpy().ravel() for p in network.parameters()])
         self._weights = Parameters.views(self._parameters, network)
         for parameter, view in zip(network.parameters(), self._weights.arrays(), strict=True):
@@ -60,11 +60,11 @@ class FusedBackend:
         self._workers = [ShardWorker(share, network, config) for share in self._shares]
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
-        """States of ``n`` environments at the start of an episode: [n, S]."""
+        """Recurrent states [n, S] of ``n`` environments at the start of an episode."""
         return self._network.initial_state(n).numpy()
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """One turn: features [M, K] and states [M, S] to logits [M, A], values [M] and new states [M, S]."""
+        """Compute one turn: logits [M, A], values [M] and new states [M, S] from features [M, K] and states [M, S]."""
         num_envs, features = len(features), np.ascontiguousarray(features)
         logits = np.empty((num_envs, len(self._weights.policy_bias)), np.float32)
         values, new_states = np.empty(num_envs, np.float32), np.empty_like(states)
@@ -79,7 +79,7 @@ class FusedBackend:
             logits[envs], values[envs] = tape.logits, tape.values
             new_states[envs, :hidden_size], new_states[envs, hidden_size:] = tape.hidden[0], tape.cells[1]
 
-        # A environment's result does not depend on which environments it is computed with.
+        # The result of an environment does not depend on which others it is computed with.
         n_parts = max(1, min(self._threads, _MAX_WORKERS, num_envs // _MIN_ENVS_PER_THREAD))
         bounds = [num_envs * i // n_parts for i in range(n_parts + 1)]
         parts = [slice(start, stop) for start, stop in pairwise(bounds)]
@@ -93,9 +93,9 @@ class FusedBackend:
         parts: Iterable[NDArray[np.integer]],
         learning_rate: float,
     ) -> NDArray[np.float64]:
-        """One gradient step per minibatch; as `TorchBackend.train`."""
+        """Take one gradient step per minibatch; see `TorchBackend.train`."""
         targets = advantages + batch.values
-        # Every 16th turn is enough to tell which value of a column is common.
+        # Every 16th turn is enough to find the most common value of each feature.
         common = most_common(batch.features[::16].reshape(-1, batch.features.shape[-1]))
         rows, counts = rare_rows(batch.features, self._offsets, common, self._n_table_rows)
         differences = np.empty((self._n_table_rows + 1, self._config.hidden_size), np.float32)
@@ -123,7 +123,7 @@ class FusedBackend:
         return np.mean(measured, axis=0)
 
     def _gradient(self, minibatch: Minibatch, part: NDArray[np.integer]) -> tuple[NDArray[np.float64], float]:
-        """Leave the gradient in the first row of the shares; returns five of `STATISTICS` and the gradient's norm."""
+        """Write the gradient to the first row of the shares; returns five of `STATISTICS` and the gradient's norm."""
         shards = np.array_split(part, -(-len(part) // _SHARD))
         workers = self._workers[: len(shards)]
 
@@ -138,7 +138,7 @@ class FusedBackend:
         return statistics, sum_gradients(self._shares[: len(workers)])
 
     def _each(self, work: Callable, workers: list[ShardWorker], tasks: list) -> list:
-        """``work(worker, task)`` for each worker and its task, on all threads; the results in order."""
+        """Run ``work(worker, task)`` for each worker and its task on all threads; returns the results in order."""
         pairs = list(zip(workers, tasks, strict=True))
 
         def share(thread: int) -> list:
@@ -152,7 +152,7 @@ class FusedBackend:
         return results
 
     def _table(self) -> NDArray[np.float32]:
-        """The encoder's rows [R, H] as they are now."""
+        """The current rows [R, H] of the encoder's table."""
         weight = self._weights.encoder_weight
         if self._numbers is None:
             return weight
@@ -178,7 +178,7 @@ class FusedBackend:
         }
 
     def load_state_dict(self, state: dict) -> None:
-        """Restore what `state_dict` gave."""
+        """Restore what `state_dict` returned."""
         self._network.load_state_dict(state["network"])
         self._means[...] = state["means"].numpy()
         self._squares[...] = state["squares"].numpy()
@@ -186,7 +186,7 @@ class FusedBackend:
 
 
 def _normalization(advantages: NDArray[np.float32], config: PPOConfig) -> tuple[np.float32, np.float32]:
-    """What to subtract from the advantages of a minibatch, and then to multiply by; see `torch_backend.normalized`."""
+    """Shift and factor that normalise a minibatch's advantages, in this order; see `torch_backend.normalized`."""
     if not config.normalize_advantages:
         return np.float32(0), np.float32(1)
     return advantages.mean(), np.float32(1 / max(advantages.std(), config.min_advantage_std))

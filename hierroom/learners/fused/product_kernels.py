@@ -1,13 +1,13 @@
-"""Matrix products for small and middling sizes, without a BLAS library and its threads.
+"""Matrix products for small and medium sizes, without a BLAS library and its threads.
 
-``np.dot`` inside a compiled function calls SciPy's BLAS, which starts threads of its own; with a second busy process
-they made a training step ten times slower. One tile of the result is therefore accumulated in vector registers here,
-written in LLVM's vector types, which fit any machine: more than twice as fast as what the compiler makes of plain
-loops, and no slower than BLAS on one thread. Each entry is summed in the order of its terms, so results do not depend
-on the tile.
+Inside a compiled function ``np.dot`` calls SciPy's BLAS, which starts its own threads; with a second busy process they
+made a training step ten times slower. The kernels here accumulate one tile of the result in vector registers. They are
+written in LLVM's vector types, which work on any machine: more than twice as fast as plain loops that the compiler
+vectorises, and no slower than BLAS on one thread. Each entry sums its terms in order, so results do not depend on the
+tile.
 
-Numba's disk cache of a function does not notice changes in functions it calls from other files: after a change here,
-delete ``__pycache__``.
+Numba's disk cache of a function does not notice changes in functions that it calls from other files: after a change in
+this file, delete ``__pycache__``.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 _ROWS = 4
-"""Rows of a tile."""
+"""Number of rows of a tile."""
 _LANES = 64 if "+avx512f" in get_host_cpu_features() else 16
-"""Columns of a tile and width of a panel: as many as leave half of the vector registers for the factors. On AVX-512 a
-tile of 4 x 64 takes two thirds of the time of 8 x 16, as does 4 x 16 on AVX2."""
+"""Number of columns of a tile and width of a panel: as many as leave half of the vector registers for the factors. On
+AVX-512 a tile of 4 x 64 takes two thirds of the time of 8 x 16, as does 4 x 16 on AVX2."""
 _DEPTH = 64
-"""Terms summed at a time in `add_transposed_product`, so that both factors stay in the first cache."""
+"""Number of terms summed at a time in `add_transposed_product`, so that both factors stay in the L1 cache."""
 
 
 def _tile_intrinsic(n_rows: int) -> Callable[..., None]:
-    """``tile(c, c_at, c_step, a, a_at, a_step, a_next, b, b_at, depth)``: add a product to n_rows x L entries of c.
+    """Make ``tile(c, c_at, c_step, a, a_at, a_step, a_next, b, b_at, depth)``: add a product to n_rows x L of c.
 
-    L is `_LANES`. All positions are flat: entry (i, j) of the tile is ``c[c_at + i c_step + j]``, and to it are added,
-    for k below ``depth``, ``a[a_at + i a_step + k a_next] * b[b_at + L k + j]``. Nothing is checked.
+    L is `_LANES`. All positions are flat: entry (i, j) of the tile is ``c[c_at + i c_step + j]``, and for each k below
+    ``depth`` the kernel adds ``a[a_at + i a_step + k a_next] * b[b_at + L k + j]`` to it. Bounds are not checked.
     """
 
     @intrinsic
@@ -91,7 +91,7 @@ _row = _tile_intrinsic(1)
 
 @njit(cache=True, nogil=True)
 def pack(matrix: NDArray[np.floating]) -> NDArray[np.floating]:
-    """The columns of a matrix [K, N] in panels [ceil(N / L), K, L] of L = `_LANES` neighbours, padded with zeros."""
+    """Pack the columns of a matrix [K, N] into zero-padded panels [ceil(N / L), K, L] of L = `_LANES` columns."""
     depth, n_features = matrix.shape
     panels = np.zeros(((n_features + _LANES - 1) // _LANES, depth, _LANES), matrix.dtype)
     pack_into(matrix, panels)
@@ -100,7 +100,7 @@ def pack(matrix: NDArray[np.floating]) -> NDArray[np.floating]:
 
 @njit(cache=True, nogil=True)
 def pack_into(matrix, panels):
-    """`pack` into an array made before, whose padding is left alone."""
+    """Pack a matrix into an existing array of panels; the padding is not written."""
     for panel in range(len(panels)):
         first = panel * _LANES
         width = min(_LANES, matrix.shape[1] - first)
@@ -111,14 +111,14 @@ def pack_into(matrix, panels):
 
 @njit(nogil=True)
 def _add_tiles(flat, n_features, a, a_at, a_step, a_next, panels, n_rows):
-    """Add a product to ``flat`` [n_rows * n_columns]; for the rest see `_tile_intrinsic`."""
+    """Add a product to ``flat`` [n_rows * n_features]; see `_tile_intrinsic` for the other arguments."""
     depth = panels.shape[1]
     b = panels.reshape(panels.size)
     for panel in range(n_features // _LANES):
         b_at = panel * depth * _LANES
         _add_panel(flat, panel * _LANES, n_features, a, a_at, a_step, a_next, b, b_at, depth, n_rows)
     rest = n_features % _LANES
-    if rest:  # into rows as wide as the panel, whose padding is zero
+    if rest:  # the last panel is padded with zeros, so its rows need a copy as wide as the panel
         wide = np.zeros((n_rows, _LANES), flat.dtype)
         narrow = flat.reshape(n_rows, n_features)[:, n_features - rest :]
         wide[:, :rest] = narrow
@@ -129,7 +129,7 @@ def _add_tiles(flat, n_features, a, a_at, a_step, a_next, panels, n_rows):
 
 @njit(nogil=True)
 def _add_panel(c, first, c_step, a, a_at, a_step, a_next, b, b_at, depth, n_rows):
-    """Add a product to the columns of ``c`` from ``first`` on that one panel of b gives."""
+    """Add the product with one panel of b to the columns of ``c`` that start at ``first``."""
     tiled = n_rows // _ROWS * _ROWS
     for i in range(0, tiled, _ROWS):
         _tile(c, first + i * c_step, c_step, a, a_at + i * a_step, a_step, a_next, b, b_at, depth)
@@ -139,14 +139,14 @@ def _add_panel(c, first, c_step, a, a_at, a_step, a_next, b, b_at, depth, n_rows
 
 @njit(cache=True, nogil=True)
 def add_product(a, panels, c):
-    """Add ``a @ b``: a [M, K] float, ``panels = pack(b)`` of b [K, N], c [M, N] float, changed; all contiguous."""
+    """Add ``a @ b`` to ``c``: a [M, K] float, ``panels = pack(b)`` of b [K, N], c [M, N] float; all contiguous."""
     n_rows, depth = a.shape
     _add_tiles(c.reshape(c.size), c.shape[1], a.reshape(a.size), 0, depth, 1, panels, n_rows)
 
 
 @njit(cache=True, nogil=True)
 def add_transposed_product(a, b, c):
-    """Add ``a.T @ b``: a [K, M] float, b [K, N] float, c [M, N] float, changed; all contiguous."""
+    """Add ``a.T @ b`` to ``c``: a [K, M] float, b [K, N] float, c [M, N] float; all contiguous."""
     depth, n_rows = a.shape
     panels = pack(b[:_DEPTH])
     for start in range(0, depth, _DEPTH):

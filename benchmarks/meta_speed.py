@@ -1,0 +1,71 @@
+"""Microseconds a choice of the two ways to write a meta-controller: for all environments at once, or level by level.
+
+    python benchmarks/meta_speed.py
+
+Both are those of `examples/own_meta_controller.py`; fixed DFS, which ships, stands beside them. Each repeat times each of
+them once on the same situations, one after another, so that a busy machine slows them all.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median, quantiles
+
+import numpy as np
+import tyro
+
+from hierroom.cli import run
+from hierroom.env_config import EnvConfig
+from hierroom.meta import FixedDFS, LevelMeta, choose_goals
+from hierroom.turns import Turns
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "examples"))
+from own_meta_controller import NearestKeyFirst, nearest
+
+
+@dataclass(frozen=True)
+class Options:
+    """Time choices.
+
+    Args:
+        num_envs: environments that are asked about at once.
+        repeats: timed passes over all of them, after one that is not.
+    """
+
+    num_envs: int = 256
+    repeats: int = 20
+
+
+def main() -> int:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__)
+    turns = Turns(EnvConfig("g"), options.num_envs, seed=0)
+    situation = turns.situation(np.arange(options.num_envs))
+    metas = {
+        "FixedDFS, all at once": FixedDFS(),
+        "NearestKeyFirst, all at once": NearestKeyFirst(),
+        "nearest, level by level": LevelMeta(nearest),
+    }
+    spent: dict[str, list[float]] = {name: [] for name in metas}
+    for repeat in range(options.repeats + 1):
+        for name, meta in metas.items():
+            started = time.perf_counter()
+            choose_goals(meta, situation)
+            if repeat:
+                spent[name].append(1e6 * (time.perf_counter() - started) / options.num_envs)
+    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
+    print(f"{options.num_envs} environments, {options.repeats} repeats; median (quartiles) microseconds a choice")
+    fastest = min(median(values) for values in spent.values())
+    for name, values in spent.items():
+        low, middle, high = quantiles(values, n=4)
+        print(f"{name:30} {middle:8.2f}  ({low:.2f} to {high:.2f})  {middle / fastest:6.1f} x")
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)
