@@ -2,8 +2,8 @@
 
     python benchmarks/meta_speed.py
 
-Both are those of `examples/own_meta_controller.py`; fixed DFS, which ships, stands beside them. Each repeat times each of
-them once on the same situations, one after another, so that a busy machine slows them all.
+Both are those of `examples/own_meta_controller.py`; fixed DFS, which ships, stands beside them. Each repeat times each
+of them once on the same situations, one after another, so that a busy machine slows them all.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Goal graphs: which key lies in which room, and which room holds the exit.
+"""Goal graphs: the room in which each key lies, and the room that holds the exit.
 
-Goals have two numberings. On a **graph** with ``n`` rooms the ``2 (n - 1) + 1`` goals are ordered by room: the key
-of room ``r`` is ``r - 1``, its door is ``(n - 1) + r - 1``, the exit is last. In a **level** the rooms have colours
-and a goal is one of 13 ids: the key of colour ``c`` is ``c``, its door is ``6 + c``, the exit is 12.
+Goals have two numberings. On a **graph** with ``n`` rooms the ``2 (n - 1) + 1`` goals are ordered by room: the key of
+room ``r`` is ``r - 1``, its door is ``(n - 1) + r - 1``, and the exit is last. In a **level** the rooms have colours,
+and a goal is one of 13 ids: the key of colour ``c`` is ``c``, its door is ``6 + c``, and the exit is 12.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ FIRST_DOOR_GOAL = N_COLOURS
 EXIT_GOAL = 2 * N_COLOURS
 N_GOALS = 2 * N_COLOURS + 1
 NO_GOAL = -1
-"""The goal id of 'no goal'; as an index into `GOAL_VECTORS` it picks the row of zeros."""
+"""The goal id of 'no goal'; as an index into `GOAL_VECTORS` it selects the row of zeros."""
 GOAL_NAMES = (*(f"{c} key" for c in COLOURS), *(f"{c} door" for c in COLOURS), "exit")
 
 MAX_GRID_ROOMS = N_COLOURS + 1
-"""Rooms a grid can draw: one centre room and a branch room for each colour."""
+"""Number of rooms that a grid can hold: the centre room and a branch room for each colour."""
 
 
 def _goal_vectors() -> NDArray[np.float32]:
@@ -48,16 +48,17 @@ GOAL_VECTORS = _goal_vectors()
 
 @dataclass(frozen=True)
 class GoalGraph:
-    """Which key lies in which room, and which room holds the exit.
+    """The room in which each key lies, and the room that holds the exit.
 
-    Room 0 is the centre; room ``r`` in ``1..n_rooms - 1`` is closed by a locked door in the centre's wall.
+    Room 0 is the centre; room ``r`` in ``1..n_rooms - 1`` is a branch room behind a locked door in the centre's wall.
 
     Args:
-        key_rooms: entry ``r - 1`` is the room in which the key of room ``r`` lies; a tree rooted at room 0.
+        key_rooms: entry ``r - 1`` is the room in which the key of room ``r`` lies; the rooms must form a tree rooted at
+            room 0.
         exit_room: the room that holds the exit, 1 to ``n_rooms - 1``.
 
     Raises:
-        InputError: if there is no branch room, a room is unknown, the exit is in room 0, or keys lie in a cycle.
+        InputError: if there is no branch room, a room does not exist, the exit is in room 0, or keys lie in a cycle.
     """
 
     key_rooms: tuple[int, ...]
@@ -85,12 +86,12 @@ class GoalGraph:
 
     @property
     def n_rooms(self) -> int:
-        """Rooms, the centre included."""
+        """Number of rooms, the centre included."""
         return len(self.key_rooms) + 1
 
     @property
     def n_goals(self) -> int:
-        """Goals on the graph: a key and a door for each branch room, and the exit."""
+        """Number of goals of the graph: a key and a door for each branch room, and the exit."""
         return 2 * len(self.key_rooms) + 1
 
     @property
@@ -100,17 +101,17 @@ class GoalGraph:
 
     @property
     def exit_depth(self) -> int:
-        """Goals (keys and doors) that must be achieved before the exit: twice the exit room's depth (Table 2)."""
+        """Number of goals (keys and doors) to achieve before the exit: twice the depth of its room (Table 2)."""
         return 2 * self.depths[self.exit_room]
 
     @property
     def width(self) -> int:
-        """Most rooms at one depth (Table 2)."""
+        """Largest number of rooms at the same depth (Table 2)."""
         return int(np.bincount(self.depths).max())
 
     @property
     def name(self) -> str:
-        """The paper's letter where the graph is one of Table 1's up to renaming, else its key rooms and exit room."""
+        """The letter in the paper's Table 1 of an isomorphic graph, else the key rooms and exit room."""
         canonical = self.canonical()
         for letter, named in NAMED_GRAPHS.items():
             if named.canonical() == canonical:
@@ -127,7 +128,7 @@ class GoalGraph:
         return depth
 
     def open_goals(self, keys: ArrayLike, doors: ArrayLike) -> NDArray[np.bool_]:
-        """Goals that can be achieved now, before anything else is.
+        """Find the goals that can be achieved now, before any other goal.
 
         Args:
             keys: [..., n_rooms - 1] bool, whether the agent holds the key of room 1, 2, ...
@@ -140,11 +141,11 @@ class GoalGraph:
         return open_goals(np.array(self.key_rooms), np.array(self.exit_room), held, is_open)
 
     def canonical(self) -> GoalGraph:
-        """The same graph with its rooms renamed to one fixed order, so that equal means isomorphic."""
+        """The same graph with its rooms in a canonical order, so that isomorphic graphs become equal."""
         return GoalGraph(*_canonical(self.key_rooms, self.exit_room))
 
     def to_networkx(self) -> nx.DiGraph:
-        """The goal dependency graph as the paper draws it: start, keys, doors, exit; an edge is 'makes possible'."""
+        """The goal dependency graph of the paper: start, keys, doors and exit; an edge means 'makes possible'."""
         graph = nx.DiGraph()
         graph.add_node("start", kind="start", room=0)
         for room, key_room in enumerate(self.key_rooms, start=1):
@@ -157,7 +158,7 @@ class GoalGraph:
         return graph
 
     def to_toml(self, path: str | Path | None = None) -> str:
-        """The graph as TOML text, also written to ``path`` if one is given.
+        """Return the graph as TOML text, and write it to ``path`` if one is given.
 
         Raises:
             InputError: if the file cannot be written.
@@ -221,7 +222,7 @@ NAMED_GRAPHS = {
 
 
 def as_goal_graph(graph: GoalGraph | str | Path) -> GoalGraph:
-    """The goal graph a user means: a letter ``"a"`` to ``"g"``, a `GoalGraph`, or a path to a TOML file.
+    """Return the goal graph given as a letter ``"a"`` to ``"g"``, a `GoalGraph`, or a path to a TOML file.
 
     Raises:
         InputError: if it is none of the three.
@@ -232,7 +233,7 @@ def as_goal_graph(graph: GoalGraph | str | Path) -> GoalGraph:
         return NAMED_GRAPHS[graph]
     if isinstance(graph, (str, Path)) and (Path(graph).suffix == ".toml" or Path(graph).is_file()):
         return GoalGraph.from_toml(graph)
-    raise InputError(f"a graph is a letter from a to g, a GoalGraph or a path to a .toml file, not {graph!r}")
+    raise InputError(f"a graph must be a letter from a to g, a GoalGraph or a path to a .toml file, not {graph!r}")
 
 
 def open_goals(
@@ -241,13 +242,13 @@ def open_goals(
     keys: NDArray[np.bool_],
     doors: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
-    """Goals that can be achieved now, for many graphs at once; all arguments broadcast.
+    """Find the goals that can be achieved now for many graphs at once; all arguments broadcast.
 
     Args:
-        key_rooms: [..., B] room in which the key of branch room 1, 2, ... B lies.
-        exit_rooms: [...] room that holds the exit.
-        keys: [..., B] whether the agent holds the key.
-        doors: [..., B] whether the door is open.
+        key_rooms: [..., B] int, the room in which the key of branch room 1, 2, ... B lies.
+        exit_rooms: [...] int, the room that holds the exit.
+        keys: [..., B] bool, whether the agent holds the key.
+        doors: [..., B] bool, whether the door is open.
 
     Returns:
         [..., 2 B + 1] bool: keys, doors, exit.
@@ -261,13 +262,19 @@ def open_goals(
 
 
 def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
-    """Every goal graph with ``n_rooms`` rooms, each once up to renaming: rooted trees with a marked exit room.
+    """List every goal graph with ``n_rooms`` rooms once, up to renaming: all rooted trees with a marked exit room.
 
-    Their number is the coefficient of x^n in T(x)^2 / (1 - T(x)), where T counts rooted trees (OEIS A000081): 1, 3,
-    9, 26, 75, 214, 612, ... from two rooms on.
+    Their number is the coefficient of x^n in T(x)^2 / (1 - T(x)), where T counts rooted trees (OEIS A000081): from two
+    rooms on 1, 3, 9, 26, 75, 214, 612, ...
+
+    Args:
+        n_rooms: number of rooms, at least 2.
+
+    Raises:
+        InputError: if there are fewer than 2 rooms.
     """
     if n_rooms < 2:
-        raise InputError(f"a goal graph has at least 2 rooms, not {n_rooms}")
+        raise InputError(f"a goal graph must have at least 2 rooms, not {n_rooms}")
     trees: set[tuple[int, ...]] = {()}
     for size in range(1, n_rooms):
         trees = {_canonical((*tree, parent), None)[0] for tree in trees for parent in range(size)}
@@ -276,7 +283,7 @@ def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
 
 
 def _canonical(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[tuple[int, ...], int]:
-    """Rename rooms breadth first, the children of a room ordered by the shape of what hangs below them."""
+    """Renumber rooms breadth first, with the children of a room ordered by the shape of their subtrees."""
     children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
     for room, parent in enumerate(key_rooms, start=1):
         children[parent].append(room)

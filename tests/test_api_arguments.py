@@ -133,7 +133,7 @@ def test_an_interval_of_graphs_gives_the_same_levels_everywhere(api, interval):
     [
         (
             {"graph": "hitting_time:16"},
-            "a difficulty is written hitting_time:LOW..HIGH or expected_steps:LOW..HIGH, not",
+            "a difficulty must be hitting_time:LOW..HIGH or expected_steps:LOW..HIGH, not",
         ),
         (
             {"graph": "expected_steps:1..2"},
@@ -143,7 +143,7 @@ def test_an_interval_of_graphs_gives_the_same_levels_everywhere(api, interval):
             {"curriculum_stages": 2, "graph": "b"},
             "a curriculum of 2 stages needs a graph like hitting_time:20..30, not",
         ),
-        ({"curriculum_stages": 0, "graph": "hitting_time:8..16"}, "a curriculum has at least one stage, not 0"),
+        ({"curriculum_stages": 0, "graph": "hitting_time:8..16"}, "a curriculum needs at least one stage, not 0"),
     ],
 )
 def test_a_wrong_interval_is_one_clear_line(api, arguments, said):

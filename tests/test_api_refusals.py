@@ -14,7 +14,7 @@ from hierroom.gym_env import EscapeRoom, EscapeRooms
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ({"graph": "h"}, "a graph is a letter from a to g, a GoalGraph or a path to a .toml file, not 'h'"),
+        ({"graph": "h"}, "a graph must be a letter from a to g, a GoalGraph or a path to a .toml file, not 'h'"),
         ({"graph": "nowhere.toml"}, "cannot read the goal graph nowhere.toml: No such file or directory"),
         ({"graph": "broken.toml"}, "broken.toml is not a TOML file"),
         ({"graph": hierroom.GoalGraph((0,) * 7, 1)}, "a grid holds at most 7 rooms"),
@@ -50,9 +50,9 @@ def test_wrong_arguments_are_one_clear_line(api, arguments, said, tmp_path, monk
             lambda: EscapeRoom(meta="best"),
             "a meta-controller is one of fixed-dfs, random, oracle, none, ",
         ),
-        (lambda: hierroom.raw_env().reset(seed=-1), "a seed is a whole number from 0 to 2**63 - 1, not -1"),
-        (lambda: EscapeRoom().reset(seed=-1), "a seed is a whole number from 0 to 2**63 - 1, not -1"),
-        (lambda: EscapeRooms(2).reset(seed=[1, 2]), "a seed is a whole number from 0 to 2**63 - 1, not [1, 2]"),
+        (lambda: hierroom.raw_env().reset(seed=-1), "a seed must be a whole number from 0 to 2**63 - 1, not -1"),
+        (lambda: EscapeRoom().reset(seed=-1), "a seed must be a whole number from 0 to 2**63 - 1, not -1"),
+        (lambda: EscapeRooms(2).reset(seed=[1, 2]), "a seed must be a whole number from 0 to 2**63 - 1, not [1, 2]"),
         (lambda: stepped(1.5), "the meta-controller's choice must be 1 goal ids (whole numbers"),
         (lambda: stepped(13, 1.5), "actions must be 1 whole numbers"),
         (lambda: stepped(None), "meta_0 is to act; None is for agents whose episode has ended"),

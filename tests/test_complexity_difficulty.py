@@ -70,21 +70,21 @@ def test_what_is_a_difficulty():
     [
         (
             lambda: parse_difficulty("hitting_time:20-30"),
-            "written hitting_time:LOW..HIGH or .*not 'hitting_time:20-30'",
+            "must be hitting_time:LOW..HIGH or .*not 'hitting_time:20-30'",
         ),
-        (lambda: parse_difficulty("width:1..2"), "a difficulty is written"),
-        (lambda: parse_difficulty("hitting_time:-3..2"), "a difficulty is written"),
+        (lambda: parse_difficulty("width:1..2"), "a difficulty must be"),
+        (lambda: parse_difficulty("hitting_time:-3..2"), "a difficulty must be"),
         (lambda: parse_difficulty("hitting_time:30..20"), "from low to high, not from 30 to 20"),
         (
             lambda: parse_difficulty("hitting_time:1..2"),
-            r"up to 7 rooms has a hitting_time in 1\.\.2; they run from 8.36",
+            r"up to 7 rooms has a hitting_time in 1\.\.2; the values go from 8.36",
         ),
         (lambda: Difficulty(1, 100, "depth"), "measured by hitting_time or expected_steps, not depth"),
-        (lambda: Difficulty(1, 100, max_rooms=8), "2 to 7 rooms, not 8"),
+        (lambda: Difficulty(1, 100, max_rooms=8), "max_rooms must be from 2 to 7, not 8"),
         (lambda: Curriculum(Difficulty(8, 9), n_stages=0), "at least one stage"),
         (lambda: Curriculum(Difficulty(8, 9), promote_at=0.1), "demote_at < promote_at"),
         (lambda: Curriculum(Difficulty(8, 9)).advance(5, 0.5), "there is no stage 5"),
-        (lambda: Curriculum(Difficulty(8, 9)).advance(0, 1.5), "a success rate lies in 0..1"),
+        (lambda: Curriculum(Difficulty(8, 9)).advance(0, 1.5), "a success rate must be in 0..1"),
     ],
 )
 def test_one_clear_message(make, message):

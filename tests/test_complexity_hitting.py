@@ -160,8 +160,8 @@ def test_simulated_visits_of_a_walk_that_is_caught():
         (np.zeros((0, 0)), "square matrix with at least one node"),
         (np.zeros((2, 2, 2)), "square matrix"),
         ([["a", "b"], ["c", "d"]], "square matrix of numbers"),
-        ([[0, 1j], [0, 0]], "square matrix of numbers: it holds complex ones"),
-        (sp.csr_array(np.array([[0, 1j], [0, 0]])), "square matrix of numbers: it holds complex ones"),
+        ([[0, 1j], [0, 0]], "square matrix of numbers: it holds complex numbers"),
+        (sp.csr_array(np.array([[0, 1j], [0, 0]])), "square matrix of numbers: it holds complex numbers"),
         ([[0.0, 3.0], [1.0, 0.0]], "row 0 of W sums to 3; divide counts by their total"),
     ],
 )
@@ -173,5 +173,5 @@ def test_one_clear_message_about_w(weights, message):
 
 @pytest.mark.parametrize("node", [2, -1, 0.5, True, "exit"])
 def test_one_clear_message_about_a_node(node):
-    with pytest.raises(InputError, match="a node is a whole number from 0 to 1, not"):
+    with pytest.raises(InputError, match="a node must be a whole number from 0 to 1, not"):
         expected_visits(np.eye(2), node, 1)

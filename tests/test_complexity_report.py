@@ -169,7 +169,7 @@ def test_the_table_of_equations_names_functions_that_exist():
         (complexity.laplacian_hitting_time, "Table 2"),
         (complexity.mean_first_passage_time, "theorem 1.3.5"),
         (complexity.first_passage_variance, "theorem 3.3.3"),
-        (complexity.hitting_probability, "theorem\n    1.3.2"),
+        (complexity.hitting_probability, "theorem 1.3.2"),
         (complexity.passage_time_sensitivity, "dN = N dQ N"),
         (complexity.laplacian_sensitivity, "theorem 4.3"),
     ],

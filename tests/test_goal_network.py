@@ -14,7 +14,7 @@ from hierroom.world.oracle import shortest_actions
 
 
 def test_permuting_colours_permutes_what_the_network_says():
-    cardinalities = Features(find_preset("learned").meta_features, n_actions=5).cardinalities
+    cardinalities = Features(find_preset("learned").agents.meta_features, n_actions=5).cardinalities
     network = GoalNetwork(AgentSpace(cardinalities, 14), 8)
     with torch.no_grad():
         for head in (network.colour_head, network.exit_head):

@@ -129,7 +129,7 @@ def test_files_that_cannot_be_read(tmp_path):
 
 @pytest.mark.parametrize("graph", ["h", "ab", "", 3, None, (0, 1)])
 def test_what_means_no_graph(graph):
-    with pytest.raises(InputError, match="a graph is a letter from a to g, a GoalGraph or a path to a"):
+    with pytest.raises(InputError, match="a graph must be a letter from a to g, a GoalGraph or a path to a"):
         as_goal_graph(graph)
 
 

@@ -88,13 +88,13 @@ def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--graph", "z"], "a graph is a letter from a to g"),
-        (["--graph", "a", "--all"], "by one of --graph, --all"),
-        (["--rooms", "40"], "2 to 8 rooms, not of 40"),
-        (["--json", "--csv"], "--json or --csv, not both"),
+        (["--graph", "z"], "a graph must be a letter from a to g"),
+        (["--graph", "a", "--all"], "by only one of --graph, --all"),
+        (["--rooms", "40"], "--rooms must be from 2 to 8, not 40"),
+        (["--json", "--csv"], "choose one of --json and --csv, not both"),
         (["--draw", "x.png"], "--draw draws one graph"),
         (["--graph", "a", "--seed", "3"], "--episodes and --seed go with --from-play"),
-        (["--graph", "hitting_time:9"], "a difficulty is written"),
+        (["--graph", "hitting_time:9"], "a difficulty must be"),
     ],
 )
 def test_a_wrong_input_is_one_line_and_exit_code_2(arguments, message):

@@ -136,7 +136,7 @@ def test_resume_of_a_checkpoint_that_does_not_fit_is_one_line(change, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("option", "said"), [(["--seed", "-1"], "a seed is a whole number"), (["--size", "0"], "size must be")]
+    ("option", "said"), [(["--seed", "-1"], "a seed must be a whole number"), (["--size", "0"], "size must be")]
 )
 def test_evaluate_refuses_in_one_line(trained, option, said, monkeypatch):
     monkeypatch.setattr("sys.argv", ["evaluate", str(trained), *option])
@@ -202,7 +202,7 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--graph", "z"], "a graph is a letter from a to g"),
+        (["--graph", "z"], "a graph must be a letter from a to g"),
         (["--graph", "missing.toml"], "cannot read the goal graph missing.toml"),
         (["--graph", "broken.toml"], "broken.toml is not a TOML file"),
         (["--graph", "cycle.toml"], "must form a tree"),
@@ -219,14 +219,14 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--num-envs", "0"], "num_envs must be a whole number of at least 1, not 0"),
         (["--steps", "0"], "steps must be at least 1"),
         (["--max-steps", "0"], "max_steps must be"),
-        (["--seed", "-1"], "a seed is a whole number"),
+        (["--seed", "-1"], "a seed must be a whole number"),
         (["--gamma", "1.5"], "gamma must be from 0 to 1"),
         (["--meta-ppo.gamma", "1.5"], "gamma must be from 0 to 1"),
         (["--device", "tpu9"], "no device"),
         (["--preset", "best"], "the presets are"),
         (["--resume", "nowhere"], "is not a run folder"),
-        (["--out", "broken.toml"], "is already there"),
-        (["--out", "."], "is already there"),
+        (["--out", "broken.toml"], "is not an empty folder"),
+        (["--out", "."], "is not an empty folder"),
     ],
 )
 def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, monkeypatch):

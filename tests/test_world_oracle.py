@@ -152,13 +152,13 @@ def test_a_goal_achieved_takes_no_action():
 def test_wrong_input():
     world = World([NAMED_GRAPHS["a"]], 2)
     for goals in (13, -1, 0.5, [0, 13]):
-        with pytest.raises(InputError, match="goals are whole numbers from 0 to 12"):
+        with pytest.raises(InputError, match="goals must be whole numbers from 0 to 12"):
             shortest_lengths(world.state, goals)
-    with pytest.raises(InputError, match="one environment; the state holds 2"):
+    with pytest.raises(InputError, match="one environment, but the state holds 2"):
         shortest_actions(world.state)
     for goal in (13, -1, "exit"):
         with pytest.raises(InputError, match="whole number from 0 to 12, not"):
             shortest_actions(world.state[0], goal)  # type: ignore[arg-type]
     missing = 6 + int(world.state.levels[0].colours[1])
-    with pytest.raises(InputError, match="door cannot be achieved: the level has none"):
+    with pytest.raises(InputError, match="door cannot be achieved: there is none"):
         shortest_actions(world.state[0], missing)

@@ -169,7 +169,7 @@ def test_large_grids_fit_a_screen():
 
 def test_wrong_input(world):
     for show in (draw_level, text):
-        with pytest.raises(InputError, match="shows one environment; the state holds 2"):
+        with pytest.raises(InputError, match="shows one environment, but the state holds 2"):
             show(World([NAMED_GRAPHS["a"]], 2).state)
         with pytest.raises(InputError, match="whole number from 0 to 12, or -1 for none, not 13"):
             show(world.state, 13)

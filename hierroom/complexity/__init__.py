@@ -1,8 +1,8 @@
-"""Exploration complexity of goal graphs: depth, width and passage times, before anybody trains.
+"""Exploration complexity of goal graphs before training: depth, width and passage times.
 
-W holds the chance of each move in one step, D its row sums. Q are the chances to move between nodes that are not
-targets, staying included, and N = (I - Q)^-1. The walk starts at node s, and for equations of one target node t,
-b = e_s - e_t.
+W holds the probability of each move in one step, and D its row sums. Q holds the transition probabilities among the
+nodes that are not targets, staying included, and N = (I - Q)^-1. The walk starts at node s. In equations with a single
+target node t, b = e_s - e_t.
 
 | equation | function | source |
 |---|---|---|
@@ -17,9 +17,9 @@ b = e_s - e_t.
 | sensitivity dm_s / dW_ij = v_i (m_j - m_i) | `passage_time_sensitivity` | from dN = N dQ N |
 | sensitivity d(b' pinv(D - W) b) / dW_ij | `laplacian_sensitivity` | Golub and Pereyra, 4.3 |
 
-The paper's augmented graph and its weights W (appendix A) are `AugmentedGraph`. The numbers of the textbooks are those
-of theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains, 1960; Golub and Pereyra, The
-Differentiation of Pseudo-Inverses, 1973. Each function's own docstring has its equation in full.
+`AugmentedGraph` is the paper's augmented graph with its weights W (appendix A). Numbers after a textbook are those of
+its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains, 1960; Golub and Pereyra, The
+Differentiation of Pseudo-Inverses, 1973. The docstring of each function has its equation in full.
 """
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes

@@ -1,4 +1,4 @@
-"""How hard goal graphs are to explore, on the command line."""
+"""Command line: how hard goal graphs are to explore."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ColumnName = Literal["graph", "exit_depth", "width", "nodes", "edges", "hitting_
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the list of graphs: its heading, its value, and the format to print it in."""
+    """A column of the list of graphs: its heading, its value, and the format in which it is printed."""
 
     heading: str
     value: Callable[[ComplexityReport], Any]
@@ -47,25 +47,25 @@ COLUMNS: Mapping[ColumnName, Column] = {
 
 @dataclass(frozen=True)
 class ComplexityArguments:
-    """How hard goal graphs are to explore: depth, width and passage times, before anybody trains.
+    """How hard goal graphs are to explore, before training: depth, width and passage times.
 
-    Name one graph for its full report, or several for a list. Without a choice the paper's seven graphs are listed.
+    Give one graph for its full report, or several for a list. By default the paper's seven graphs are listed.
 
     Args:
-        graph: a letter from a to g, a path to a .toml file, or for all graphs in between hitting_time:LOW..HIGH or
-            expected_steps:LOW..HIGH.
+        graph: a letter from a to g, a path to a .toml file, or hitting_time:LOW..HIGH or expected_steps:LOW..HIGH for
+            all graphs in that interval.
         all: list the paper's seven graphs.
-        rooms: list every goal graph of this many rooms, 2 to 8.
+        rooms: list every goal graph with this number of rooms, 2 to 8.
         drop: let the controller drop keys.
-        sort: sort the list by a column, the smallest value first.
-        json: print everything that the reports hold as JSON.
+        sort: sort the list by this column in ascending order.
+        json: print everything that the reports contain as JSON.
         csv: print the list as CSV.
         draw: draw the goal graph and its augmented graph into this .png, .pdf or .svg file.
-        from_play: measure the chain from play instead of assuming the walk. The trained agents of a run play if
-            this is the run's folder, random actions are played for random, and shortest solutions for oracle.
-            Without --graph the goal graph is that of the run, or c for random and oracle.
+        from_play: measure the chain from play instead of assuming the random walk. Give a run's folder to let its
+            trained agents play, random for random actions, or oracle for shortest solutions. Without --graph the goal
+            graph is that of the run, or c for random and oracle.
         episodes: least number of episodes to play.
-        seed: fixes the levels, the actions and the bootstrap.
+        seed: seed of the levels, the actions and the bootstrap.
     """
 
     graph: str | None = None
@@ -82,18 +82,18 @@ class ComplexityArguments:
 
 
 def show(options: ComplexityArguments) -> None:
-    """Print or draw what was asked for.
+    """Print or draw what the options ask for.
 
     Raises:
-        InputError: if the options do not go together or one of them is not valid.
+        InputError: if the options contradict each other or one of them is not valid.
     """
     if options.json and options.csv:
-        raise InputError("print --json or --csv, not both")
+        raise InputError("choose one of --json and --csv, not both")
     if options.from_play is not None:
         _show_play(options, options.from_play)
         return
     if (options.episodes, options.seed) != (ComplexityArguments.episodes, ComplexityArguments.seed):
-        raise InputError("--episodes and --seed go with --from-play; without it nothing is played")
+        raise InputError("--episodes and --seed go with --from-play, which is missing")
     reports = [analyze(graph, options.drop) for graph in _graphs(options)]
     if options.sort is not None:
         reports.sort(key=COLUMNS[options.sort].value)
@@ -112,7 +112,7 @@ def show(options: ComplexityArguments) -> None:
 
 
 def main() -> int:
-    """The command."""
+    """Run the command."""
     show(tyro.cli(ComplexityArguments, prog="python -m hierroom.complexity"))
     return 0
 
@@ -120,10 +120,10 @@ def main() -> int:
 def _graphs(options: ComplexityArguments) -> Iterable[GoalGraph]:
     chosen = (options.graph is not None) + options.all + (options.rooms is not None)
     if chosen > 1:
-        raise InputError("choose graphs by one of --graph, --all and --rooms, not by several")
+        raise InputError("choose graphs by only one of --graph, --all and --rooms, not by several")
     if options.rooms is not None:
         if not 2 <= options.rooms <= MAX_LISTED_ROOMS:
-            raise InputError(f"--rooms lists the graphs of 2 to {MAX_LISTED_ROOMS} rooms, not of {options.rooms}")
+            raise InputError(f"--rooms must be from 2 to {MAX_LISTED_ROOMS}, not {options.rooms}")
         return enumerate_graphs(options.rooms)
     if options.graph is None:
         return NAMED_GRAPHS.values()
@@ -144,9 +144,9 @@ def _show_play(options: ComplexityArguments, player: str) -> None:
     several = options.all or options.rooms is not None or options.csv or options.sort or options.draw is not None
     if several or (options.graph is not None and is_difficulty(options.graph)):
         raise InputError(
-            "--from-play measures one goal graph; beside it go --graph, --drop, --json, --episodes and --seed"
+            "--from-play measures one goal graph and allows only --graph, --drop, --json, --episodes and --seed"
         )
-    from hierroom.measure import measure_named  # it loads the world and the learners
+    from hierroom.measure import measure_named  # imported here, because it loads the world and the learners
 
     report = measure_named(player, options.graph, options.drop, options.episodes, options.seed)
     if options.json:

@@ -1,7 +1,8 @@
 """The augmented goal graph (paper, appendix A): a goal graph unrolled over the sets of open doors.
 
 A node is a room together with the doors that are open, a key together with the doors that were open when it was picked
-up, or the exit. A set of open doors is a **level**; levels are ordered by how many doors are open.
+up, or the exit. The attribute `AugmentedGraph.levels` lists the sets of doors that can be open, ordered by size; these
+are layers of the augmented graph and not levels of the world.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 
 MAX_NODES = 100_000
-"""Above this many nodes a graph is refused: the count doubles with each room, and so would the wait."""
+"""Largest number of nodes of an augmented graph; the number and the computing time can double with each room."""
 
 
 class Node(NamedTuple):
@@ -29,8 +30,8 @@ class Node(NamedTuple):
 
     Attributes:
         kind: `"room"`, `"key"` or `"exit"`.
-        room: the room one is in, the room the key opens, or the exit's room.
-        doors: the rooms whose doors are open, ascending; empty for the exit, which is one node.
+        room: the room where the agent is, the room that the key opens, or the room of the exit.
+        doors: the rooms whose doors are open, ascending; empty for the exit, which is a single node.
     """
 
     kind: str
@@ -39,7 +40,7 @@ class Node(NamedTuple):
 
     @property
     def label(self) -> str:
-        """A name a person can read, such as ``"key 2, open 1"``; unique within a graph and no goal's name."""
+        """A readable name such as ``"key 2, open 1"``; it is unique in a graph and differs from the names of goals."""
         if self.kind == "exit":
             return "exit"
         place = "start" if (self.kind, self.room) == ("room", 0) else f"{self.kind} {self.room}"
@@ -50,13 +51,13 @@ class Node(NamedTuple):
 
 @dataclass(frozen=True)
 class AugmentedGraph:
-    """A goal graph unrolled over the sets of open doors, and the walk on it.
+    """A goal graph unrolled over the sets of open doors, and the random walk on it.
 
     Args:
         graph: the goal graph.
-        drop_key: whether a key can be dropped, which leads back from a key node.
-        walk: the chances of one step.
-        reading: which reading of the appendix; the default is the one that reproduces Table 2.
+        drop_key: whether a key can be dropped, which adds moves back from key nodes.
+        walk: the probabilities of one step.
+        reading: interpretation of the appendix; the default is the one that reproduces Table 2.
 
     Raises:
         InputError: if the graph would have more than `MAX_NODES` nodes.
@@ -77,7 +78,10 @@ class AugmentedGraph:
 
     @cached_property
     def levels(self) -> tuple[tuple[int, ...], ...]:
-        """Every set of doors that can be open at once, fewest first: those closed under 'its key is in reach'."""
+        """Every set of doors that can be open at once, the smallest first.
+
+        The key of each open door lies in the centre or in a room whose door is open too.
+        """
         found, frontier = [()], [()]
         while frontier:
             grown = {tuple(sorted((*doors, key))) for doors in frontier for key in self.keys_in_reach(doors)}
@@ -87,7 +91,7 @@ class AugmentedGraph:
 
     @cached_property
     def nodes(self) -> tuple[Node, ...]:
-        """Nodes level by level: its rooms, then the keys in reach there; the start is first and the exit last."""
+        """The nodes by set of open doors, first rooms, then keys in reach; the start comes first, the exit last."""
         unrolled = []
         for doors in self.levels:
             unrolled += [Node("room", room, doors) for room in (0, *doors)]
@@ -96,12 +100,12 @@ class AugmentedGraph:
 
     @cached_property
     def index(self) -> dict[Node, int]:
-        """Where each node stands in `nodes`."""
+        """The position of each node in `nodes`."""
         return {node: i for i, node in enumerate(self.nodes)}
 
     @property
     def start(self) -> int:
-        """Index of the start node: the centre room, all doors closed."""
+        """Index of the start node, which is the centre room with all doors closed."""
         return 0
 
     @property
@@ -116,15 +120,15 @@ class AugmentedGraph:
 
     @cached_property
     def edges(self) -> NDArray[np.int64]:
-        """[n_edges, 2] int64, the moves (from, to) between nodes, restarts not counted."""
+        """[n_edges, 2] int64, the moves (from, to) between nodes without restarts."""
         pairs = [(i, self.index[after]) for i, node in enumerate(self.nodes) for after in self._moves(node)]
         return np.array(pairs, np.int64)
 
     @cached_property
     def weights(self) -> sp.csr_array:
-        """W [n, n] float64: 0.19 split evenly over a node's edges, and 0.01 back to the start (paper, appendix A).
+        """W [n, n] float64 CSR: 0.19 divided evenly among a node's edges, and 0.01 for the restart (paper, appendix A).
 
-        Staying is not stored: it drops out of the Laplacian, and a row's missing chance is the chance to stay.
+        Staying is not stored: it cancels in the Laplacian, and one minus the sum of a row is the probability to stay.
         """
         n, (sources, targets) = len(self.nodes), self.edges.T
         out_degree = np.bincount(sources, minlength=n)
@@ -132,7 +136,7 @@ class AugmentedGraph:
         rows = np.concatenate([sources, others])
         columns = np.concatenate([targets, np.full(n - 1, self.start)])
         chances = np.concatenate([self.walk.move / out_degree[sources], np.full(n - 1, self.walk.restart)])
-        weights = sp.coo_array((chances, (rows, columns)), shape=(n, n)).tocsr()  # adds up a move and a restart
+        weights = sp.coo_array((chances, (rows, columns)), shape=(n, n)).tocsr()  # sums duplicate entries
         weights.eliminate_zeros()
         return weights
 
@@ -150,7 +154,7 @@ class AugmentedGraph:
         return {goal: tuple(indices) for goal, indices in achieved.items()} | {"exit": (self.exit,)}
 
     def keys_in_reach(self, doors: tuple[int, ...]) -> list[int]:
-        """Rooms still closed whose key lies in an accessible room when ``doors`` are open."""
+        """The closed rooms whose key lies in an accessible room when ``doors`` are open."""
         accessible = {0, *doors}
         return [
             room
@@ -161,8 +165,8 @@ class AugmentedGraph:
     def to_networkx(self) -> nx.DiGraph:
         """The moves as a networkx graph.
 
-        Nodes are labels with attributes ``kind``, ``room``, ``doors``; edges carry ``weight``. Restarts and staying are
-        left out, as in the paper's drawing; `weights` has the restarts.
+        Nodes are labels with attributes ``kind``, ``room`` and ``doors``; edges have a ``weight``. Restarts and staying
+        are omitted, as in the paper's drawing; `weights` includes the restarts.
         """
         unrolled = nx.DiGraph(drop_key=self.drop_key)
         for node in self.nodes:
@@ -219,17 +223,18 @@ class AugmentedGraph:
 
 
 def count_nodes(graph: GoalGraph) -> int:
-    """Nodes of the augmented graph, counted without building it.
+    """Count the nodes of the augmented graph without building it.
 
-    Levels are the subtrees of the tree of keys that hold room 0. Let c(r) count the subtrees of what hangs from room r
-    that hold r: c(r) = prod over its children of (1 + c(child)). The sums over them of the rooms inside (one room node
-    each) and of the children just outside (one key node each) follow by the product rule.
+    A set of open doors corresponds to a subtree of the tree of keys that contains room 0. Let c(r) be the number of
+    subtrees with root r in the tree below r: c(r) = prod over its children of (1 + c(child)). By the product rule this
+    also gives the sum over these subtrees of their rooms (one room node each) and of the children just outside them
+    (one key node each).
 
     Args:
         graph: the goal graph.
 
     Returns:
-        Rooms and keys summed over the levels, and one for the exit.
+        The number of room and key nodes over all sets of open doors, plus one for the exit.
     """
     children: list[list[int]] = [[] for _ in range(graph.n_rooms)]
     for room, key_room in enumerate(graph.key_rooms, start=1):
@@ -239,7 +244,7 @@ def count_nodes(graph: GoalGraph) -> int:
         count, inside_and_fringe = 1, 1  # the subtree of this room alone
         for child in children[room]:
             with_child, its_nodes = subtrees(child)
-            # without the child: one more key on the fringe; with it: the child's own nodes beside ours
+            # without the child: one more key node on the fringe; with it: also the nodes of the child's subtree
             inside_and_fringe = inside_and_fringe * (1 + with_child) + count * (1 + its_nodes)
             count *= 1 + with_child
         return count, inside_and_fringe

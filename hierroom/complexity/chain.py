@@ -1,4 +1,4 @@
-"""A walk on named nodes, and what follows from its weights: the part that an assumed and a measured walk share."""
+"""A random walk on named nodes and its passage times; both assumed and measured walks use it."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ EXIT = "exit"
 
 
 class EdgeSensitivity(NamedTuple):
-    """What one edge does to the time to the exit.
+    """The effect of one edge on the time to the exit.
 
     Attributes:
-        source: label of the node the edge leaves.
-        target: label of the node it leads to.
+        source: label of the node where the edge begins.
+        target: label of the node where it ends.
         weight: its weight in W.
         steps_slope: d expected_steps / d weight.
         hitting_time_slope: d hitting_time / d weight.
@@ -47,14 +47,16 @@ class EdgeSensitivity(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """A walk on named nodes; every quantity is computed when it is first asked for.
+    """A random walk on named nodes; each quantity is computed on first access.
 
     Args:
-        weights: W [n, n] CSR, the chance of each move in one step; what a row lacks to one is the chance to stay.
-        labels: a name for each node.
-        source: the node to start from.
+        weights: W [n, n] CSR, the probability of each move in one step; one minus the sum of a row is the probability
+            to stay.
+        labels: the name of each node.
+        source: index of the start node.
         goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
-        kinds: nodes of which one each suffices where nodes are summed over, and how many each stands for.
+        kinds: one representative of each class of equivalent nodes, and the size of each class, for sums over nodes;
+            None: all nodes.
     """
 
     weights: sp.csr_array
@@ -67,13 +69,13 @@ class Chain:
     def hitting_time(self) -> float:
         """The paper's hitting time of the exit, b' pinv(D - W) b.
 
-        Not in steps, and it saturates near 1 / 0.01 = 100: see `hierroom.complexity.laplacian`.
+        It is not a number of steps, and it saturates near 1 / 0.01 = 100: see `hierroom.complexity.laplacian`.
         """
         return laplacian_hitting_time(self.weights, self.source, self.goals[EXIT][0])
 
     @cached_property
     def expected_steps(self) -> float:
-        """Mean first-passage time to the exit, in steps, staying included."""
+        """Mean first-passage time to the exit in steps, including steps that stay."""
         return self.expected_steps_to(EXIT)
 
     @cached_property
@@ -87,7 +89,7 @@ class Chain:
         return self.variance**0.5
 
     def expected_steps_to(self, goal: str) -> float:
-        """Mean number of steps until a goal is first achieved; ``inf`` if it may never be.
+        """Mean number of steps until a goal is first achieved; ``inf`` if that may never happen.
 
         Args:
             goal: `"key r"`, `"door r"`, `"exit"`, or the label of one node.
@@ -98,35 +100,35 @@ class Chain:
         return float(mean_first_passage_time(self.weights, self.nodes_of(goal))[self.source])
 
     def hitting_time_to(self, node: str) -> float:
-        """The paper's hitting time of any one node.
+        """The paper's hitting time of any single node.
 
         Args:
-            node: its label; a goal that is achieved at several nodes has no Laplacian hitting time.
+            node: label of the node; a goal that is achieved at several nodes has no Laplacian hitting time.
 
         Raises:
-            InputError: if there is no such node, or the goal is achieved at several nodes or none.
+            InputError: if there is no such node, or the goal is not achieved at exactly one node.
         """
         nodes = self.nodes_of(node)
         if len(nodes) != 1:
             raise InputError(
-                f"the Laplacian hitting time is that of one node, but {node!r} is achieved at {len(nodes)}; "
+                f"the Laplacian hitting time needs a single node, but {node!r} is achieved at {len(nodes)}; "
                 "name one of them, such as 'key 1, all closed' or 'room 1, open 1', or ask for the expected steps"
             )
         return laplacian_hitting_time(self.weights, self.source, nodes[0])
 
     def hitting_probability(self, goal: str = EXIT) -> float:
-        """Chance that a goal is ever achieved; ``goal`` as for `expected_steps_to`."""
+        """Probability that a goal is ever achieved; ``goal`` as for `expected_steps_to`."""
         return float(hitting_probability(self.weights, self.nodes_of(goal))[self.source])
 
     def reach_probability(self, t: ArrayLike, goal: str = EXIT) -> NDArray[np.float64]:
-        """Chance that a goal has been achieved within t steps.
+        """Probability that a goal has been achieved within t steps.
 
         Args:
-            t: numbers of steps, any shape.
+            t: numbers of steps, any shape, each 0, 1, 2, ...
             goal: as for `expected_steps_to`.
 
         Returns:
-            float64, the shape of ``t``.
+            float64 in 0..1, the shape of ``t``.
 
         Raises:
             InputError: if a number of steps is negative or not whole, or there is no such goal.
@@ -137,7 +139,7 @@ class Chain:
         """Expected number of distinct nodes visited within t steps, the start included.
 
         Args:
-            t: numbers of steps, any shape.
+            t: numbers of steps, any shape, each 0, 1, 2, ...
 
         Returns:
             float64, the shape of ``t``.
@@ -149,12 +151,12 @@ class Chain:
         return expected_states(self.weights, self.source, t, nodes, multiplicity)  # type: ignore[arg-type]
 
     def expected_visits(self, goal: str = EXIT) -> dict[str, float]:
-        """Expected steps spent at each node before a goal is achieved, by label."""
+        """Expected number of steps spent at each node before a goal is achieved, by label."""
         visits = expected_visits(self.weights, self.source, self.nodes_of(goal))
         return dict(zip(self.labels, visits.tolist(), strict=True))
 
     def edge_sensitivity(self) -> list[EdgeSensitivity]:
-        """What each edge does to the time to the exit, the most helpful first; empty if that time is ``inf``."""
+        """The effect of each edge on the time to the exit, most helpful edge first; empty if that time is ``inf``."""
         if np.isinf(self.expected_steps):
             return []
         exit_node = self.goals[EXIT][0]
@@ -174,13 +176,13 @@ class Chain:
         return sorted(edges, key=lambda edge: edge.elasticity)
 
     def goal_sensitivity(self) -> dict[str, float]:
-        """Which goal makes this graph hard: percent by which expected_steps changes if a goal gets one percent easier.
+        """Which goal makes the graph hard: percent change of expected_steps if a goal gets one percent easier.
 
-        The elasticities of the edges that achieve a goal, summed: from a node where it has not been achieved to one
-        where it has. The most negative is the bottleneck.
+        This is the sum of the elasticities of the edges that achieve the goal, which lead from nodes where it has not
+        been achieved to nodes where it has. The goal with the most negative value is the bottleneck.
 
         Returns:
-            For each goal its elasticity, the most negative first; empty if the exit may never be reached.
+            The elasticity of each goal, the most negative first; empty if the exit may never be reached.
         """
         if np.isinf(self.expected_steps):
             return {}
@@ -195,7 +197,7 @@ class Chain:
         return dict(sorted(by_goal.items(), key=lambda item: item[1]))
 
     def nodes_of(self, goal: str) -> tuple[int, ...]:
-        """The nodes at which a goal has been achieved, or the one node of that label.
+        """The nodes at which a goal has been achieved, or the single node with that label.
 
         Raises:
             InputError: if there is no such goal or node.
@@ -204,4 +206,4 @@ class Chain:
             return tuple(self.goals[goal])
         if goal in self.labels:
             return (self.labels.index(goal),)
-        raise InputError(f"the goals are {', '.join(self.goals)}, or a node's label; there is no {goal!r}")
+        raise InputError(f"the goals are {', '.join(self.goals)}, or the label of a node; there is no {goal!r}")

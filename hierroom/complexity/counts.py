@@ -1,4 +1,4 @@
-"""Transitions between nodes, counted episode by episode."""
+"""Counts of the transitions between nodes in each episode."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 
 @dataclass(frozen=True, eq=False)
 class EpisodeCounts:
-    """How often each episode went from one node to another; staying at a node counts too.
+    """How often each episode moved from one node to another; staying at a node counts as a transition too.
 
     Args:
         n_nodes: number of nodes n.
         episodes: [K] int64, the episode of each entry, 0 to ``len(lengths) - 1``.
-        sources: [K] int64, the node a step began at.
-        targets: [K] int64, the node it led to.
-        counts: [K] int64, how many such steps the episode has.
-        lengths: [E] int64, steps of each episode.
-        escaped: [E] bool, whether it reached the exit.
+        sources: [K] int64, the node where the step began.
+        targets: [K] int64, the node where it ended.
+        counts: [K] int64, number of such steps in the episode.
+        lengths: [E] int64, number of steps of each episode.
+        escaped: [E] bool, whether the episode reached the exit.
     """
 
     n_nodes: int
@@ -32,10 +32,10 @@ class EpisodeCounts:
     escaped: NDArray[np.bool_]
 
     def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
-        """Transitions summed over the episodes.
+        """Sum the transitions over the episodes.
 
         Args:
-            multiplicity: [E] how often each episode counts; once by default.
+            multiplicity: [E] number of times each episode counts; once by default.
 
         Returns:
             [n, n] float64 CSR.
@@ -48,7 +48,7 @@ class EpisodeCounts:
 def counts_of(
     keys: NDArray[np.int64], n_nodes: int, lengths: NDArray[np.int64], escaped: NDArray[np.bool_]
 ) -> EpisodeCounts:
-    """Gather transitions, each given as one number ``(episode * n + source) * n + target``."""
+    """Count transitions that are encoded as one number each, ``(episode * n + source) * n + target``."""
     unique, counts = np.unique(keys, return_counts=True)
     rest, targets = np.divmod(unique, n_nodes)
     episodes, sources = np.divmod(rest, n_nodes)

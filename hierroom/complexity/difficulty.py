@@ -1,4 +1,4 @@
-"""Goal graphs by difficulty: those in an interval, one at random, and a curriculum that moves along the interval."""
+"""Goal graphs by difficulty: all graphs in an interval, a random one, and a curriculum along the interval."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ _SPEC = re.compile(r"(?P<quantity>\w+):(?P<low>\d+(?:\.\d+)?)\.\.(?P<high>\d+(?:
 
 @dataclass(frozen=True)
 class Difficulty:
-    """An interval of difficulty, and so the goal graphs in it.
+    """An interval of difficulty and the goal graphs in it.
 
     Args:
-        low: least value, included.
-        high: greatest value, included.
-        quantity: `"hitting_time"`, the paper's value, which saturates near 100 and so tells the hardest graphs badly
-            apart, or `"expected_steps"`, the true mean, which does not.
+        low: smallest difficulty, included.
+        high: largest difficulty, included.
+        quantity: `"hitting_time"`, the paper's value, which saturates near 100 and therefore hardly separates the
+            hardest graphs, or `"expected_steps"`, the true mean, which does not saturate.
         drop_key: whether keys can be dropped, which makes every graph harder.
-        max_rooms: graphs with more rooms are left out; the default is what a grid can draw.
+        max_rooms: largest number of rooms of a graph, 2 to 7, which is the most that a grid can hold.
 
     Raises:
-        InputError: if an argument is not valid, or no goal graph is that difficult.
+        InputError: if an argument is not valid, or no goal graph is in the interval.
     """
 
     low: float
@@ -40,16 +40,16 @@ class Difficulty:
 
     def __post_init__(self) -> None:
         if self.quantity not in QUANTITIES:
-            raise InputError(f"difficulty is measured by {' or '.join(QUANTITIES)}, not {self.quantity}")
+            raise InputError(f"difficulty must be measured by {' or '.join(QUANTITIES)}, not {self.quantity}")
         if not 0 <= self.low <= self.high < float("inf"):
-            raise InputError(f"an interval of difficulty runs from low to high, not from {self.low:g} to {self.high:g}")
+            raise InputError(f"a difficulty interval must go from low to high, not from {self.low:g} to {self.high:g}")
         if not 2 <= self.max_rooms <= MAX_GRID_ROOMS:
-            raise InputError(f"graphs by difficulty have 2 to {MAX_GRID_ROOMS} rooms, not {self.max_rooms}")
+            raise InputError(f"max_rooms must be from 2 to {MAX_GRID_ROOMS}, not {self.max_rooms}")
         if not self.graphs:
             values = [value for value, _ in graphs_by_difficulty(self.quantity, self.drop_key, self.max_rooms)]
             raise InputError(
                 f"no goal graph of up to {self.max_rooms} rooms has a {self.quantity} in {self.low:g}..{self.high:g}; "
-                f"they run from {values[0]:.2f} to {values[-1]:.2f}"
+                f"the values go from {values[0]:.2f} to {values[-1]:.2f}"
             )
 
     @property
@@ -59,22 +59,22 @@ class Difficulty:
         return tuple(graph for value, graph in ranked if self.low <= value <= self.high)
 
     def sample(self, rng: np.random.Generator) -> GoalGraph:
-        """One of `graphs`, each as likely as the others."""
+        """Sample one of `graphs` uniformly."""
         return self.graphs[int(rng.integers(len(self.graphs)))]
 
 
 @dataclass(frozen=True)
 class Curriculum:
-    """Moves through an interval of difficulty by how often the agent escapes.
+    """Moves through an interval of difficulty depending on how often the agent escapes.
 
-    The interval is cut into stages of equal width, and those without a goal graph are left out. The state of a
-    curriculum is one number, the stage; nothing here changes.
+    The interval is divided into stages of equal width, and stages without a goal graph are omitted. The only state of a
+    curriculum is the number of the current stage, which the caller keeps; this object is immutable.
 
     Args:
         difficulty: the whole interval.
-        n_stages: into how many parts it is cut, at least one.
-        promote_at: success rate from which the next stage begins.
-        demote_at: success rate below which the stage before comes back.
+        n_stages: number of parts into which it is divided, at least 1.
+        promote_at: the next stage begins at this success rate or above.
+        demote_at: the previous stage returns below this success rate; 0 <= demote_at < promote_at <= 1.
 
     Raises:
         InputError: if an argument is not valid.
@@ -87,7 +87,7 @@ class Curriculum:
 
     def __post_init__(self) -> None:
         if self.n_stages < 1:
-            raise InputError(f"a curriculum has at least one stage, not {self.n_stages}")
+            raise InputError(f"a curriculum needs at least one stage, not {self.n_stages}")
         if not 0 <= self.demote_at < self.promote_at <= 1:
             raise InputError(
                 "a curriculum needs 0 <= demote_at < promote_at <= 1, "
@@ -96,7 +96,7 @@ class Curriculum:
 
     @property
     def stages(self) -> tuple[Difficulty, ...]:
-        """The stages in order; together they hold every graph of the interval, each once."""
+        """The stages in order; together they contain every graph of the interval exactly once."""
         whole = self.difficulty
         between = np.linspace(whole.low, whole.high, self.n_stages + 1)[1:-1]
         ranked = graphs_by_difficulty(whole.quantity, whole.drop_key, whole.max_rooms)
@@ -108,14 +108,14 @@ class Curriculum:
         )
 
     def advance(self, stage: int, success_rate: float) -> int:
-        """The stage that follows.
+        """Return the stage that follows.
 
         Args:
-            stage: the present one, 0 to ``len(stages) - 1``; a curriculum begins at 0.
-            success_rate: share of its latest episodes in which the agent escaped, 0..1.
+            stage: the current stage, 0 to ``len(stages) - 1``; a curriculum begins at 0.
+            success_rate: fraction of its most recent episodes in which the agent escaped, 0..1.
 
         Returns:
-            The next stage, this one or the one before; never beyond either end.
+            The next, the current or the previous stage, limited to the stages that exist.
 
         Raises:
             InputError: if there is no such stage, or the rate is not in 0..1.
@@ -124,44 +124,44 @@ class Curriculum:
         if not 0 <= stage <= last:
             raise InputError(f"the stages are 0 to {last}; there is no stage {stage}")
         if not 0 <= success_rate <= 1:
-            raise InputError(f"a success rate lies in 0..1, not {success_rate:g}")
+            raise InputError(f"a success rate must be in 0..1, not {success_rate:g}")
         step = int(success_rate >= self.promote_at) - int(success_rate < self.demote_at)
         return min(max(stage + step, 0), last)
 
 
 def is_difficulty(spec: object) -> bool:
-    """Whether a user's ``--graph`` means an interval of difficulty (rightly written or not) and not one graph."""
+    """Whether a user's ``--graph`` means an interval of difficulty, even a malformed one, and not one graph."""
     return isinstance(spec, str) and spec.partition(":")[0] in QUANTITIES
 
 
 def parse_difficulty(spec: str, drop_key: bool = False, max_rooms: int = MAX_GRID_ROOMS) -> Difficulty:
-    """The interval that a text such as ``"hitting_time:20..30"`` or ``"expected_steps:100..200"`` means.
+    """Parse an interval such as ``"hitting_time:20..30"`` or ``"expected_steps:100..200"``.
 
     Args:
-        spec: a quantity, a colon, and two numbers with two dots between them.
+        spec: a quantity, a colon, and two numbers with two dots in between.
         drop_key: whether keys can be dropped.
-        max_rooms: graphs with more rooms are left out.
+        max_rooms: largest number of rooms of a graph.
 
     Returns:
-        The interval; `Difficulty.sample` draws a graph from it.
+        The interval; `Difficulty.sample` samples a graph from it.
 
     Raises:
-        InputError: if it is written otherwise, or no goal graph is that difficult.
+        InputError: if the text has another form, or no goal graph is in the interval.
     """
     match = _SPEC.fullmatch(spec.strip())
     if match is None or match["quantity"] not in QUANTITIES:
-        raise InputError(f"a difficulty is written {' or '.join(q + ':LOW..HIGH' for q in QUANTITIES)}, not {spec!r}")
+        raise InputError(f"a difficulty must be {' or '.join(q + ':LOW..HIGH' for q in QUANTITIES)}, not {spec!r}")
     return Difficulty(float(match["low"]), float(match["high"]), match["quantity"], drop_key, max_rooms)
 
 
 @lru_cache
 def graphs_by_difficulty(quantity: str, drop_key: bool, max_rooms: int) -> tuple[tuple[float, GoalGraph], ...]:
-    """Every goal graph of 2 to ``max_rooms`` rooms, up to renaming, with its difficulty; the easiest first.
+    """List every goal graph of 2 to ``max_rooms`` rooms, up to renaming, with its difficulty, the easiest first.
 
     Args:
         quantity: one of `QUANTITIES`.
         drop_key: whether keys can be dropped.
-        max_rooms: most rooms of a graph; seven rooms and fewer make 328 graphs and take a second.
+        max_rooms: largest number of rooms of a graph; up to seven rooms there are 328 graphs, which take a second.
 
     Returns:
         (difficulty, graph) pairs.

@@ -1,7 +1,7 @@
-"""Pictures of a goal graph and its augmented graph: a row for each number of open doors, as in the paper's appendix.
+"""Drawings of a goal graph and its augmented graph: one row per number of open doors, as in the paper's appendix.
 
-The exit is one node of the augmented graph. It is drawn at every level that leads to it, so that no line has to cross
-the picture.
+The exit is a single node of the augmented graph. It is drawn once for every set of open doors from which it can be
+reached, so that no edge has to cross the whole picture.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from hierroom.goals import GoalGraph
 
 MAX_DRAWN_NODES = 250
 INCHES, SPACING, ROW, PADDING, LEAST_WIDTH = 0.6, 1.2, 4.4, 0.8, 2.3
-"""Size of one unit of the drawing; in units, the distance between nodes of a level and between rows, the room around
-a level's nodes, and the least width of a level."""
+"""Inches per unit of the drawing; in units, the distance between nodes, the distance between rows, and the margin and
+least width of the box around each set of open doors."""
 ROOM_ROW, KEY_ROW = 0.75, -0.85
-"""Heights of a level's rooms and keys above and below its middle."""
+"""Heights of the rooms and keys of a set of open doors, relative to the middle of its box."""
 
 CAPTION = (
     "circles: rooms    squares: keys    two heads: both ways    exit: one node, drawn wherever it is reached\n"
@@ -44,14 +44,14 @@ CAPTION = (
 
 
 def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
-    """Draw the goal graph beside the augmented graph and write the picture.
+    """Draw the goal graph next to the augmented graph and write the picture to a file.
 
     Args:
-        augmented: the augmented graph, which knows its goal graph.
-        path: the file; its suffix chooses the format: .png, .pdf, .svg, ...; without a suffix .png is added.
+        augmented: the augmented graph, which includes its goal graph.
+        path: the file; its suffix selects the format: .png, .pdf, .svg, ...; without a suffix .png is added.
 
     Raises:
-        InputError: if the graph is too large to be read, the suffix is unknown, or the file cannot be written.
+        InputError: if the graph is too large to be readable, the suffix is unknown, or the file cannot be written.
     """
     if len(augmented.nodes) > MAX_DRAWN_NODES:
         raise InputError(
@@ -75,13 +75,13 @@ def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
     picture = io.BytesIO()
     try:
         figure.savefig(picture, format=path.suffix[1:], dpi=150, facecolor="white")
-    except ValueError as error:  # a suffix that matplotlib does not know; it lists those it does
+    except ValueError as error:  # matplotlib does not know the suffix; its message lists those it knows
         raise InputError(f"cannot write the drawing {path}: {error}") from error
     write_atomically(path, picture.getvalue())
 
 
 def _draw_goal_graph(axes: Axes, graph: GoalGraph, places: dict[str, Point]) -> None:
-    """Start at the top, below it what each thing makes possible: keys, their doors, and the exit."""
+    """Draw the start at the top, and below each node what it makes possible: keys, their doors, and the exit."""
     title = f"goal graph {graph.name}\n{graph.n_rooms} rooms, exit depth {graph.exit_depth}, width {graph.width}"
     prepare(axes, title, places.values())
     unlocked = graph.to_networkx()
@@ -93,7 +93,7 @@ def _draw_goal_graph(axes: Axes, graph: GoalGraph, places: dict[str, Point]) -> 
 
 
 def _goal_places(graph: GoalGraph) -> dict[str, Point]:
-    """A column for each leaf of the tree of keys, a row for each key and door on the way, parents above the middle."""
+    """Place leaves of the tree of keys side by side, keys and doors in rows, parents centred above children."""
     children: list[list[int]] = [[] for _ in range(graph.n_rooms)]
     for room, key_room in enumerate(graph.key_rooms, start=1):
         children[key_room].append(room)
@@ -122,7 +122,7 @@ def _draw_augmented(axes: Axes, augmented: AugmentedGraph, places: dict[Node, Po
     for source, target in sorted(moves):
         is_two_way = (target, source) in moves
         if target.kind == "exit" or (is_two_way and target < source):
-            continue  # the exit is drawn level by level; a way there and back once, with a head at either end
+            continue  # the exit is drawn separately; moves in both directions are one arrow with two heads
         _draw_move(axes, source, target, places, is_two_way)
     for doors in augmented.levels:
         _draw_level(axes, augmented, doors, places)
@@ -169,7 +169,7 @@ def _draw_level(axes: Axes, augmented: AugmentedGraph, doors: tuple[int, ...], p
 
 
 def _places(augmented: AugmentedGraph) -> dict[Node, Point]:
-    """A row for each number of open doors, the levels of a row side by side; an exit at each level that leads to it."""
+    """Place the sets of open doors in rows by size, with an exit node for each set that leads to the exit."""
     rows: list[list[tuple[int, ...]]] = [[] for _ in range(augmented.graph.n_rooms)]
     for doors in augmented.levels:
         rows[len(doors)].append(doors)
@@ -186,7 +186,7 @@ def _places(augmented: AugmentedGraph) -> dict[Node, Point]:
         for level, width in zip(levels, widths, strict=True):
             for nodes, lift in zip(level, (ROOM_ROW, KEY_ROW), strict=True):
                 first = x + width / 2 - SPACING * (len(nodes) - 1) / 2
-                if [node.kind for node in nodes] == ["exit"]:  # no keys left: right below its room
+                if [node.kind for node in nodes] == ["exit"]:  # no keys left: directly below its room
                     first = places[Node("room", exit_room, nodes[0].doors)][0]
                 places |= {node: (first + SPACING * i, lift - ROW * n_open) for i, node in enumerate(nodes)}
             x += width + 0.6

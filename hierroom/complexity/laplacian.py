@@ -1,26 +1,28 @@
-"""The paper's hitting time: its singular Laplacian system, solved by least squares, sparsely.
+"""The paper's hitting time: the sparse least-squares solution of a singular Laplacian system.
 
-The paper (section 2.1) sets L = W - D and asks for x with L x = b and x_t = 0, where b_s = 1 and b_t = -1, and calls
-x_s the hitting time. L has no inverse, and since the walk is directed b does not lie in its range: no x solves the
-system. What reproduces Table 2 is its least-squares solution, x = pinv(L) b, which makes
+The paper (section 2.1) sets L = W - D, asks for x with L x = b and x_t = 0, where b_s = 1 and b_t = -1, and calls x_s
+the hitting time. L is singular, and because the walk is directed, b is not in its range: no x solves the system. Table
+2 is reproduced by the least-squares solution x = pinv(L) b, which gives
 
     hitting time = b' pinv(D - W) b                                                                              (1)
 
-(the sign of L is dropped, and a constant added to x to make x_t = 0 changes nothing as b sums to zero). It is not the
-mean first-passage time: on graph a it is 8.36 against 28 steps. And it saturates: as the exit gets harder to reach, it
-tends to 1 / 0.01 = 100, the inverse of the chance to leave the exit, whatever the graph (a row of 8 rooms has 98.7
-against 1,656 steps, one of 20 rooms 100.0 against 6.7 million). With drop it passes 100, up to 113 with 7 rooms, and
-falls again as graphs get harder (a row of 6 rooms has 102.0, one of 7 rooms 100.5). Compare hard graphs by the mean.
+(the sign of L is dropped; adding a constant to x so that x_t = 0 changes nothing, because b sums to zero). This is not
+the mean first-passage time: on graph a it is 8.36, while the mean is 28 steps. It also saturates: as the exit gets
+harder to reach, it tends to 1 / 0.01 = 100 on any graph, the inverse of the probability to leave the exit (98.7 for a
+chain of 8 rooms with a mean of 1,656 steps, 100.0 for one of 20 rooms with 6.7 million). With drop it exceeds 100, up
+to 113 with 7 rooms, and decreases again as graphs get harder (102.0 for a chain of 6 rooms, 100.5 for one of 7). Use
+the mean to compare hard graphs.
 
-**Sparsely.** Let K = D - W. Its left null space is spanned by one vector y_c for each closed class c of the walk, zero
-outside the class, so these are orthogonal; its right null space by the h_c, the chance to end in class c. Hence
+**Sparse solution.** Let K = D - W. Its left null space is spanned by one vector y_c for each closed class c of the
+walk; y_c is zero outside the class, so these vectors are orthogonal. Its right null space is spanned by the vectors
+h_c, the probabilities to end in class c. Hence
 
     1. b^ = b - sum_c y_c (y_c' b) / (y_c' y_c)        the part of b in the range of K: least squares,
     2. K x = b^, with x = 0 at one node of each class  a sparse solve with a regular matrix,
     3. x - H (H' H)^-1 H' x, with columns h_c          the solution of least norm.
 
-On the augmented graph every node restarts, so there is one class, y is the walk's stationary distribution up to scale,
-h = 1, and step 3 subtracts the mean.
+On the augmented graph every node restarts, so there is one class, y is proportional to the stationary distribution of
+the walk, h = 1, and step 3 subtracts the mean.
 """
 
 from __future__ import annotations
@@ -61,15 +63,15 @@ def laplacian(weights: Weights) -> sp.csr_array:
 
 
 def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
-    """The paper's hitting time, as Table 2 holds it: b' pinv(D - W) b with b = e_source - e_target.
+    """The paper's hitting time, as in Table 2: b' pinv(D - W) b with b = e_source - e_target.
 
     Args:
-        weights: W [n, n], dense or sparse; rows may have any sum, the diagonal drops out.
-        source: the start node.
-        target: the goal node.
+        weights: W [n, n], dense or sparse; rows may have any sum, and the diagonal cancels.
+        source: index of the start node.
+        target: index of the goal node.
 
     Returns:
-        The value of equation (1) above; ``inf`` if no way leads from source to target, 0 if they are one.
+        The value of equation (1) above; ``inf`` if there is no path from source to target, 0 if they are the same node.
 
     Raises:
         InputError: if W or a node is not valid.
@@ -81,7 +83,7 @@ def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
         return 0.0
     if not can_reach(matrix, as_targets(target, n))[source]:
         return np.inf
-    # the pseudo-inverse of a block matrix is that of its blocks: only the part that hangs together with source counts
+    # the pseudo-inverse of a block-diagonal matrix is blockwise, so only the source's connected component matters
     part = _part_of(matrix, source)
     source, target = (int(np.searchsorted(part, node)) for node in (source, target))
     inverse = LaplacianInverse(matrix[part][:, part])
@@ -90,7 +92,7 @@ def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
 
 
 def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_array:
-    """How the paper's hitting time changes with the weight of each edge.
+    """Derivative of the paper's hitting time with respect to the weight of each edge.
 
     With K = D - W, x = pinv(K) b, z = pinv(K') b, r = b - K x and u = pinv(K) z, the derivative of a pseudo-inverse of
     constant rank (Golub and Pereyra, 1973, theorem 4.3) gives, as dK / dW_ij = e_i (e_i - e_j)',
@@ -98,13 +100,13 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
         d(b' pinv(K) b) / dW_ij = -z_i (x_i - x_j) + r_i (u_i - u_j).
 
     Args:
-        weights: W [n, n], dense or sparse, with one closed class in the part that hangs together with the source, as
-            in any walk that restarts.
-        source: the start node.
-        target: the goal node.
+        weights: W [n, n], dense or sparse, with one closed class in the connected component of the source, as in any
+            walk that restarts.
+        source: index of the start node.
+        target: index of the goal node.
 
     Returns:
-        [n, n] float64 CSR with an entry for each edge of that part, per unit of weight; ``nan`` throughout if the
+        [n, n] float64 CSR with an entry for each edge of that component, per unit of weight; ``nan`` throughout if the
         hitting time is ``inf``.
 
     Raises:
@@ -122,7 +124,7 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
     n_classes = len(closed_classes(matrix))
     if n_classes > 1:
         raise InputError(
-            "the sensitivity of the Laplacian hitting time needs a walk that can end up in one part of the graph only, "
+            "the sensitivity of the Laplacian hitting time needs a walk that ends in a single part of the graph, "
             f"but W has {n_classes} parts that are never left"
         )
     inverse = LaplacianInverse(matrix)
@@ -134,7 +136,7 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
 
 
 class LaplacianInverse:
-    """pinv(D - W), applied to vectors without ever being formed; the derivation stands at the head of this file.
+    """pinv(D - W), applied to vectors without forming the matrix; see the module docstring for the derivation.
 
     Args:
         weights: W [n, n] CSR without stored zeros.
@@ -157,16 +159,16 @@ class LaplacianInverse:
         self._left /= np.linalg.norm(self._left, axis=0)
 
     def project(self, b: ArrayLike) -> NDArray[np.float64]:
-        """The part of ``b`` [n] that lies in the range of D - W."""
+        """The part of ``b`` [n] in the range of D - W: [n] float64."""
         b = np.asarray(b, float)
         return b - self._left @ (self._left.T @ b)
 
     def apply(self, b: ArrayLike) -> NDArray[np.float64]:
-        """pinv(D - W) b: the least-squares solution of least norm, [n] float64, for ``b`` [n]."""
+        """pinv(D - W) b for ``b`` [n]: the least-squares solution of least norm, [n] float64."""
         return self._without_right_null(self._solve_pinned(self.project(b)))
 
     def apply_transposed(self, b: ArrayLike) -> NDArray[np.float64]:
-        """pinv(D - W)' b, the same for the transposed system, whose null spaces change places."""
+        """pinv(D - W)' b for ``b`` [n]: as `apply`, with the roles of the two null spaces exchanged."""
         solution = self._solve_pinned(self._without_right_null(np.asarray(b, float)), trans="T")
         return self.project(solution)
 
@@ -181,7 +183,7 @@ class LaplacianInverse:
 
 
 def _part_of(weights: sp.csr_array, node: int) -> NDArray[np.int64]:
-    """The nodes that hang together with one, whatever the direction of the edges, ascending."""
+    """The nodes connected to ``node`` when edges count in both directions, ascending."""
     labels = connected_components(weights, directed=False)[1]
     return np.flatnonzero(labels == labels[node])
 

@@ -1,9 +1,9 @@
-"""A chain measured from play: counted transitions between goal states, and the report of the W they give.
+"""A chain measured from play: counted transitions between nodes of the augmented graph, and a report on their W.
 
-The paper defines W by the policy that the agent executes. Here W_ij is the share of the steps begun at node i that led
-to node j, over many episodes. Two edges are not the policy's but the assumed walk's: a truncated episode leads from
-its last node back to the start, as the walk's restart does ("the agent is not able to reach the exit within the time
-limit"), and the exit has only its restart, with the walk's chance.
+The paper defines W by the policy that the agent executes. Here W_ij is the fraction of the steps from node i that led
+to node j, over many episodes. Two kinds of edges come from the assumed walk and not from the policy. A truncated
+episode leads from its last node back to the start, like the walk's restart ("the agent is not able to reach the exit
+within the time limit"). The exit has only its restart, with the probability of the assumed walk.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from hierroom.errors import InputError
 
 
 class Interval(NamedTuple):
-    """A measured value and its bootstrap interval."""
+    """A measured value and its bootstrap confidence interval."""
 
     value: float
     low: float
@@ -32,7 +32,7 @@ class Interval(NamedTuple):
 
 
 class MoveDifference(NamedTuple):
-    """One edge in the assumed walk and in the measured chain: chances per step, and how often it was seen."""
+    """One edge in the assumed walk and in the measured chain: its probabilities per step, and its count in the play."""
 
     source: str
     target: str
@@ -43,14 +43,14 @@ class MoveDifference(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class MeasuredReport:
-    """What the chain measured from play says, beside what the assumed walk predicts.
+    """A report on the chain measured from play, next to the predictions of the assumed walk.
 
     Args:
         assumed: the report of the assumed walk on the same goal graph.
         counts: the transitions of the episodes played; nodes are those of ``assumed.augmented``.
-        level: confidence level of the intervals, 0..1.
-        n_resamples: bootstrap resamples of whole episodes.
-        seed: fixes the resamples.
+        level: confidence level of the intervals, above 0 and below 1.
+        n_resamples: number of bootstrap resamples of whole episodes, at least 2.
+        seed: seed of the resamples.
 
     Raises:
         InputError: if the counts belong to another graph, or the level or number of resamples is out of range.
@@ -76,7 +76,7 @@ class MeasuredReport:
 
     @cached_property
     def chain(self) -> Chain:
-        """The measured walk: `Chain` with W as counted."""
+        """The measured walk: a `Chain` with W from the counts."""
         return self._chain(self.counts.total())
 
     @property
@@ -86,25 +86,26 @@ class MeasuredReport:
 
     @property
     def success_rate(self) -> float:
-        """Share of the episodes that reached the exit."""
+        """Fraction of the episodes that reached the exit."""
         return float(self.counts.escaped.mean())
 
     @property
     def empirical_steps(self) -> float:
-        """Mean steps from a start to the next exit over the episodes in a row; ``inf`` if none escaped.
+        """Mean number of steps from a start to the next exit over consecutive episodes; ``inf`` if none escaped.
 
-        All steps, and one for each restart, per escape. The measured chain's `expected_steps` is the same number,
-        whatever the policy: counts that balance at every node have it as their stationary return time.
+        It is the number of all steps plus one for each restart, divided by the number of escapes. The measured chain's
+        `expected_steps` is the same number for any policy, because its counts balance at every node and this is their
+        stationary return time.
         """
         n_escaped = int(self.counts.escaped.sum())
         steps = int(self.counts.lengths.sum()) + self.episodes - n_escaped
         return steps / n_escaped if n_escaped else float("inf")
 
     def empirical_reach(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Share of the episodes that had escaped within t steps; meaningful up to the step limit.
+        """Fraction of the episodes that had escaped within t steps; meaningful up to the step limit.
 
-        Where it differs from `chain.reach_probability` the goal states are not Markov: the policy's next step depends
-        on more than the node, for one on how far away the next thing is.
+        A difference from `chain.reach_probability` shows that the nodes are not Markov states: the policy's next step
+        depends on more than the node, for example on the distance to the next object.
         """
         steps = as_times(t)
         ends = np.sort(self.counts.lengths[self.counts.escaped])
@@ -114,8 +115,8 @@ class MeasuredReport:
     def intervals(self) -> dict[str, Interval]:
         """Times to the exit and to each goal, and reach probabilities, with percentile intervals over episodes.
 
-        Episodes are drawn with replacement and the whole report is made again (Efron and Tibshirani, 1993, chapter
-        13). A resample in which nobody escapes has infinite times, so an interval may end at ``inf``.
+        Episodes are resampled with replacement and the whole report is computed again (Efron and Tibshirani, 1993,
+        chapter 13). A resample without an escape has infinite times, so an interval may end at ``inf``.
         """
         rng = np.random.default_rng(self.seed)
         share = np.full(self.episodes, 1 / self.episodes)
@@ -133,13 +134,14 @@ class MeasuredReport:
 
     @cached_property
     def predictions(self) -> dict[str, float]:
-        """What the assumed walk predicts for each of `intervals`."""
+        """The prediction of the assumed walk for each of `intervals`."""
         return _summary(self.assumed.chain)
 
     def moves(self) -> list[MoveDifference]:
-        """Every edge of the assumed walk or of the play, those that differ most first.
+        """Every edge of the assumed walk or of the play, the largest difference first.
 
-        Staying is left out, and so are edges out of nodes that the play never came to: nothing is known of them.
+        Staying is omitted, and so are edges that begin at nodes never visited in the play, about which nothing is
+        known.
         """
         assumed, measured, counts = self.assumed.chain.weights, self.chain.weights, self.counts.total()
         edges = (assumed + measured).tocoo()

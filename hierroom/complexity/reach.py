@@ -1,16 +1,17 @@
-"""Reach curves: the chance to have reached a node within t steps, and how many nodes a walk has seen by then.
+"""Reach curves: the probability to reach a node within t steps, and the expected number of nodes visited by then.
 
-With Q the transition matrix among the nodes that are not targets and h the chance to hit them ever,
+With Q the transition matrix among the nodes that are not targets and h the probability to reach them ever,
 
     P(T <= t) = h_s - (Q^t h)_s                                                                                 (1)
 
-as Q^t h is the chance to hit the targets later than t. A million steps do not need a million products:
+because Q^t h is the probability to reach the targets later than t. A million steps do not need a million products:
 
-- **small walks** raise Q to the requested powers by repeated squaring, about 20 products for t = 10^6;
-- **large walks** take steps of a vector, w_t = Q^t h, until its decay is geometric. If lo <= 1 - w_{t+1} / w_t <= hi at
-  every node, then (1 - hi)^k w_t <= w_{t+k} <= (1 - lo)^k w_t for all k, since Q has no negative entries (Collatz and
-  Wielandt's bounds). Once the two bounds differ by less than the tolerance for every k, the rest of the curve is known.
-  Restarts make this quick: differences between nodes fade at least as fast as the chance not to have restarted.
+- **Small walks** raise Q to the requested powers by repeated squaring, about 20 products for t = 10^6.
+- **Large walks** step a vector, w_t = Q^t h, until its decay is geometric. If lo <= 1 - w_{t+1} / w_t <= hi at every
+  node, then (1 - hi)^k w_t <= w_{t+k} <= (1 - lo)^k w_t for all k, because Q has no negative entries (the
+  Collatz-Wielandt bounds). Once the two bounds differ by less than the tolerance for every k, the rest of the curve is
+  known. Restarts make this fast: differences between nodes decay at least as fast as the probability not to have
+  restarted.
 """
 
 from __future__ import annotations
@@ -35,22 +36,22 @@ from hierroom.complexity.weights import (
 )
 
 TOLERANCE = 1e-12
-"""Largest error that the geometric tail may add to a probability (rounding error may be larger for very slow walks)."""
+"""Largest error of a probability by the geometric tail (rounding error may be larger for very slow walks)."""
 SMALL = 96
-"""Up to so many nodes squaring a dense matrix beats stepping with a sparse one."""
+"""Up to this number of nodes, squaring a dense matrix is faster than stepping with a sparse one."""
 CHECK_EVERY = 64
-"""Steps between two looks at whether the decay is geometric."""
+"""Number of steps between two checks whether the decay is geometric."""
 PATIENCE = 16_384
-"""Steps after which a walk whose decay is still not geometric (it mixes very slowly) is squared after all."""
+"""Number of steps after which a walk whose decay is still not geometric (it mixes very slowly) is squared instead."""
 
 
 def reach_probability(weights: Weights, source: int, targets: Targets, times: ArrayLike) -> NDArray[np.float64]:
-    """Chance that a target has been reached within t steps: equation (1).
+    """Probability that a target has been reached within t steps: equation (1).
 
     Args:
         weights: W [n, n], dense or sparse, rows summing to at most one.
-        source: the node to start from.
-        targets: a node or several; it counts as reached as soon as the walk is at one of them, at t = 0 too.
+        source: index of the start node.
+        targets: one or several nodes; the first visit to any of them counts, at t = 0 too.
         times: numbers of steps t, any shape, each 0, 1, 2, ...
 
     Returns:
@@ -75,11 +76,11 @@ def expected_states(
 
     Args:
         weights: W [n, n], dense or sparse, rows summing to at most one.
-        source: the node to start from.
+        source: index of the start node.
         times: numbers of steps t, any shape, each 0, 1, 2, ...
-        nodes: the nodes that count; all of them by default.
-        multiplicity: for each of ``nodes`` how many nodes it stands for, where symmetry makes some of them alike
-            (`hierroom.complexity.symmetry`); one each by default.
+        nodes: the nodes that count; by default all of them.
+        multiplicity: for each of ``nodes`` the number of nodes that it represents, where some are equivalent by
+            symmetry (`hierroom.complexity.symmetry`); by default one each.
 
     Returns:
         float64 in 0..n, the shape of ``times``.
@@ -99,14 +100,14 @@ def expected_states(
 def later_by_squaring(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Chance to hit each target, but later than t, by repeated squaring of Q.
+    """Probability to reach each target later than t, by repeated squaring of Q.
 
     Args:
-        moves: [n, n] CSR, chances to leave each node.
-        source: the node to start from.
-        targets: [n, m] bool, the target nodes of m separate questions.
-        hits: [n, m] float64, the chance to hit them ever, 0 at the targets themselves.
-        times: [k] int64.
+        moves: [n, n] CSR, probabilities to leave each node.
+        source: index of the start node.
+        targets: [n, m] bool, m separate sets of target nodes.
+        hits: [n, m] float64, the probability to reach each set ever, 0 at its own nodes.
+        times: [k] int64, numbers of steps t.
 
     Returns:
         [m, k] float64.
@@ -129,9 +130,9 @@ def later_by_squaring(
 def later_by_stepping(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Chance to hit each target, but later than t, step by step until the decay is geometric.
+    """Probability to reach each target later than t, step by step until the decay is geometric.
 
-    Args and result are those of `later_by_squaring`.
+    Arguments and result are those of `later_by_squaring`.
     """
     later = np.empty((targets.shape[1], len(times)))
     order = np.argsort(times, kind="stable")
@@ -163,9 +164,9 @@ def later_by_stepping(
 def _reached(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """P(T <= t) [m, k] for the target sets in the columns of targets [n, m]."""
+    """P(T <= t) [m, k] for the m target sets in the columns of targets [n, m]."""
     is_seen = can_reach(moves.T.tocsr(), as_targets(source, n_nodes(moves)))
-    moves, targets = moves[is_seen][:, is_seen], targets[is_seen]  # seen nodes lead to seen nodes only
+    moves, targets = moves[is_seen][:, is_seen], targets[is_seen]  # such nodes lead only to such nodes
     source = int(is_seen[:source].sum())
     hits = np.zeros(targets.shape)
     for question, target in enumerate(targets.T):
@@ -187,7 +188,7 @@ def _with_staying(moves: sp.csr_array) -> sp.csr_array:
 def _geometric_hazard(
     ahead: NDArray[np.float64], following: NDArray[np.float64], source: int, remaining: int
 ) -> NDArray[np.float64] | None:
-    """1 - w_{t+1} / w_t at the source [m], if the bounds over all nodes fix the rest of each curve; else None."""
+    """1 - w_{t+1} / w_t at the source [m] if the bounds over all nodes fix the rest of each curve, else None."""
     counts = ahead > 0
     ratio = np.divide(ahead - following, ahead, out=np.zeros_like(ahead), where=counts)
     low = np.clip(np.where(counts, ratio, np.inf).min(axis=0), 0.0, 1.0)
@@ -196,7 +197,7 @@ def _geometric_hazard(
     longest = np.minimum(remaining, 1 / np.maximum(low, 1 / max(remaining, 1)))
     gap = ahead[source] * np.maximum(high - low, 0.0)
     error = np.minimum(ahead[source], longest * gap)
-    is_rounding = gap <= 8 * np.finfo(float).eps  # no further step would bring the bounds closer
+    is_rounding = gap <= 8 * np.finfo(float).eps  # no further step would tighten the bounds
     if not (is_rounding | (error <= TOLERANCE)).all():
         return None
     return np.clip(ratio[source], 0.0, 1 - np.finfo(float).eps)

@@ -1,4 +1,4 @@
-"""How hard a goal graph is to explore, before anybody trains."""
+"""How hard a goal graph is to explore, computed before training."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph, as_goal_graph
 
 REPORT_TIMES = (10, 100, 1000)
-"""Numbers of steps at which `to_dict` and `str` give the curves; an episode is truncated after 1000."""
+"""Numbers of steps at which `to_dict` and `str` evaluate the curves; an episode is truncated after 1000."""
 
 
 def analyze(
@@ -26,16 +26,16 @@ def analyze(
     walk: Walk = PAPER_WALK,
     reading: Reading = TABLE_READING,
 ) -> ComplexityReport:
-    """How hard a goal graph is to explore by the paper's random walk.
+    """Compute how hard a goal graph is to explore by the paper's random walk.
 
     Args:
         graph: a letter `"a"` to `"g"`, a `GoalGraph`, or a path to a TOML file.
         drop_key: whether keys can be dropped.
-        walk: the chances of one step.
-        reading: which reading of the paper's augmented graph.
+        walk: the probabilities of one step.
+        reading: interpretation of the paper's augmented graph.
 
     Returns:
-        A report that computes each quantity when it is first asked for.
+        A report that computes each quantity on first access.
 
     Raises:
         InputError: if it is not a goal graph, or its augmented graph is too large.
@@ -45,17 +45,17 @@ def analyze(
 
 @dataclass(frozen=True)
 class ComplexityReport:
-    """Depth, width and passage times of a goal graph; made by `analyze`.
+    """Depth, width and passage times of a goal graph; created by `analyze`.
 
-    Two numbers answer 'how long until the exit': `hitting_time` is the one that the paper's Table 2 holds, the
-    least-squares solution of its Laplacian system, which saturates near 1 / 0.01 = 100; `expected_steps` is the true
-    mean number of steps of the same walk, which does not.
+    Two numbers say how long it takes to reach the exit. `hitting_time` is the value in the paper's Table 2, the
+    least-squares solution of its Laplacian system, which saturates near 1 / 0.01 = 100. `expected_steps` is the true
+    mean number of steps of the same walk, which does not saturate.
 
     Args:
         graph: the goal graph.
         drop_key: whether keys can be dropped.
-        walk: the chances of one step.
-        reading: which reading of the paper's augmented graph.
+        walk: the probabilities of one step.
+        reading: interpretation of the paper's augmented graph.
 
     Raises:
         InputError: if the augmented graph is too large.
@@ -76,18 +76,18 @@ class ComplexityReport:
 
     @cached_property
     def chain(self) -> Chain:
-        """The walk on the augmented graph, for every further question."""
+        """The walk on the augmented graph, which answers all further questions."""
         unrolled = self.augmented
         return Chain(unrolled.weights, unrolled.labels, unrolled.start, unrolled.goals, alike_nodes(unrolled))
 
     @property
     def exit_depth(self) -> int:
-        """Goals (keys and doors) that must be achieved before the exit."""
+        """Number of goals (keys and doors) that must be achieved before the exit."""
         return self.graph.exit_depth
 
     @property
     def width(self) -> int:
-        """Most rooms at one depth of the tree of keys."""
+        """Largest number of rooms at the same depth of the tree of keys."""
         return self.graph.width
 
     @property
@@ -97,7 +97,7 @@ class ComplexityReport:
 
     @property
     def edges(self) -> int:
-        """Number of moves between its nodes, restarts not counted."""
+        """Number of moves between its nodes without restarts."""
         return len(self.augmented.edges)
 
     @property
@@ -107,7 +107,7 @@ class ComplexityReport:
 
     @property
     def expected_steps(self) -> float:
-        """Mean number of steps of the walk until the exit is first reached, staying included."""
+        """Mean number of steps until the exit is first reached, including steps that stay."""
         return self.chain.expected_steps
 
     @property
@@ -121,7 +121,7 @@ class ComplexityReport:
         return self.chain.std
 
     def reach_probability(self, t: ArrayLike, goal: str = "exit") -> NDArray[np.float64]:
-        """Chance that a goal has been achieved within t steps; see `Chain.reach_probability`."""
+        """Probability that a goal has been achieved within t steps; see `Chain.reach_probability`."""
         return self.chain.reach_probability(t, goal)
 
     def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
@@ -133,19 +133,19 @@ class ComplexityReport:
         return self.chain.expected_steps_to(goal)
 
     def hitting_time_to(self, node: str) -> float:
-        """The paper's hitting time of any one node; see `Chain.hitting_time_to`."""
+        """The paper's hitting time of any single node; see `Chain.hitting_time_to`."""
         return self.chain.hitting_time_to(node)
 
     def edge_sensitivity(self) -> list[EdgeSensitivity]:
-        """What each edge does to the time to the exit; see `Chain.edge_sensitivity`."""
+        """The effect of each edge on the time to the exit; see `Chain.edge_sensitivity`."""
         return self.chain.edge_sensitivity()
 
     def goal_sensitivity(self) -> dict[str, float]:
-        """Which goal makes this graph hard; see `Chain.goal_sensitivity`."""
+        """The effect of each goal on the time to the exit; see `Chain.goal_sensitivity`."""
         return self.chain.goal_sensitivity()
 
     def to_dict(self) -> dict[str, Any]:
-        """The report as plain numbers, strings, lists and dicts, everything in it computed."""
+        """The whole report as plain numbers, strings, lists and dicts."""
         return {
             "graph": self.graph.name,
             "key_rooms": list(self.graph.key_rooms),

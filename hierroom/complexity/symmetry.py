@@ -1,7 +1,7 @@
-"""Which nodes of an augmented graph are alike, because renaming rooms turns one into the other.
+"""Equivalent nodes of an augmented graph: nodes that a renaming of rooms maps onto each other.
 
-A walk from the start reaches alike nodes with the same chances, so whatever is summed over nodes needs one of each
-kind: a star of ten rooms has 5,121 nodes of 69 kinds.
+A walk from the start reaches equivalent nodes with the same probabilities, so a sum over nodes needs only one node of
+each class: a star of ten rooms has 5,121 nodes in 69 classes.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from hierroom.complexity.augmented import AugmentedGraph, Node
 
 
 def alike_nodes(augmented: AugmentedGraph) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """One node of each kind, and how many there are of it.
+    """Find one node of each class of equivalent nodes, and the size of each class.
 
-    Two nodes are alike if an automorphism of the goal graph (a renaming of rooms that keeps the tree of keys and the
-    exit room) takes the one's room and open doors to the other's. It then takes the walk to itself.
+    Two nodes are equivalent if an automorphism of the goal graph (a renaming of rooms that preserves the tree of keys
+    and the exit room) maps the room and the open doors of one to those of the other. It then maps the walk to itself.
 
     Args:
-        augmented: the augmented graph, under any reading.
+        augmented: the augmented graph, in any reading.
 
     Returns:
-        ([k] int64 node indices, [k] int64 numbers of nodes), in order of first appearance.
+        ([k] int64 node indices, [k] int64 class sizes), in order of first appearance.
     """
     children: list[list[int]] = [[] for _ in range(augmented.graph.n_rooms)]
     for room, key_room in enumerate(augmented.graph.key_rooms, start=1):

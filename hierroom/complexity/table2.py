@@ -1,4 +1,4 @@
-"""The paper's Table 2, and ours beside it."""
+"""The paper's Table 2 next to our values."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from hierroom.goals import NAMED_GRAPHS
 
 @dataclass(frozen=True)
 class PaperColumn:
-    """What the paper's Table 2 prints for one graph."""
+    """The values that the paper's Table 2 prints for one graph."""
 
     exit_depth: int
     width: int
@@ -28,7 +28,7 @@ PAPER_TABLE_2 = {
     "f": PaperColumn(4, 2, 29.2, 86.1),
     "g": PaperColumn(6, 1, 27.5, 82.5),
 }
-"""As printed: hitting times to one digit."""
+"""As printed, with hitting times to one decimal place."""
 
 WHAT_IS_OPEN = (
     "Graphs d, e and f differ from the paper in both hitting-time (HT) rows. The paper prints the augmented graph of "
@@ -39,7 +39,7 @@ WHAT_IS_OPEN = (
 
 @dataclass(frozen=True)
 class Cell:
-    """One number of the table: the paper's and ours."""
+    """One value of the table: the paper's and ours."""
 
     row: str
     graph: str
@@ -48,15 +48,15 @@ class Cell:
 
     @property
     def agrees(self) -> bool:
-        """Whether ours, rounded as the paper prints it, is what the paper prints."""
+        """Whether our value, rounded as in the paper, equals the printed one."""
         return round(self.ours, 1) == self.paper
 
 
 def table_2(reading: Reading = TABLE_READING) -> list[Cell]:
-    """Every number of Table 2, ours computed now.
+    """Compute every value of Table 2.
 
     Args:
-        reading: which reading of the paper's augmented graph.
+        reading: interpretation of the paper's augmented graph.
 
     Returns:
         28 cells: exit depth, width, hitting time without and with drop, for the graphs a to g.

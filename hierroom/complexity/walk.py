@@ -1,4 +1,4 @@
-"""The random walk of the paper's appendix, and the readings of its augmented graph, as data."""
+"""The random walk of the paper's appendix, and the possible readings of its augmented graph."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from hierroom.errors import InputError
 
 @dataclass(frozen=True)
 class Walk:
-    """What one step of the walk does (paper, appendix A); the three chances sum to one.
+    """The probabilities of one step of the walk (paper, appendix A); they sum to one.
 
     Args:
-        stay: chance that no transition happens.
-        move: chance to follow an outgoing edge, split evenly over a node's edges.
-        restart: chance to return to the start node, from every node but the start itself, which stays instead.
+        stay: probability that no transition happens.
+        move: probability to follow an outgoing edge, divided evenly among a node's edges.
+        restart: probability to return to the start node, from every node except the start, which stays instead.
 
     Raises:
-        InputError: if a chance is negative or not finite, or the three do not sum to one.
+        InputError: if a probability is negative or not finite, or the three do not sum to one.
     """
 
     stay: float = 0.80
@@ -28,26 +28,28 @@ class Walk:
     def __post_init__(self) -> None:
         chances = (self.stay, self.move, self.restart)
         if not all(math.isfinite(chance) and chance >= 0 for chance in chances):
-            raise InputError(f"the walk's chances stay, move, restart must lie in 0..1, not {chances}")
+            raise InputError(f"the probabilities stay, move, restart of a walk must lie in 0..1, not {chances}")
         if not math.isclose(sum(chances), 1.0, abs_tol=1e-9):
-            raise InputError(f"the walk's chances stay, move, restart must sum to 1, not {sum(chances):g}")
+            raise InputError(f"the probabilities stay, move, restart of a walk must sum to 1, not {sum(chances):g}")
 
 
-KEY_SIGHTS = ("accessible", "way to the start", "own room")
+KEY_VISIBILITY = ("accessible", "way to the start", "own room")
 ROOM_MOVES = ("accessible", "neighbours", "through the start")
 DROP_RETURNS = ("accessible", "key room", "start")
 
 
 @dataclass(frozen=True)
 class Reading:
-    """One reading of the paper's augmented graph; the default is the one that reproduces Table 2 for a, b, c, g.
+    """One interpretation of the paper's augmented graph; the default reproduces Table 2 for a, b, c and g.
 
     Args:
-        keys: from which rooms a key can be picked up: from every `"accessible"` room, from those whose
-            `"way to the start"` in the tree of keys passes the key's room, or from its `"own room"`.
-        rooms: where a room leads: to every other `"accessible"` room, to its `"neighbours"` in the tree of keys (as
-            the appendix draws graph c), or `"through the start"` room only (as the level is built).
-        drop: where dropping a key leads: to every `"accessible"` room, to the `"key room"`, or to the `"start"` room.
+        keys: the rooms from which a key can be picked up: every `"accessible"` room, the rooms whose `"way to the
+            start"` in the tree of keys passes the key's room, or only the key's `"own room"`.
+        rooms: the rooms to which a room leads: every other `"accessible"` room, its `"neighbours"` in the tree of keys
+            (as the appendix draws graph c), or `"through the start"`: only to and from the start room (as the level is
+            built).
+        drop: the rooms to which dropping a key leads: every `"accessible"` room, the `"key room"`, or the `"start"`
+            room.
 
     Raises:
         InputError: if a choice is not one of those named.
@@ -58,10 +60,10 @@ class Reading:
     drop: str = "accessible"
 
     def __post_init__(self) -> None:
-        for field, allowed in (("keys", KEY_SIGHTS), ("rooms", ROOM_MOVES), ("drop", DROP_RETURNS)):
+        for field, allowed in (("keys", KEY_VISIBILITY), ("rooms", ROOM_MOVES), ("drop", DROP_RETURNS)):
             if getattr(self, field) not in allowed:
                 raise InputError(
-                    f"the reading of {field} is one of {', '.join(map(repr, allowed))}, not {getattr(self, field)!r}"
+                    f"Reading.{field} must be one of {', '.join(map(repr, allowed))}, not {getattr(self, field)!r}"
                 )
 
 

@@ -1,7 +1,8 @@
-"""W, the weights of a walk: what is accepted as one, and which of its nodes can be reached from which.
+"""W, the weights of a random walk: validation, and which nodes can be reached from which.
 
-W[i, j] is the chance to move from node i to node j in one step. What a row lacks to one is the chance to stay, as in
-the paper, where staying drops out of the Laplacian; a diagonal entry says the same and is equally welcome.
+W[i, j] is the probability to move from node i to node j in one step. One minus the sum of a row is the probability to
+stay, as in the paper, where staying cancels in the Laplacian. An entry on the diagonal has the same meaning and is
+accepted too.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ Weights: TypeAlias = ArrayLike | sp.sparray | sp.spmatrix
 Targets: TypeAlias = int | Iterable[int]
 
 ROW_SLACK = 1e-9
-"""How far above one a row of probabilities may sum through rounding."""
+"""Tolerance by which a row of probabilities may exceed one through rounding."""
 
 
 def as_weights(weights: Weights) -> sp.csr_array:
-    """Check a weighted adjacency matrix and bring it into one form.
+    """Check a weighted adjacency matrix and convert it to one format.
 
     Args:
         weights: [n, n] dense or sparse, finite and not negative; rows need not sum to one.
@@ -38,7 +39,7 @@ def as_weights(weights: Weights) -> sp.csr_array:
     try:
         given = sp.csr_array(weights) if sp.issparse(weights) else np.atleast_2d(np.asarray(weights))
         if given.dtype.kind == "c":
-            raise TypeError("it holds complex ones")
+            raise TypeError("it holds complex numbers")
         matrix = sp.csr_array(given.astype(np.float64), copy=True)
     except (TypeError, ValueError) as error:
         raise InputError(f"W must be a square matrix of numbers: {error}") from error
@@ -56,16 +57,16 @@ def as_weights(weights: Weights) -> sp.csr_array:
 
 
 def as_moves(weights: Weights) -> sp.csr_array:
-    """The moves of a walk in discrete time: its chances to leave each node, without the chance to stay.
+    """The probabilities to leave each node of a walk in discrete time, without the probability to stay.
 
-    D - W is the same with and without a diagonal in W, so the diagonal is left out; what a row of moves lacks to one is
-    the chance to stay.
+    D - W is the same with and without a diagonal in W, so the diagonal is omitted. One minus the sum of a row of the
+    result is the probability to stay.
 
     Args:
         weights: [n, n] dense or sparse; each row, its diagonal included, sums to at most one.
 
     Returns:
-        [n, n] float64 CSR, its diagonal empty.
+        [n, n] float64 CSR with an empty diagonal.
 
     Raises:
         InputError: as `as_weights`, or if a row sums to more than one.
@@ -75,7 +76,7 @@ def as_moves(weights: Weights) -> sp.csr_array:
     row = int(totals.argmax())
     if totals[row] > 1 + ROW_SLACK:
         raise InputError(
-            f"the chances to leave a node must sum to at most 1, but row {row} of W sums to {totals[row]:g}; "
+            f"the probabilities of a node's moves must sum to at most 1, but row {row} of W sums to {totals[row]:g}; "
             "divide counts by their total first"
         )
     matrix.setdiag(0.0)
@@ -84,7 +85,7 @@ def as_moves(weights: Weights) -> sp.csr_array:
 
 
 def n_nodes(matrix: sp.csr_array) -> int:
-    """Number of nodes of a walk, the rows of its matrix."""
+    """Number of nodes of a walk, which is the number of rows of its matrix."""
     return matrix.indptr.size - 1
 
 
@@ -97,14 +98,14 @@ def as_targets(targets: Targets, n: int) -> NDArray[np.bool_]:
     """The set of target nodes as a mask.
 
     Args:
-        targets: one node or several, each 0..n - 1; none at all is a target that cannot be reached.
+        targets: one node or several, each 0..n - 1; an empty set is a target that cannot be reached.
         n: number of nodes.
 
     Returns:
         [n] bool.
 
     Raises:
-        InputError: if a node is unknown.
+        InputError: if a node does not exist.
     """
     mask = np.zeros(n, bool)
     for node in targets if isinstance(targets, Iterable) else (targets,):
@@ -113,18 +114,18 @@ def as_targets(targets: Targets, n: int) -> NDArray[np.bool_]:
 
 
 def as_node(node: int, n: int) -> int:
-    """One node's index, checked.
+    """Check the index of a node.
 
     Raises:
         InputError: if it is not a whole number from 0 to n - 1.
     """
     if not isinstance(node, (int, np.integer)) or isinstance(node, bool) or not 0 <= node < n:
-        raise InputError(f"a node is a whole number from 0 to {n - 1}, not {node!r}")
+        raise InputError(f"a node must be a whole number from 0 to {n - 1}, not {node!r}")
     return int(node)
 
 
 def as_times(times: ArrayLike) -> NDArray[np.int64]:
-    """Numbers of steps, checked.
+    """Check numbers of steps and convert them to int64.
 
     Raises:
         InputError: if they are not whole numbers from 0 to 2**62.
@@ -132,19 +133,19 @@ def as_times(times: ArrayLike) -> NDArray[np.int64]:
     array = np.asarray(times)
     is_number = array.dtype.kind in "iuf"
     if not is_number or not ((array >= 0) & (array <= 2**62) & (array == np.floor(array))).all():
-        raise InputError(f"numbers of steps are whole and not negative, at most 2**62, not {times!r}")
+        raise InputError(f"numbers of steps must be whole numbers from 0 to 2**62, not {times!r}")
     return array.astype(np.int64)
 
 
 def can_reach(
     weights: sp.csr_array, targets: NDArray[np.bool_], avoid: NDArray[np.bool_] | None = None
 ) -> NDArray[np.bool_]:
-    """Nodes from which a target can be reached along edges of positive weight.
+    """Find the nodes from which a target can be reached along edges of positive weight.
 
     Args:
         weights: [n, n] CSR without stored zeros.
         targets: [n] bool.
-        avoid: [n] bool, nodes that the way may not touch.
+        avoid: [n] bool, nodes that the path must not visit.
 
     Returns:
         [n] bool, the targets included.
@@ -164,7 +165,9 @@ def can_reach(
 
 
 def closed_classes(weights: sp.csr_array) -> list[NDArray[np.int64]]:
-    """Sets of nodes that reach each other and nothing else: where a walk ends up, one of them for sure.
+    """Find the closed communicating classes: sets of nodes that reach each other and no other node.
+
+    A walk ends in one of them with probability one.
 
     Args:
         weights: [n, n] CSR without stored zeros.

@@ -23,7 +23,7 @@ class PPOConfig:
         final_learning_rate_fraction: learning rate at the end of training as a fraction of the initial one, 0 to 1,
             with linear annealing in between; 1 keeps the rate constant, 0 anneals it to zero.
         adam_epsilon: constant added to the denominator of Adam's update, above 0.
-        max_gradient_norm: bound to which the norm of the gradient of all parameters together is clipped, above 0.
+        max_gradient_norm: the norm of the gradient of all parameters together is clipped to this value, above 0.
         clip: the probability ratio is clipped to the interval from 1 - clip to 1 + clip; above 0.
         value_weight: weight of the value loss, which is half the mean squared error; at least 0.
         entropy_weight: weight of the entropy bonus, in nats over the legal actions; at least 0.

@@ -181,8 +181,8 @@ class _Embedding(nn.Module):
 def whitening(counts: NDArray[np.float64], sizes: NDArray[np.integer]) -> tuple[NDArray, NDArray]:
     r"""Scale and shift that whiten one-hot features: entry x of value i becomes ``scale[i] * x + shift[i]``.
 
-    With p the frequency of the value within its feature, a zero becomes :math:`-p / \sigma` and a one :math:`(1 - p) /
-    \sigma`, :math:`\sigma^2 = p (1 - p)`, both clipped to 5; the only value of a feature becomes 0.
+    With p the frequency of the value within its feature and :math:`\sigma^2 = p (1 - p)`, a zero becomes
+    :math:`-p / \sigma` and a one :math:`(1 - p) / \sigma`, both clipped to 5; the only value of a feature becomes 0.
 
     Args:
         counts: [R] float, number of observations with each value of each feature, all positive.

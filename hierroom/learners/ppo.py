@@ -36,8 +36,8 @@ Reinforcement Learning (2021).
 15. The norm of the gradient of all parameters together is clipped to 0.5 (37 details, 11).
 16. Policy and value function share the encoder and the recurrent core (37 details, 13).
 17. Hindsight is available to an agent whose turn can have the effect of another action than the one it took (the
-    options of a meta-controller): where the advantage is positive, the turn is learned from as if the other action had
-    been taken (after Andrychowicz et al. 2017 and, for learning from positive advantages only, Oh et al. 2018). The
+    options of a meta-controller): where the advantage is positive, the policy learns as if the other action had been
+    taken (after Andrychowicz et al. 2017 and, for learning from positive advantages only, Oh et al. 2018). The
     value function does not depend on the action and learns from all turns alike. `relabel`.
 18. Actions are sampled by inverting the distribution function at uniforms from the learner's own generator; weights and
     shuffles have generators of their own. No global random state is read or written.
@@ -194,7 +194,7 @@ class Learner:
     def relabel(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> None:
         """Record that the open turn of some environments had the effect of another action than the one taken.
 
-        Where the advantage of the turn is positive, it is learned from as if that other action had been taken. Actions
+        Where the advantage of the turn is positive, the policy learns as if that other action had been taken. Actions
         that were not legal when the turn began are ignored.
 
         Args:
@@ -248,7 +248,7 @@ class Learner:
         self._starts_episode[envs[episode_ended]] = True
 
     def bootstrap(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
-        """Give full sequences whose return continues the value of the next observation.
+        """Store the value of the next observation for full sequences whose return continues.
 
         `act` does this for the environments in which it begins a turn. Before an `update`, call this method for the
         other environments.

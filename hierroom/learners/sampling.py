@@ -36,7 +36,7 @@ def sample_actions(
             if masks[env, action]:
                 total += math.exp(logits[env, action] - highest)
         left = uniforms[env] * total
-        # Rounding can leave a small rest after the last legal action, which is then the one chosen.
+        # Rounding can leave a small remainder after the last legal action, which is then the one chosen.
         chosen = -1
         for action in range(n_actions):
             if masks[env, action]:

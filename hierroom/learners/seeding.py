@@ -1,4 +1,4 @@
-"""Weights that a seed fixes."""
+"""Initial weights that depend only on a seed."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import torch
 
 @contextmanager
 def seeded_weights(seed: np.random.SeedSequence) -> Iterator[None]:
-    """Make weights that depend on a seed alone: not on torch's global generator, and not on its number of threads.
+    """A context in which new weights depend only on ``seed``, not on torch's global generator or number of threads.
 
-    Orthogonal matrices come from a decomposition that rounds differently on two threads than on one.
+    Orthogonal initialisation uses a matrix decomposition that rounds differently with two threads than with one.
 
     Args:
-        seed: of the weights made within.
+        seed: seed of the weights that are created in the context.
     """
     n_threads = torch.get_num_threads()
     with torch.random.fork_rng(devices=[]):

@@ -1,4 +1,4 @@
-"""The configs that training runs start from."""
+"""The configs from which training runs start."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ PresetName = Literal["default", "long", "large", "learned", "paper"]
 
 PRESETS: Mapping[str, TrainConfig] = {
     "default": TrainConfig(),
-    # At a constant rate the policy goes on wavering: before the doorways and frontiers, at the end of 5M steps with a
-    # falling one episodes took 53 and 72 steps on graphs c and f, with a constant one 66 and 87.
+    # With a constant learning rate the policy keeps fluctuating. Measured before the features doorway-places and
+    # frontier-places existed: after 5M steps episodes took 53 and 72 steps on graphs c and f with an annealed rate, 66
+    # and 87 with a constant one.
     "long": TrainConfig(steps=5_000_000, ppo=PPOConfig(final_learning_rate_fraction=0.1)),
-    # Ways are longer there, so there is more to remember, and 3M steps are few. Told of no doorway a controller can
-    # stay near chance in branch rooms that it should leave: on graph d one of three seeds ended 2M steps at 83%, told
-    # of the last one all three at 99%. Returns that look further ahead (gae_lambda) helped on graph f, a falling rate
-    # at the end.
+    # Paths are longer there, so there is more to remember, and 3M steps are few. Without the place of a doorway as
+    # a feature the controller can stay near chance in branch rooms that it should leave: on graph d one of three seeds
+    # ended 2M steps at 83% success, while with the place of the last doorway all three ended at 99%. A larger
+    # gae_lambda helped on graph f, and annealing helped at the end.
     "large": TrainConfig(
         env=EnvConfig(size=31),
         steps=3_000_000,
@@ -42,12 +43,12 @@ PRESETS: Mapping[str, TrainConfig] = {
             features=("view", "goal", "goal-in-view", "goal-place", "direction", "keys", "previous-action"),
         ),
         steps=3_000_000,
-        # Environments, features, discount and value weight are what the default's were when this was measured.
+        # num_envs, features, gamma and value_weight are those of the default at the time of these measurements.
         num_envs=128,
-        # Annealed, as what the meta-controller asks for goes on changing: at a constant rate success on graph f fell
-        # from 94% to 80% on the way. With an entropy weight of 0.03 the controller stayed near chance on graph e (83%,
-        # with 0.01 98%), where most of the time goes into looking for the exit and nothing is paid. Both were measured
-        # before the controller was told of its goal's place.
+        # Annealed, because the goals that the meta-controller chooses keep changing: at a constant rate success on
+        # graph f fell from 94% to 80% during training. With an entropy weight of 0.03 the controller stayed near chance
+        # on graph e (83% success, 98% with 0.01), where it spends most of the time searching for the exit without a
+        # reward. Both were measured before goal-place was a feature of the controller.
         ppo=PPOConfig(final_learning_rate_fraction=0.1, value_weight=0.5, gamma=0.98),
     ),
     "paper": TrainConfig(
@@ -64,13 +65,13 @@ PRESETS: Mapping[str, TrainConfig] = {
         ),
     ),
 }
-"""default: the best we know for any method. long: for five million steps; goes the shortest ways. large: for grids of
-31 cells and more. learned: a learned meta-controller (the paper's Algorithm 1). paper: section 3 of the paper; what it
-leaves open is as was usual. docs/presets.md goes through them value by value."""
+"""default: the best config we know for any method. long: for five million steps; ends with the shortest episodes.
+large: for grids of 31 cells and more. learned: a learned meta-controller (the paper's Algorithm 1). paper: section 3
+of the paper, with customary values for what it does not specify. docs/presets.md explains them value by value."""
 
 
 def find_preset(name: str) -> TrainConfig:
-    """The preset of that name.
+    """Return the preset of that name.
 
     Raises:
         InputError: if there is none.

@@ -1,4 +1,4 @@
-"""The folder of a training run: config, metrics, checkpoints, summary. Every file appears whole or not at all."""
+"""The folder of a training run: config, metrics, checkpoints and summary. Every file is written atomically."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ CHECKPOINT_FORMAT = 5
 class RunFolder:
     """A training run on disk.
 
-    ``config.json``, ``versions.json`` (what the run began with), ``metrics.csv`` (a row each time training is logged),
-    ``checkpoints/`` (named by their steps), ``summary.json``, TensorBoard events and pictures; and where the goal graph
-    is none of the named ones a copy of it, ``graph.toml``, which the run goes on with whatever becomes of its file.
+    The folder contains ``config.json``, ``versions.json`` (the package versions at the start), ``metrics.csv`` (a row
+    for each time that training is logged), ``checkpoints/`` (named by their steps), ``summary.json``, TensorBoard
+    events and pictures. If the goal graph is not a named one, ``graph.toml`` is a copy of it, so that the run can
+    continue even if the original file changes.
 
     Args:
         path: the folder.
@@ -39,10 +40,14 @@ class RunFolder:
 
     @classmethod
     def create(cls, path: str | Path, config: TrainConfig) -> RunFolder:
-        """Begin a run in a new or empty folder.
+        """Create the folder of a new run.
+
+        Args:
+            path: the folder, new or empty.
+            config: config of the run.
 
         Raises:
-            InputError: if the folder holds something or cannot be made.
+            InputError: if the folder is not empty or cannot be created.
         """
         run = cls(path)
         try:
@@ -50,13 +55,13 @@ class RunFolder:
                 raise FileExistsError
             run.checkpoints.mkdir(parents=True)
         except (FileExistsError, NotADirectoryError):
-            raise InputError(f"{run.path} is already there; choose another --out, or --resume it") from None
+            raise InputError(f"{run.path} is not an empty folder; choose another --out, or --resume it") from None
         except OSError as error:
-            raise InputError(f"cannot make the run folder {run.path}: {error.strerror}") from error
+            raise InputError(f"cannot create the run folder {run.path}: {error.strerror}") from error
         graph = config.env.graph
         if isinstance(graph, GoalGraph):
             write_atomically(run.path / "graph.toml", graph.to_toml().encode())
-        elif graph not in NAMED_GRAPHS and Path(graph).is_file():  # as `as_goal_graph` reads it
+        elif graph not in NAMED_GRAPHS and Path(graph).is_file():  # as in `as_goal_graph`
             write_atomically(run.path / "graph.toml", Path(graph).read_bytes())
         versions = {package: version(package) for package in ("hierroom", "numba", "numpy", "torch")}
         write_atomically(
@@ -67,10 +72,10 @@ class RunFolder:
 
     @classmethod
     def open(cls, path: str | Path) -> RunFolder:
-        """A run that is there.
+        """Open the folder of an existing run.
 
         Raises:
-            InputError: if there is none.
+            InputError: if there is no run.
         """
         run = cls(path)
         if not (run.path / "config.json").is_file():
@@ -87,7 +92,7 @@ class RunFolder:
         write_atomically(self.path / "config.json", to_json(config.to_dict()).encode())
 
     def config(self) -> TrainConfig:
-        """What the run trains.
+        """Read the config of the run.
 
         Raises:
             InputError: if config.json is broken.
@@ -105,7 +110,7 @@ class RunFolder:
         return config.changed(graph=str(graph)) if graph.is_file() else config
 
     def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
-        """Write what `Trainer.state_dict` gave; it is named by its steps."""
+        """Write a checkpoint, named by its steps, from the result of `Trainer.state_dict`."""
         buffer = io.BytesIO()
         torch.save({"format": CHECKPOINT_FORMAT, **state}, buffer)
         path = self.checkpoints / f"{state['steps']:012d}.pt"
@@ -113,7 +118,7 @@ class RunFolder:
         return path
 
     def load_checkpoint(self, steps: int | None = None) -> dict[str, Any]:
-        """The checkpoint after so many steps, by default the newest. Nothing that is read from it can run.
+        """Read the checkpoint after ``steps`` steps, by default the newest; no code from the file is executed.
 
         Raises:
             InputError: if there is none, it is broken, or another version of hierroom wrote it in another format.
@@ -126,9 +131,9 @@ class RunFolder:
         path = paths[max(paths) if steps is None else steps]
         try:
             state = torch.load(path, map_location="cpu", weights_only=True)
-        except Exception as error:  # torch raises many kinds for a broken file, among them plain RuntimeError
+        except Exception as error:  # torch raises many types for a broken file, RuntimeError among them
             lines = str(error).strip().splitlines() or [type(error).__name__]
-            reason = lines[0].split(". ")[0]  # torch goes on with advice for its own users
+            reason = lines[0].split(". ")[0]  # the rest is advice to users of torch
             raise InputError(f"cannot read the checkpoint {path}: {reason}") from error
         found = state.get("format") if isinstance(state, dict) else None
         if found != CHECKPOINT_FORMAT:
@@ -136,10 +141,10 @@ class RunFolder:
         return state
 
     def append_metrics(self, row: Mapping[str, float]) -> None:
-        """Add a row to metrics.csv.
+        """Append a row to metrics.csv.
 
         Raises:
-            InputError: if it cannot be written; the rows before are still there.
+            InputError: if it cannot be written; the previous rows are still there.
         """
         path = self.path / "metrics.csv"
         text = io.StringIO()
@@ -157,7 +162,7 @@ class RunFolder:
             raise InputError(f"cannot write {path}: {error.strerror}") from error
 
     def metrics(self) -> list[dict[str, float]]:
-        """The rows of metrics.csv.
+        """Read the rows of metrics.csv.
 
         Raises:
             InputError: if it is broken.
@@ -168,11 +173,11 @@ class RunFolder:
         try:
             with path.open(newline="") as file:
                 return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
-        except (TypeError, ValueError) as error:  # a row is too short or too long, or holds no number
+        except (TypeError, ValueError) as error:  # a row is too short or too long, or a value is not a number
             raise InputError(f"{path} is broken: {error}") from error
 
     def drop_metrics_after(self, steps: int) -> None:
-        """Take out the rows logged after a checkpoint that training goes on from."""
+        """Delete the rows logged after the checkpoint from which training resumes."""
         rows, path = self.metrics(), self.path / "metrics.csv"
         if rows:
             header, *lines = path.read_bytes().splitlines(keepends=True)
@@ -185,7 +190,7 @@ class RunFolder:
 
 
 def unused_path(path: Path) -> Path:
-    """The path, or where it is taken the first of path-2, path-3, ... that is free."""
+    """The path itself if it is free, else the first free one of path-2, path-3, ..."""
     candidate, number = path, 2
     while candidate.exists():
         candidate, number = path.with_name(f"{path.name}-{number}"), number + 1

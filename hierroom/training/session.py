@@ -1,4 +1,4 @@
-"""A training run from its first step, or where it was left, to its pictures."""
+"""A training session: begins or resumes a run, trains, and writes its results."""
 
 from __future__ import annotations
 
@@ -29,30 +29,30 @@ ROWS_PER_RUN, CHECKPOINTS_PER_RUN = 500, 10
 
 
 def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
-    """A new run.
+    """Create a new run.
 
     Args:
-        config: what it trains.
-        out: its folder, new or empty; None for ``runs/`` and its name.
+        config: config of the run.
+        out: folder of the run, new or empty; None: a folder in ``runs/`` with the name of the config.
 
     Raises:
-        InputError: if the config holds a value that cannot be used, or the folder cannot be made.
+        InputError: if a value of the config cannot be used, or the folder cannot be created.
     """
     trainer = Trainer(config)
     folder = RunFolder.create(out or unused_path(Path("runs") / config.name), config)
-    folder.save_checkpoint(trainer.state_dict())  # so that, whatever happens now, there is something to resume
+    folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
     return trainer, folder
 
 
 def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
-    """A run that goes on from its newest checkpoint.
+    """Continue a run from its newest checkpoint.
 
     Args:
-        config: that of its folder, perhaps with more steps, other threads or another device.
-        path: its folder.
+        config: the run's config, possibly with more steps, another number of threads or another device.
+        path: folder of the run.
 
     Raises:
-        InputError: if its checkpoint does not fit the config, or has taken all of its steps.
+        InputError: if the checkpoint does not fit the config, or the run has already taken all steps.
     """
     trainer = Trainer(config.changed(warm_start=None))  # the checkpoint holds all weights
     folder = RunFolder.open(path)
@@ -61,13 +61,13 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
         taken = f"{folder.path} has taken {trainer.steps:,} steps"
         raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
     folder.drop_metrics_after(trainer.steps)
-    folder.save_config(config)  # with the steps to go on to, should it be interrupted again
+    folder.save_config(config)  # with the new number of steps, in case it is interrupted again
     return trainer, folder
 
 
 def run_session(trainer: Trainer, folder: RunFolder) -> int:
-    """Train to the end or an interrupt, and tell what came out; returns the exit code of a command."""
-    torch.set_num_threads(1)  # more gain nothing at these sizes
+    """Train until the end or an interrupt and print the results; returns the exit code of the command."""
+    torch.set_num_threads(1)  # more threads gain nothing at these sizes
     console = Console()
     console.print(f"{trainer.config.title}, into {escape(str(folder.path))}")
     with Interrupt() as interrupt:
@@ -81,7 +81,7 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
 
 
 def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Interrupt) -> None:
-    """Train to the end or an interrupt, with a progress bar, metrics, TensorBoard events and checkpoints."""
+    """Train until the end or an interrupt, with a progress bar, metrics, TensorBoard events and checkpoints."""
     total = trainer.config.steps
     next_row, next_checkpoint = trainer.steps, trainer.steps + total // CHECKPOINTS_PER_RUN
     columns = (
@@ -113,7 +113,7 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
 
 
 def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
-    """Write summary and pictures and print what came out."""
+    """Write the summary and pictures, and print the results."""
     summary = trainer.summary()
     folder.save_summary(summary)
     curve, picture = folder.path / "learning_curve.png", folder.path / "escape.gif"
@@ -140,7 +140,7 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
 
 
 def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
-    """The pictures of each successful episode among the first few of a fresh environment."""
+    """Yield the pictures of each successful episode among the first ``episodes`` of a fresh environment."""
     seed = trainer.config.seed
     pair, turns = trainer.freeze(1, seed=seed), trainer.fresh_turns(1, seed + 1, autoreset=False)
     for _ in range(episodes):
@@ -157,7 +157,7 @@ def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
 
 
 def _load(trainer: Trainer, folder: RunFolder) -> None:
-    """Go on from a run's newest checkpoint."""
+    """Load the newest checkpoint of a run into the trainer."""
     state = folder.load_checkpoint()
     try:
         trainer.load_state_dict(state)

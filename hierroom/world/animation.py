@@ -20,7 +20,7 @@ def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_f
     Args:
         frames: [H, W, 3] uint8 each, at least one.
         path: the file; its folder must exist.
-        seconds_per_frame: duration of the other pictures, rounded to 0.01 by viewers.
+        seconds_per_frame: duration of each other picture, which the format stores in units of 0.01.
 
     Raises:
         InputError: if there is no frame or the file cannot be written.

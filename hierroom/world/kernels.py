@@ -94,7 +94,8 @@ def carve(level, grid, branch, side, part, walls, corners):
         side: side of the centre, 0 east, 1 south, 2 west, 3 north.
         part: 0 for the whole side, 1 or 2 for its first or second half.
         walls: [4] int64, the centre's wall lines (east col, south row, west col, north row).
-        corners: [2, 2] int64 at (south, east): 1 where the corner of the grid belongs to the north or south side.
+        corners: [2, 2] int64, indexed by (is south, is east): 1 if that corner of the grid belongs to the north or
+            south side.
     """
     size = grid.shape[0] - 2 * MARGIN
     is_vertical = side % 2  # the south and north sides extend along columns

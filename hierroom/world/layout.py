@@ -65,7 +65,7 @@ LEVEL = _record(
 )
 
 OUTCOME = _record(
-    ("tiles", "u1", (VIEW, VIEW)),  # the view after this step; after a reset, that of the new episode
+    ("tiles", "u1", (VIEW, VIEW)),  # the view after this step, or the first one of the next episode if it ended
     ("final_tiles", "u1", (VIEW, VIEW)),  # the final view of the episode that this step ended
     ("event", "i4"),  # goal id that this step achieved, or -1
     ("is_first", "?"),  # whether it was achieved for the first time in this episode

@@ -1,19 +1,20 @@
-"""The shortest solution of a level: the yardstick every agent is measured against.
+"""The shortest solution of a level, to which agents are compared.
 
-A breadth-first search over (cell, direction, keys collected, doors opened), with the keys where they lie now. It is
-exact although it leaves three things out:
+A breadth-first search over (cell, direction, keys collected, doors opened) starts from the current state of the level.
+It is exact although it ignores three things:
 
 - **Dropping a key.** A key in hand blocks no cell and opens its door; a key on a cell blocks it. Whatever can be done
-  after a drop can be done without it, in one step less.
+  after a drop can therefore be done without it, one step sooner.
 - **Doors that need not be opened, and rooms that hold nothing needed.** Every branch room has one door, to the centre.
-  A path that enters one and comes back stands in the same doorway as before, so it is no shorter than staying out. What
-  must be opened is one chain: the goal's room, the room that holds its key, and so on down to a key in reach.
-- **The step limit.** Lengths are counted as if the episode had all the time it needs.
+  A path that enters such a room and returns ends in the doorway where it began, so it is no shorter than staying
+  outside. The doors that must be opened form one chain: the goal's room, the room that holds its key, and so on to a
+  key in reach.
+- **The step limit.** Solutions may be longer than the rest of the episode.
 
-Keys that are not needed do matter: they stand in the way, and picking one up may be shorter than walking around it.
+Keys that are not needed do matter: they block cells, and picking one up may be shorter than walking around it.
 
-Kernels and what they read must share a source file (see `kernels`), so the search has codes of its own, and the world's
-tile codes come in as a table.
+Kernels and the constants they read must be in one source file (see `kernels`). The search therefore has its own codes,
+and gets the world's tile codes as a table.
 """
 
 from __future__ import annotations
@@ -27,11 +28,11 @@ from hierroom.goals import COLOURS, EXIT_GOAL, GOAL_NAMES, N_COLOURS, N_GOALS
 from hierroom.world import kernels
 from hierroom.world.layout import State
 
-# What stands on a cell, and equally what kind of goal it is: ``kind = goal // N_COLOURS``.
+# The kind of object on a cell, which is also the kind of a goal: ``kind = goal // N_COLOURS``.
 A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 3
-# What the search does, in its own numbering; `ACTIONS` translates.
+# The actions in the search's own numbering, which `ACTIONS` translates.
 GO, TURN_LEFT, TURN_RIGHT, TAKE, UNLOCK = range(5)
-# The terrain it walks: free or blocked, or else FIRST_KEY + slot, or FIRST_DOOR + place in the chain.
+# Codes of the terrain: free, blocked, FIRST_KEY + slot of a key, or FIRST_DOOR + position of a door in the chain.
 BLOCKED, FREE, FIRST_KEY, FIRST_DOOR = 0, 1, 2, 8
 
 ACTIONS = np.array([kernels.FORWARD, kernels.LEFT, kernels.RIGHT, kernels.PICKUP, kernels.OPEN])
@@ -47,12 +48,12 @@ def _tile_table() -> NDArray[np.uint8]:
 
 
 TILE_TABLE = _tile_table()
-"""[22, 2] uint8: what each tile code is to the search, and its colour."""
+"""[22, 2] uint8: the search's code and the colour of each tile code."""
 
 
 @njit(cache=True)
 def room_at(level, row, col):
-    """The room that a cell belongs to, or -1 for a doorway."""
+    """The room that contains a cell, or -1 for a doorway."""
     for r in range(level.n_rooms):
         top, left, bottom, right = level.rectangles[r]
         if top <= row <= bottom and left <= col <= right:
@@ -62,13 +63,14 @@ def room_at(level, row, col):
 
 @njit(cache=True)
 def survey(level, grid, tile_table, kind, colour):
-    """What stands between the agent and a goal.
+    """Find what the search needs on the way to a goal.
 
     Returns:
-        target: the goal's cell, or -1 if it is achieved already, or -2 if it cannot be reached.
-        terrain: [cells] uint8, with everything blocked that the search may leave out.
-        n_keys: keys that lie in the terrain, in slots 0, 1, ...
-        needs: [doors in the chain] the bit of the key each door needs, in the order of opening; 0 for a key in hand.
+        target: cell of the goal, -1 if the goal is achieved already, or -2 if it cannot be achieved.
+        terrain: [cells] uint8, in which everything that the search may ignore is blocked.
+        n_keys: number of keys in the terrain, which have slots 0, 1, ...
+        needs: [doors in the chain] int64, the bit of the key that each door needs, in the order of opening; 0 for a key
+            that is held.
     """
     side = grid.shape[1]
     terrain = np.zeros(grid.size, np.uint8)
@@ -98,7 +100,7 @@ def survey(level, grid, tile_table, kind, colour):
     if is_achieved:
         return -1, terrain, 0, key_cells[:0]
 
-    # The chain of doors, last one first, and the rooms worth entering.
+    # The chain of doors, the last one to be opened first, and the rooms that must be entered.
     is_needed = np.zeros(level.n_rooms, np.bool_)
     is_needed[0] = True
     own_room = room_at(level, level.row, level.col)
@@ -141,13 +143,14 @@ def survey(level, grid, tile_table, kind, colour):
 
 @njit(cache=True, nogil=True)
 def solve(level, grid, tile_table, kind, colour):
-    """The fewest actions that achieve a goal.
+    """Find the fewest actions that achieve a goal.
 
-    A node is ``layer << layer_shift | cell << 2 | direction``; its layer is ``doors opened << n_keys | keys taken``.
+    A node is ``layer << layer_shift | cell << 2 | direction``, and its layer is ``doors opened << n_keys | keys
+    taken``.
 
     Returns:
-        The actions in the search's numbering, int64, and their number: 0 if the goal is achieved already, -1 if the
-        level does not have it or the episode has ended on the exit.
+        The actions int64 in the search's numbering, and their number: 0 if the goal is achieved already, -1 if the
+        level does not have the goal or the episode has ended at the exit.
     """
     target, terrain, n_keys, needs = survey(level, grid, tile_table, kind, colour)
     if target < 0:
@@ -162,7 +165,7 @@ def solve(level, grid, tile_table, kind, colour):
     key_mask = (1 << n_keys) - 1
     reached_by = np.zeros(n_nodes, np.uint8)  # one more than the action that first reached the node
     queue = np.empty(n_nodes, np.int32)
-    parents = np.empty(n_nodes, np.int32)  # where in the queue the node before it stands
+    parents = np.empty(n_nodes, np.int32)  # position in the queue of the node before it
     queue[0] = (level.row * side + level.col) << 2 | level.direction
     reached_by[queue[0]] = 1
     head, tail = 0, 1
@@ -200,7 +203,7 @@ def solve(level, grid, tile_table, kind, colour):
 
 @njit(cache=True)
 def trace(queue, parents, reached_by, last, final_action):
-    """The actions from the start to node ``last`` of the queue, then the final one; and their number."""
+    """The actions from the start to node ``last`` of the queue, followed by the final action, and their number."""
     length, position = 1, last
     while position > 0:
         length += 1
@@ -222,47 +225,47 @@ def solve_levels(levels, grids, tile_table, kinds, colours, lengths):
 
 
 def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.int64]:
-    """The number of actions in the shortest solution of every environment.
+    """Count the actions in the shortest solution of every environment.
 
     Args:
-        state: N environments, of whatever graphs.
+        state: N environments, whose goal graphs may differ.
         goals: goal id 0 to 12, one for all environments or [N].
 
     Returns:
-        [N] int64; 0 where the goal is achieved already (the key is held, the door is open, the agent stands on the
-        exit), -1 where it cannot be: the level has no such key or door, or the episode has ended on the exit.
+        [N] int64; 0 where the goal is achieved already (the key is held, the door is open, or the agent is at the
+        exit), -1 where it cannot be achieved (the level has no such key or door, or the episode has ended at the exit).
 
     Raises:
         InputError: if a goal is not a goal id.
     """
     ids = np.broadcast_to(np.asarray(goals), len(state))
     if ids.dtype.kind not in "iu" or (len(ids) and not 0 <= ids.min() <= ids.max() < N_GOALS):
-        raise InputError(f"goals are whole numbers from 0 to {N_GOALS - 1}, not {goals}")
+        raise InputError(f"goals must be whole numbers from 0 to {N_GOALS - 1}, not {goals}")
     lengths = np.empty(len(state), np.int64)
     solve_levels(state.levels, state.grids, TILE_TABLE, ids // N_COLOURS, ids % N_COLOURS, lengths)
     return lengths
 
 
 def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
-    """The shortest sequence of actions that achieves a goal; one of them, where there are several.
+    """Find a shortest sequence of actions that achieves a goal; where there are several, one of them.
 
     Args:
         state: one environment.
-        goal: goal id 0 to 12, the exit by default.
+        goal: goal id 0 to 12, by default the exit.
 
     Returns:
-        [length] int64, empty if the goal is achieved already. A path to a key or a door never steps on the exit.
+        [length] int64, empty if the goal is achieved already. A path to a key or a door never enters the exit.
 
     Raises:
-        InputError: if the state holds more than one environment, or the goal is none or cannot be achieved.
+        InputError: if the state holds more than one environment, or the goal is not a goal id or cannot be achieved.
     """
     if len(state) != 1:
         raise InputError(
-            f"the shortest actions are those of one environment; the state holds {len(state)}: index it first"
+            f"shortest_actions solves one environment, but the state holds {len(state)}: index the state first"
         )
     if not isinstance(goal, (int, np.integer)) or not 0 <= goal < N_GOALS:
-        raise InputError(f"a goal is a whole number from 0 to {N_GOALS - 1}, not {goal!r}")
+        raise InputError(f"a goal must be a whole number from 0 to {N_GOALS - 1}, not {goal!r}")
     path, length = solve(state.levels[0], state.grids[0], TILE_TABLE, goal // N_COLOURS, goal % N_COLOURS)
     if length < 0:
-        raise InputError(f"the goal {GOAL_NAMES[goal]} cannot be achieved: the level has none, or the episode is over")
+        raise InputError(f"the goal {GOAL_NAMES[goal]} cannot be achieved: there is none, or the episode has ended")
     return ACTIONS[path]

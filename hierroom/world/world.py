@@ -121,7 +121,7 @@ class World:
         """Act once in every environment and return the outcomes; where an episode ends, the next one begins.
 
         Args:
-            actions: [N] integers; one that is no action of the environment only costs the step.
+            actions: [N] integers; one that is not an action of the environment has no effect, but the step counts.
 
         Raises:
             InputError: if the actions have another shape or type.

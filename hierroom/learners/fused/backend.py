@@ -19,7 +19,7 @@ from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.adam_kernels import adam_step, sum_gradients
 from hierroom.learners.fused.encoder_kernels import add_scaled_rows, compare_rows, encode, most_common, rare_rows
 from hierroom.learners.fused.network import Parameters, forward
-from hierroom.learners.fused.shard_worker import Minibatch, ShardWorker, numbers_fed
+from hierroom.learners.fused.shard_worker import Minibatch, ShardWorker, fixed_numbers
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.learners.rollout import Batch
 
@@ -52,7 +52,7 @@ class FusedBackend:
             parameter.data = torch.from_numpy(view)
         self._offsets = network.encoder.offsets.numpy()
         self._n_table_rows = len(network.encoder.table())
-        self._numbers = numbers_fed(network)
+        self._numbers = fixed_numbers(network)
         self._means = np.zeros_like(self._parameters)
         self._squares = np.zeros_like(self._parameters)
         self._n_steps = 0

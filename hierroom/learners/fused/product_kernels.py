@@ -92,8 +92,8 @@ _row = _tile_intrinsic(1)
 @njit(cache=True, nogil=True)
 def pack(matrix: NDArray[np.floating]) -> NDArray[np.floating]:
     """Pack the columns of a matrix [K, N] into zero-padded panels [ceil(N / L), K, L] of L = `_LANES` columns."""
-    depth, n_features = matrix.shape
-    panels = np.zeros(((n_features + _LANES - 1) // _LANES, depth, _LANES), matrix.dtype)
+    depth, n_columns = matrix.shape
+    panels = np.zeros(((n_columns + _LANES - 1) // _LANES, depth, _LANES), matrix.dtype)
     pack_into(matrix, panels)
     return panels
 
@@ -110,17 +110,17 @@ def pack_into(matrix, panels):
 
 
 @njit(nogil=True)
-def _add_tiles(flat, n_features, a, a_at, a_step, a_next, panels, n_rows):
-    """Add a product to ``flat`` [n_rows * n_features]; see `_tile_intrinsic` for the other arguments."""
+def _add_tiles(flat, n_columns, a, a_at, a_step, a_next, panels, n_rows):
+    """Add a product to ``flat`` [n_rows * n_columns]; see `_tile_intrinsic` for the other arguments."""
     depth = panels.shape[1]
     b = panels.reshape(panels.size)
-    for panel in range(n_features // _LANES):
+    for panel in range(n_columns // _LANES):
         b_at = panel * depth * _LANES
-        _add_panel(flat, panel * _LANES, n_features, a, a_at, a_step, a_next, b, b_at, depth, n_rows)
-    rest = n_features % _LANES
+        _add_panel(flat, panel * _LANES, n_columns, a, a_at, a_step, a_next, b, b_at, depth, n_rows)
+    rest = n_columns % _LANES
     if rest:  # the last panel is padded with zeros, so its rows need a copy as wide as the panel
         wide = np.zeros((n_rows, _LANES), flat.dtype)
-        narrow = flat.reshape(n_rows, n_features)[:, n_features - rest :]
+        narrow = flat.reshape(n_rows, n_columns)[:, n_columns - rest :]
         wide[:, :rest] = narrow
         b_at = (len(panels) - 1) * depth * _LANES
         _add_panel(wide.reshape(wide.size), 0, _LANES, a, a_at, a_step, a_next, b, b_at, depth, n_rows)

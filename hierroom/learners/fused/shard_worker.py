@@ -46,7 +46,7 @@ class ShardWorker:
         self._share = share
         self._gradient = Parameters.views(share, network)
         # With fixed numbers the table is computed from the weights, so their gradient follows from the table's.
-        self._numbers = numbers_fed(network)
+        self._numbers = fixed_numbers(network)
         self._d_table = (
             self._gradient.encoder_weight
             if self._numbers is None
@@ -112,7 +112,7 @@ class ShardWorker:
         return self._sums
 
 
-def numbers_fed(network: RecurrentActorCritic) -> tuple[NDArray, NDArray, NDArray] | None:
+def fixed_numbers(network: RecurrentActorCritic) -> tuple[NDArray, NDArray, NDArray] | None:
     """Rows, columns and values of the non-zero encoder inputs; None if no feature is represented by fixed numbers."""
     if network.encoder.inputs is None:
         return None

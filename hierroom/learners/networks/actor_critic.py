@@ -54,10 +54,10 @@ class AgentSpace:
                 f"features must have shape {(len(envs), self.n_features)}, a row per environment, not {features.shape}"
             )
         if (features > self._last_values).any():
-            m, column = np.argwhere(features > self._last_values)[0]
+            m, feature = np.argwhere(features > self._last_values)[0]
             raise InputError(
-                f"feature {column} must be below {self.cardinalities[column]}, "
-                f"but it is {features[m, column]} in environment {envs[m]}"
+                f"feature {feature} must be below {self.cardinalities[feature]}, "
+                f"but it is {features[m, feature]} in environment {envs[m]}"
             )
 
     def check_masks(self, envs: NDArray[np.integer], masks: NDArray[np.bool_]) -> None:
