@@ -85,7 +85,7 @@ def configs(options: Options) -> Iterator[TrainConfig]:
 
 def key_of(options: Options, config: TrainConfig) -> dict[str, str]:
     """What tells a row from the others, as text."""
-    entries = {**config.entries, "preset": options.preset, "meta": config.pair.meta}
+    entries = {**config.entries, "preset": options.preset, "meta": config.resolved_method.meta}
     return {key: str(entries[key]) for key in KEYS}
 
 
@@ -122,7 +122,7 @@ def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
         numbers[f"{name}_success"] = result.success_rate
         numbers[f"{name}_length"] = result.length
         numbers[f"{name}_length_over_shortest"] = result.length_over_shortest
-    informed = Informed(make_meta(config.pair.meta), num_envs)
+    informed = Informed(make_meta(config.resolved_method.meta), num_envs)
     numbers["informed_length"] = evaluate(informed, trainer.fresh_turns(num_envs, seed), episodes).length
     return {name: round(value, 4) if isinstance(value, float) else value for name, value in numbers.items()}
 

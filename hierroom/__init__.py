@@ -51,6 +51,10 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module 'hierroom' has no attribute {name!r}")
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
 class _Package(ModuleType):
     """The package, in which ``parallel_env`` is the class and not the file of that name."""
 
@@ -65,10 +69,10 @@ class _Package(ModuleType):
 
 sys.modules[__name__].__class__ = _Package
 
-for _letter in "abcdefg":
+for _id, _kwargs in {"EscapeRoom": {}, **{f"EscapeRoom-{letter}": {"graph": letter} for letter in "abcdefg"}}.items():
     gymnasium.register(
-        f"hierroom/EscapeRoom-{_letter}-v0",
+        f"hierroom/{_id}-v0",
         entry_point="hierroom.gym_env:EscapeRoom",
         vector_entry_point="hierroom.gym_env:EscapeRooms",
-        kwargs={"graph": _letter},
+        kwargs=_kwargs,
     )

@@ -30,8 +30,8 @@ def main() -> int:
     print(f"hierroom {hierroom.__version__}: {ListArguments.__doc__.splitlines()[0]}\n")  # pyright: ignore[reportOptionalMemberAccess]
     for name, purpose in COMMANDS.items():
         print(f"  python -m hierroom.{name:<11} {purpose}")
-    print("\nEach explains itself with --help, and completes its options in a shell that ran the output of")
-    print("--tyro-print-completion bash (or zsh, or tcsh).")
+    print("\nEach explains itself with --help, and is also there as hierroom-train, hierroom-evaluate and so on, whose")
+    print('options a shell completes after, for instance, eval "$(hierroom-train --tyro-print-completion bash)".')
     return 0
 
 

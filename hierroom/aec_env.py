@@ -41,7 +41,7 @@ from hierroom.env_config import (
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.options import AGENTS, CONTROLLER, META
-from hierroom.room import Room
+from hierroom.single_env import SingleEnv
 from hierroom.world.render import RENDER_MODES
 
 
@@ -49,10 +49,21 @@ class raw_env(AECEnv):
     """The AEC environment without wrappers.
 
     Args:
+        graph: a letter ``"a"`` to ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, or
+            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between: each episode draws one.
+        size: cells of the grid's side, 11 to 63, outer walls included.
+        max_steps: primitive steps after which an episode is truncated.
+        drop_key: whether the controller has a sixth action that drops a key.
+        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`).
+        novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
+        subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
+        goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
+        curriculum_stages: parts into which an interval of graphs is cut, to go through from the easiest on.
+        env_index: the index of the environment; with the seed it fixes the episodes.
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
 
     Attributes:
-        complexity: the `ComplexityReport` of its goal graph.
+        complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
     """
 
     metadata = {  # noqa: RUF012 - PettingZoo reads it from the class
@@ -80,12 +91,12 @@ class raw_env(AECEnv):
     ):
         config = EnvConfig.of_arguments(locals())
         super().__init__()
-        self.room = Room(config, render_mode)
+        self.single = SingleEnv(config, render_mode)
         self.render_mode = render_mode
-        self.complexity = self.room.complexity
+        self.complexity = self.single.complexity
         self.possible_agents = list(AGENTS)
-        self.observation_spaces = self.room.observation_spaces
-        self.action_spaces = self.room.action_spaces
+        self.observation_spaces = self.single.observation_spaces
+        self.action_spaces = self.single.action_spaces
 
     def observation_space(self, agent: str) -> spaces.Space:
         """The observation space of an agent: the same object at every call."""
@@ -102,7 +113,7 @@ class raw_env(AECEnv):
             seed: 0 to 2**63 - 1.
             options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
         """
-        self.infos = self.room.reset(seed, options)
+        self.infos = self.single.reset(seed, options)
         self.agents = list(AGENTS)
         self.rewards = dict.fromkeys(AGENTS, 0.0)
         self._cumulative_rewards = dict.fromkeys(AGENTS, 0.0)
@@ -112,7 +123,7 @@ class raw_env(AECEnv):
 
     def observe(self, agent: str) -> dict[str, NDArray]:
         """What an agent sees now, in fresh arrays."""
-        return self.room.observe(agent)
+        return self.single.observe(agent)
 
     def step(self, action: int | None) -> None:
         """Take the selected agent's turn."""
@@ -124,28 +135,28 @@ class raw_env(AECEnv):
             raise InputError(f"{agent} is to act; None is for agents whose episode has ended")
         self._cumulative_rewards[agent] = 0.0
         if agent == META:
-            self.room.choose(action)
+            self.single.choose(action)
             self.rewards = dict.fromkeys(AGENTS, 0.0)
         else:
-            self.rewards, self.terminations, self.truncations = self.room.act(action)
+            self.rewards, self.terminations, self.truncations = self.single.act(action)
         self._accumulate_rewards()
-        self.infos = self.room.infos()
+        self.infos = self.single.infos()
         has_ended = self.terminations[META] or self.truncations[META]
-        self.agent_selection = META if has_ended or self.room.is_meta_turn else CONTROLLER
+        self.agent_selection = META if has_ended or self.single.is_meta_turn else CONTROLLER
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
-        return self.room.render()
+        return self.single.render()
 
     def close(self) -> None:
         """Close the window, if one is open."""
-        self.room.close()
+        self.single.close()
 
 
 def _with_checks(make: Callable[P, AECEnv]) -> Callable[P, AECEnv]:
-    @wraps(make, updated=())
+    @wraps(make, assigned=(), updated=())
     def env(*args: P.args, **kwargs: P.kwargs) -> AECEnv:
-        """The AEC environment with PettingZoo's checks of order and bounds; the arguments are `raw_env`'s."""
+        """The AEC environment with PettingZoo's checks of order and bounds; the arguments are those of `raw_env`."""
         return OrderEnforcingWrapper(AssertOutOfBoundsWrapper(make(*args, **kwargs)))
 
     return env

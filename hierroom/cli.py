@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from hierroom.errors import InputError
 
@@ -15,6 +16,16 @@ COMMANDS: Mapping[str, str] = {
     "paper": "the paper's tables, ours beside its own numbers",
 }
 """What people run, as ``python -m hierroom.NAME``, and what for."""
+
+
+def program(name: str) -> str:
+    """How a command was called, for its usage and for what completes it in a shell.
+
+    Args:
+        name: of the command, in `COMMANDS`.
+    """
+    script = f"hierroom-{name}"
+    return script if Path(sys.argv[0]).stem == script else f"python -m hierroom.{name}"
 
 
 def run(command: Callable[[], int]) -> None:

@@ -6,13 +6,15 @@ It is data alone, and loads neither the world nor torch, so that a command can e
 from __future__ import annotations
 
 import inspect
+import math
 import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any, Literal, ParamSpec, TypeVar
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args
 
+import numpy as np
 import tyro
 
 from hierroom.errors import InputError
@@ -56,8 +58,12 @@ class EnvConfig:
             gives 1.
         subgoal_horizon: primitive steps after which an option ends without its goal; None: never.
         goal_mask: goals the meta-controller may choose: reachable, existing, seen (or no goal: find something new)
-            or none (all there could be).
+            or none (no mask: all 13 goals, existing or not).
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
+
+    Raises:
+        InputError: if an entry is not of its kind or out of its range; the size and the graph are checked where levels
+            are made.
     """
 
     graph: Annotated[GoalGraph | str | Path, _GRAPH] = "c"
@@ -71,15 +77,38 @@ class EnvConfig:
     goal_mask: GoalMaskName = "reachable"
     env_index: Annotated[int, tyro.conf.Suppress] = 0
 
+    def __post_init__(self) -> None:
+        self._require("drop_key", isinstance(self.drop_key, (bool, np.bool_)), "True or False")
+        for name, low in (("curriculum_stages", 1), ("env_index", 0)):
+            self._require(name, _is_whole(getattr(self, name), low), f"a whole number of at least {low}")
+        horizon = self.subgoal_horizon
+        is_horizon = horizon is None or _is_whole(horizon, 1)
+        self._require("subgoal_horizon", is_horizon, "a whole number of at least 1 or None")
+        bonus = self.novelty_bonus
+        is_bonus = isinstance(bonus, (int, float, np.number)) and 0 <= bonus < math.inf
+        self._require("novelty_bonus", is_bonus, "a number of at least 0")
+        for name, known in (("reward", get_args(RewardName)), ("goal_mask", get_args(GoalMaskName))):
+            given = getattr(self, name)
+            if not (given is None and name == "reward") and given not in known:
+                raise InputError(f"{name} is one of {', '.join(known)}, not {given!r}")
+
+    def _require(self, name: str, is_right: bool, allowed: str) -> None:
+        if not is_right:
+            raise InputError(f"{name} must be {allowed}, not {getattr(self, name)!r}")
+
     @classmethod
     def of_arguments(cls, arguments: Mapping[str, Any]) -> EnvConfig:
-        """The config that an environment's arguments describe; those that are none of its entries are passed over."""
+        """The config that an environment's arguments describe; other arguments are ignored."""
         return cls(**{field.name: arguments[field.name] for field in fields(cls)})
 
     @property
     def n_actions(self) -> int:
         """The controller's number of actions."""
         return 6 if self.drop_key else 5
+
+
+def _is_whole(value: object, low: int) -> bool:
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and low <= int(value) < 2**62
 
 
 def fresh_seed() -> int:

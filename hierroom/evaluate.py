@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from hierroom.cli import run
+from hierroom.cli import program, run
 from hierroom.env_config import GoalMaskName
 from hierroom.errors import InputError
 from hierroom.files import to_json
@@ -32,8 +32,8 @@ class EvaluateArguments:
         seed: fixes the levels and the actions; by default levels that training seeds below a million never saw.
         graph: another goal graph than the one trained on.
         size: another grid size than the one trained on.
-        meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point or
-            package.module:Class.
+        meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point,
+            package.module:Class or package.module:function.
         goal_mask: other goals that may be chosen: reachable, existing, seen or none.
         checkpoint: the steps of an earlier checkpoint than the newest.
         json: print JSON for machines; what has no value, such as the mean step of a goal never reached, is null.
@@ -53,7 +53,7 @@ class EvaluateArguments:
 
 def main() -> int:
     """The command."""
-    arguments = tyro.cli(EvaluateArguments, prog="python -m hierroom.evaluate")
+    arguments = tyro.cli(EvaluateArguments, prog=program("evaluate"))
     for name in ("episodes", "num_envs"):
         if getattr(arguments, name) < 1:
             raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
@@ -101,5 +101,10 @@ def _table(results: dict[str, Evaluation], title: str) -> Table:
     return table
 
 
-if __name__ == "__main__":
+def script() -> None:
+    """The command, as ``hierroom-evaluate``."""
     run(main)
+
+
+if __name__ == "__main__":
+    script()

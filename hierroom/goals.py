@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.errors import InputError
+from hierroom.files import write_atomically
 
 COLOURS = ("red", "green", "blue", "purple", "yellow", "grey")
 """Colour names in the order of MiniGrid's colour ids."""
@@ -165,10 +166,7 @@ class GoalGraph:
         """
         text = f"key_rooms = {list(self.key_rooms)}\nexit_room = {self.exit_room}\n"
         if path is not None:
-            try:
-                Path(path).write_text(text)
-            except OSError as error:
-                raise InputError(f"cannot write the goal graph {path}: {error.strerror}") from error
+            write_atomically(path, text.encode())
         return text
 
     @classmethod

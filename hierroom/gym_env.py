@@ -30,7 +30,7 @@ from hierroom.env_config import (
 from hierroom.goals import NO_GOAL, GoalGraph
 from hierroom.meta import MetaController, make_meta
 from hierroom.options import CONTROLLER, Step
-from hierroom.room import Room
+from hierroom.single_env import SingleEnv
 from hierroom.turns import Turns
 from hierroom.world.render import RENDER_MODES
 
@@ -53,11 +53,12 @@ class EscapeRoom(gymnasium.Env):
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
         curriculum_stages: parts into which an interval of graphs is cut, to go through from the easiest on.
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
-        meta: who picks the goals: a name, ``package.module:Class`` or a meta-controller (see `hierroom.meta`).
+        meta: who picks the goals: a name, ``package.module:Class``, ``package.module:function``, or a
+            meta-controller or function itself (see `hierroom.meta`).
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
 
     Attributes:
-        complexity: the `ComplexityReport` of its goal graph.
+        complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
     """
 
     metadata = {"render_modes": RENDER_MODES, "render_fps": FRAMES_PER_SECOND}  # noqa: RUF012 - read from the class
@@ -79,12 +80,12 @@ class EscapeRoom(gymnasium.Env):
         meta: MetaSpec = "none",
         render_mode: str | None = None,
     ):
-        self.room = Room(EnvConfig.of_arguments(locals()), render_mode)
+        self.single = SingleEnv(EnvConfig.of_arguments(locals()), render_mode)
         self.meta = make_meta(meta)
         self.render_mode = render_mode
-        self.complexity = self.room.complexity
-        self.observation_space = self.room.observation_spaces[CONTROLLER]
-        self.action_space = self.room.action_spaces[CONTROLLER]
+        self.complexity = self.single.complexity
+        self.observation_space = self.single.observation_spaces[CONTROLLER]
+        self.action_space = self.single.action_spaces[CONTROLLER]
 
     def reset(self, *, seed: int | None = None, options: dict | None = None):
         """Begin an episode: the first one of a seed, or without a seed the next one.
@@ -93,30 +94,30 @@ class EscapeRoom(gymnasium.Env):
             seed: 0 to 2**63 - 1.
             options: ``{"complexity": True}`` puts the complexity report into the info; other keys are ignored.
         """
-        infos = self.room.reset(seed, options)
+        infos = self.single.reset(seed, options)
         super().reset(seed=seed)
-        self.room.ask(self.meta)
-        return self.room.observe(CONTROLLER), infos[CONTROLLER]
+        self.single.ask(self.meta)
+        return self.single.observe(CONTROLLER), infos[CONTROLLER]
 
     def step(self, action: int):
         """Act once."""
-        rewards, terminations, truncations = self.room.act(action)
-        self.room.ask(self.meta)
+        rewards, terminations, truncations = self.single.act(action)
+        self.single.ask(self.meta)
         return (
-            self.room.observe(CONTROLLER),
+            self.single.observe(CONTROLLER),
             rewards[CONTROLLER],
             terminations[CONTROLLER],
             truncations[CONTROLLER],
-            self.room.infos()[CONTROLLER],
+            self.single.infos()[CONTROLLER],
         )
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
-        return self.room.render()
+        return self.single.render()
 
     def close(self) -> None:
         """Close the window, if one is open."""
-        self.room.close()
+        self.single.close()
 
 
 class EscapeRooms(VectorEnv):
@@ -143,7 +144,7 @@ class EscapeRooms(VectorEnv):
         threads: most threads to step with.
 
     Attributes:
-        complexity: the `ComplexityReport` of its goal graph.
+        complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
     """
 
     metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012 - Gymnasium reads it from the class

@@ -25,9 +25,8 @@ from rich.progress import Progress
 
 from hierroom.agents.player import OraclePlayer, Player, RandomPlayer, play
 from hierroom.complexity.augmented import AugmentedGraph
-from hierroom.complexity.counts import EpisodeCounts, counts_of
 from hierroom.complexity.difficulty import is_difficulty
-from hierroom.complexity.measured import MeasuredReport
+from hierroom.complexity.measured import EpisodeCounts, MeasuredReport, counts_of
 from hierroom.complexity.report import analyze
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError

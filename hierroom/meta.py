@@ -59,7 +59,10 @@ class LearningMeta(MetaController, Protocol):
 
     @classmethod
     def for_training(cls, num_envs: int) -> LearningMeta:
-        """Make one for training in a number of environments (without this, the class is made without arguments)."""
+        """Make one for training in a number of environments; without this, the class is made without arguments.
+
+        One that has this has `for_play` too.
+        """
         ...
 
     def learn(self, transition: Transition) -> None:
@@ -140,11 +143,11 @@ class LevelMeta:
             return goal.id
         if goal is None:
             return NO_GOAL
-        if isinstance(goal, (int, np.integer)) and not isinstance(goal, bool):
+        if isinstance(goal, (int, np.integer)) and not isinstance(goal, bool) and NO_GOAL <= goal <= N_GOALS:
             return int(goal)
         name = getattr(self._function, "__name__", "a meta-controller's function")
         given = " ".join(repr(goal).split())
-        raise InputError(f"{name} must return a goal of the level, a goal id or None, not {given}")
+        raise InputError(f"{name} must return a goal of the level, a goal id (0 to 12) or None, not {given}")
 
 
 META_CONTROLLERS: Mapping[str, type] = {
@@ -221,6 +224,11 @@ def _checked(meta: Any, name: str) -> MetaController:
         raise InputError(f"a meta-controller is an object, not a class: make one of {meta.__name__}")
     if not callable(getattr(meta, "choose", None)):
         raise InputError(f"a meta-controller has a method choose(observations, legal, situation); {name} has none")
+    if hasattr(meta, "for_training") and not hasattr(meta, "for_play"):
+        raise InputError(
+            f"a meta-controller that for_training makes for a number of environments has a method "
+            f"for_play(num_envs, *, seed) too, to play in others; {name} has none"
+        )
     if hasattr(meta, "learn") and not (hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict")):
         raise InputError(
             f"a meta-controller that learns has the methods state_dict and load_state_dict too, or what it learned "

@@ -21,7 +21,7 @@ from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, Goa
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.options import AGENTS, CONTROLLER, META
-from hierroom.room import Room
+from hierroom.single_env import SingleEnv
 from hierroom.world.render import RENDER_MODES
 
 
@@ -29,10 +29,21 @@ class parallel_env(ParallelEnv):
     """The parallel environment.
 
     Args:
+        graph: a letter ``"a"`` to ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, or
+            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between: each episode draws one.
+        size: cells of the grid's side, 11 to 63, outer walls included.
+        max_steps: primitive steps after which an episode is truncated.
+        drop_key: whether the controller has a sixth action that drops a key.
+        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`).
+        novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
+        subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
+        goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
+        curriculum_stages: parts into which an interval of graphs is cut, to go through from the easiest on.
+        env_index: the index of the environment; with the seed it fixes the episodes.
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
 
     Attributes:
-        complexity: the `ComplexityReport` of its goal graph.
+        complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
     """
 
     metadata = {  # noqa: RUF012 - PettingZoo reads it from the class
@@ -57,13 +68,13 @@ class parallel_env(ParallelEnv):
         env_index: int = 0,
         render_mode: str | None = None,
     ):
-        self.room = Room(EnvConfig.of_arguments(locals()), render_mode)
+        self.single = SingleEnv(EnvConfig.of_arguments(locals()), render_mode)
         self.render_mode = render_mode
-        self.complexity = self.room.complexity
+        self.complexity = self.single.complexity
         self.possible_agents = list(AGENTS)
         self.agents: list[str] = []
-        self.observation_spaces = self.room.observation_spaces
-        self.action_spaces = self.room.action_spaces
+        self.observation_spaces = self.single.observation_spaces
+        self.action_spaces = self.single.action_spaces
 
     def observation_space(self, agent: str) -> spaces.Space:
         """The observation space of an agent: the same object at every call."""
@@ -83,7 +94,7 @@ class parallel_env(ParallelEnv):
         Returns:
             (observations, infos), each a dict by agent.
         """
-        infos = self.room.reset(seed, options)
+        infos = self.single.reset(seed, options)
         self.agents = list(AGENTS)
         return self._observations(), infos
 
@@ -101,19 +112,19 @@ class parallel_env(ParallelEnv):
         missing = [agent for agent in AGENTS if agent not in actions]
         if missing:
             raise InputError(f"a step needs an action of each agent, and has none of {' and '.join(missing)}")
-        self.room.choose(actions[META])
-        rewards, terminations, truncations = self.room.act(actions[CONTROLLER])
+        self.single.choose(actions[META])
+        rewards, terminations, truncations = self.single.act(actions[CONTROLLER])
         if terminations[META] or truncations[META]:
             self.agents = []
-        return self._observations(), rewards, terminations, truncations, self.room.infos()
+        return self._observations(), rewards, terminations, truncations, self.single.infos()
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
-        return self.room.render()
+        return self.single.render()
 
     def close(self) -> None:
         """Close the window, if one is open."""
-        self.room.close()
+        self.single.close()
 
     def _observations(self) -> dict[str, dict[str, NDArray]]:
-        return {agent: self.room.observe(agent) for agent in AGENTS}
+        return {agent: self.single.observe(agent) for agent in AGENTS}

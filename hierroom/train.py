@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from hierroom.cli import run
+from hierroom.cli import program, run
 from hierroom.errors import InputError
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import PRESETS, PresetName, find_preset
@@ -23,8 +23,8 @@ class TrainArguments:
 
     Args:
         preset: what the other options start from: default, long (for five million steps and the shortest ways),
-            large (for grids of 31 cells and more), learned (for --meta learned, which implies it) or paper (its section
-            3).
+            large (for grids of 31 cells and more), learned (for --meta learned, which implies it) or paper (section 3
+            of the paper).
         out: the run folder, new; by default runs/ and the run's name.
         resume: a run folder to go on with; only --steps, --threads and --device may be given beside it.
     """
@@ -54,7 +54,7 @@ def parse(argv: list[str] | None = None) -> TrainArguments:
     preset = known.preset or (known.meta if known.meta in PRESETS else "default")
     default = _config_of(known.resume) if known.resume else find_preset(preset)
     start = TrainArguments(config=default)
-    arguments = tyro.cli(TrainArguments, prog="python -m hierroom.train", default=start, args=argv)
+    arguments = tyro.cli(TrainArguments, prog=program("train"), default=start, args=argv)
     config = arguments.config
     kept = config.changed(steps=default.steps, threads=default.threads, device=default.device)
     if known.resume and kept != default:
@@ -78,5 +78,10 @@ def _config_of(path: str) -> TrainConfig:
     return RunFolder.open(path).config()
 
 
-if __name__ == "__main__":
+def script() -> None:
+    """The command, as ``hierroom-train``."""
     run(main)
+
+
+if __name__ == "__main__":
+    script()

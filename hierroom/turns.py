@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.graph_sampler import GraphSampler
+from hierroom.complexity.difficulty import GraphSampler
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.controller import REWARDS, Observation, observation_spaces
 from hierroom.env_config import EnvConfig
@@ -64,14 +64,9 @@ class Turns:
         threads: int = 1,
         memories: Iterable[str] = (),
     ):
-        reward, horizon = config.reward or "intrinsic", config.subgoal_horizon
-        for what, value, known in (("reward", reward, REWARDS), ("goal_mask", config.goal_mask, GOAL_MASKS)):
-            if value not in known:
-                raise InputError(f"{what} is one of {', '.join(known)}, not {value!r}")
-        if horizon is not None and (not isinstance(horizon, (int, np.integer)) or horizon < 1):
-            raise InputError(f"subgoal_horizon must be a whole number of at least 1 or None, not {horizon!r}")
+        horizon = config.subgoal_horizon
         self._sampler = GraphSampler(config.graph, config.drop_key, num_envs, config.curriculum_stages)
-        self.reward = replace(REWARDS[reward], novelty_bonus=config.novelty_bonus)
+        self.reward = replace(REWARDS[config.reward or "intrinsic"], novelty_bonus=config.novelty_bonus)
         self.world = world = World(
             self._sampler.graphs,
             num_envs,
@@ -169,10 +164,10 @@ class Turns:
         return transitions(step, lambda agent, envs: self.final_observation(agent, step, envs))
 
     def situation(self, envs: NDArray[np.integer]) -> Situation:
-        """What meta-controllers may know of some environments [M], in arrays of its own but for ``masks``.
+        """What meta-controllers may know of some environments [M]. All arrays are copies; ``masks`` is read-only.
 
-        On its turn its legal actions are as `GOAL_MASKS` says; elsewhere it can only wait. They are read-only, as
-        `choose` checks the goals by them.
+        Where it is the meta-controller's turn, ``masks`` has the goals that the goal mask allows; elsewhere it can only
+        wait. `choose` checks the goals by them.
         """
         levels, ledger = self.world.state.levels[envs], self.ledger
         meta_turns = ledger.meta_turns[envs]
@@ -242,6 +237,8 @@ class Turns:
         Raises:
             InputError: if that is not what the actions are.
         """
+        if not self.world.has_begun:
+            raise InputError("reset the environment before its first step")
         had_ended = self.world.state.levels["has_ended"].copy()
         outcomes = self._step_world(actions)
         given = np.asarray(actions, np.int64)

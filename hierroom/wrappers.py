@@ -60,7 +60,7 @@ def add_features(env: Env, names: Sequence[str], agent: str = CONTROLLER) -> Env
         InputError: if it is no environment of hierroom, or there is no such feature or agent.
     """
     for api, wrapper in ((AECEnv, _AEC), (ParallelEnv, _Parallel), (VectorEnv, _Vector), (gymnasium.Env, _Gymnasium)):
-        if isinstance(env, api) and hasattr(env.unwrapped, "room" if wrapper is not _Vector else "turns"):
+        if isinstance(env, api) and hasattr(env.unwrapped, "single" if wrapper is not _Vector else "turns"):
             if agent not in (AGENTS if wrapper in (_AEC, _Parallel) else (CONTROLLER,)):
                 raise InputError(f"the agents of this environment are {', '.join(AGENTS)}; there is no {agent!r}")
             return cast(Env, wrapper(env, names, agent))
@@ -78,12 +78,18 @@ class _Reader:
 
     def __init__(self, turns: Turns, names: Sequence[str], agent: str) -> None:
         self.agent = agent
-        self._features = Features(names, turns.world.n_actions)
+        self._features = Features(names, turns.world.n_actions, agent)
         self.space = spaces.MultiDiscrete(list(self._features.cardinalities))
         turns.world.remember(self._features.memories)
 
-    def extend(self, space: spaces.Dict) -> spaces.Dict:
+    def extend(self, space: spaces.Space) -> spaces.Dict:
         """The space of observations with features."""
+        if not isinstance(space, spaces.Dict):
+            raise InputError(
+                f"features are added to observations that are dicts, before other wrappers, not to {space}"
+            )
+        if "features" in space.spaces:
+            raise InputError("these observations have features already: name all of them at once")
         return spaces.Dict({**space.spaces, "features": self.space})
 
     def read(self, observation: Observation) -> NDArray[np.int64]:
@@ -94,8 +100,8 @@ class _Reader:
 class _AEC(BaseWrapper):
     def __init__(self, env: Any, names: Sequence[str], agent: str) -> None:
         super().__init__(env)
-        self._room = env.unwrapped.room
-        self._reader = _Reader(self._room.turns, names, agent)
+        self._single = env.unwrapped.single
+        self._reader = _Reader(self._single.turns, names, agent)
         self._space = self._reader.extend(env.observation_space(agent))
 
     def observation_space(self, agent: str) -> spaces.Space:
@@ -104,15 +110,15 @@ class _AEC(BaseWrapper):
     def observe(self, agent: str) -> Any:
         observation: Any = self.env.observe(agent)
         if agent == self._reader.agent:
-            observation["features"] = self._reader.read(self._room.observation(agent))[0]
+            observation["features"] = self._reader.read(self._single.observation(agent))[0]
         return observation
 
 
 class _Parallel(BaseParallelWrapper):
     def __init__(self, env: Any, names: Sequence[str], agent: str) -> None:
         super().__init__(env)
-        self._room = env.unwrapped.room
-        self._reader = _Reader(self._room.turns, names, agent)
+        self._single = env.unwrapped.single
+        self._reader = _Reader(self._single.turns, names, agent)
         self._space = self._reader.extend(env.observation_space(agent))
         self.possible_agents = env.possible_agents
 
@@ -130,7 +136,7 @@ class _Parallel(BaseParallelWrapper):
     def _extended(self, observations: dict[str, Any]) -> dict[str, Any]:
         agent = self._reader.agent
         if agent in observations:
-            observations[agent]["features"] = self._reader.read(self._room.observation(agent))[0]
+            observations[agent]["features"] = self._reader.read(self._single.observation(agent))[0]
         return observations
 
 
@@ -138,12 +144,12 @@ class _Gymnasium(gymnasium.ObservationWrapper, RecordConstructorArgs):
     def __init__(self, env: Any, names: Sequence[str], agent: str = CONTROLLER) -> None:
         RecordConstructorArgs.__init__(self, names=list(names))
         gymnasium.ObservationWrapper.__init__(self, env)
-        self._room = env.unwrapped.room
-        self._reader = _Reader(self._room.turns, names, agent)
+        self._single = env.unwrapped.single
+        self._reader = _Reader(self._single.turns, names, agent)
         self.observation_space = self._reader.extend(env.observation_space)
 
     def observation(self, observation: dict[str, Any]) -> dict[str, Any]:
-        return {**observation, "features": self._reader.read(self._room.observation(CONTROLLER))[0]}
+        return {**observation, "features": self._reader.read(self._single.observation(CONTROLLER))[0]}
 
 
 class _Vector(VectorWrapper):
@@ -195,6 +201,8 @@ class box_view(BaseParallelWrapper):
     """
 
     def __init__(self, env: ParallelEnv):
+        if not isinstance(env, ParallelEnv) or not hasattr(env.unwrapped, "single"):
+            raise InputError(f"box_view takes a hierroom.parallel_env, not {env!r}")
         super().__init__(env)
         self.possible_agents = env.possible_agents
         given: list[Any] = [env.observation_space(agent) for agent in env.possible_agents]

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hierroom.complexity.counts import EpisodeCounts, counts_of
+from hierroom.complexity.measured import EpisodeCounts, counts_of
 from hierroom.errors import InputError
 
 

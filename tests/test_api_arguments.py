@@ -69,7 +69,7 @@ def turns_of(env):
     """The turns of what an API made; of the first environment, where Gymnasium made several."""
     if isinstance(env, gymnasium.vector.SyncVectorEnv):
         env = env.envs[0]
-    return env.unwrapped.turns if isinstance(env.unwrapped, EscapeRooms) else env.unwrapped.room.turns
+    return env.unwrapped.turns if isinstance(env.unwrapped, EscapeRooms) else env.unwrapped.single.turns
 
 
 def graphs_of(env, n_episodes=12):
@@ -143,7 +143,10 @@ def test_an_interval_of_graphs_gives_the_same_levels_everywhere(api, interval):
             {"curriculum_stages": 2, "graph": "b"},
             "a curriculum of 2 stages needs a graph like hitting_time:20..30, not",
         ),
-        ({"curriculum_stages": 0, "graph": "hitting_time:8..16"}, "a curriculum needs at least one stage, not 0"),
+        (
+            {"curriculum_stages": 0, "graph": "hitting_time:8..16"},
+            "curriculum_stages must be a whole number of at least 1, not 0",
+        ),
     ],
 )
 def test_a_wrong_interval_is_one_clear_line(api, arguments, said):

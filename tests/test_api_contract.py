@@ -219,14 +219,14 @@ def test_arguments_reach_the_level():
     observations, _ = env.reset(seed=0)
     assert env.action_space("controller_0").n == 6
     assert observations["meta_0"]["action_mask"].tolist() == [1] * 13 + [0]
-    state = env.room.turns.world.state
+    state = env.single.turns.world.state
     assert (state.size, state.levels[0].max_steps, state.levels[0].n_rooms) == (15, 7, 4)
 
 
 def test_the_end_is_told_with_the_shortest_length():
     env = hierroom.parallel_env(graph="f")
     env.reset(seed=0)
-    path = shortest_actions(env.room.turns.world.get_state())
+    path = shortest_actions(env.single.turns.world.get_state())
     for action in (1, 2, *path):  # a turn to the left and back, then the shortest way
         assert env.agents == AGENTS
         *_, infos = env.step({"meta_0": 13, "controller_0": action})

@@ -37,7 +37,7 @@ def expected(seed, names=NAMES, agent=CONTROLLER):
 
 def choice(env):
     """What the fixed depth-first meta-controller chooses in a PettingZoo environment."""
-    turns = env.unwrapped.room.turns
+    turns = env.unwrapped.single.turns
     situation = turns.situation(np.arange(1))
     return int(FixedDFS().choose(None, situation.legal, situation)[0])
 
@@ -74,7 +74,7 @@ def test_parallel():
     told = []
     for action in ACTIONS:
         told.append(observations[CONTROLLER]["features"][2:].tolist())
-        is_turn = env.unwrapped.room.is_meta_turn
+        is_turn = env.unwrapped.single.is_meta_turn
         observations, *_ = env.step({META: choice(env) if is_turn else WAIT, CONTROLLER: action})
         if not env.agents:
             observations, _ = env.reset()
@@ -120,15 +120,16 @@ def test_gymnasium_vector_and_its_final_observations():
 
 def test_the_checkers_are_content():
     for agent in AGENTS:
-        api_test(hierroom.add_features(hierroom.env(**SETTINGS), list(FEATURES), agent), 300)
-        parallel_api_test(hierroom.add_features(hierroom.parallel_env(**SETTINGS), list(FEATURES), agent), 300)
-    check_env(hierroom.add_features(gymnasium.make("hierroom/EscapeRoom-c-v0"), list(FEATURES)), skip_render_check=True)
+        names = [name for name in FEATURES if agent == META or name != "goal-outcome"]
+        api_test(hierroom.add_features(hierroom.env(**SETTINGS), names, agent), 300)
+        parallel_api_test(hierroom.add_features(hierroom.parallel_env(**SETTINGS), names, agent), 300)
+    check_env(hierroom.add_features(gymnasium.make("hierroom/EscapeRoom-c-v0"), names[:-1]), skip_render_check=True)
 
 
 @pytest.mark.parametrize(("name", "memory"), [("doorway-places", "doorways"), ("frontier-places", "explored")])
 def test_only_what_was_asked_for_is_remembered(name, memory):
     env = gymnasium.make("hierroom/EscapeRoom-d-v0", meta="oracle")
-    levels = env.unwrapped.room.turns.world.state.levels
+    levels = env.unwrapped.single.turns.world.state.levels
     env.reset(seed=0)
     assert not any(levels[other].any() for other in MEMORIES)
     env = hierroom.add_features(env, [name])
@@ -150,6 +151,18 @@ def test_only_what_was_asked_for_is_remembered(name, memory):
         (lambda: hierroom.add_features(hierroom.env(), []), "not none at all"),
         (lambda: hierroom.add_features(hierroom.env(), ["view"], "me"), "are meta_0, controller_0; there is no 'me'"),
         (lambda: hierroom.add_features(EscapeRooms(), ["view"], META), "there is no 'meta_0'"),
+        (lambda: hierroom.add_features(hierroom.env(), "goal"), "are given as a list of names, not as 'goal'"),
+        (lambda: hierroom.add_features(hierroom.env(), ["goal-outcome"]), "one of meta_features, not of features"),
+        (
+            lambda: hierroom.add_features(hierroom.box_view(hierroom.parallel_env()), ["view"]),
+            "that are dicts, before other",
+        ),
+        (
+            lambda: hierroom.add_features(hierroom.add_features(hierroom.env(), ["goal"]), ["view"]),
+            "have features already",
+        ),
+        (lambda: hierroom.box_view(hierroom.env()), "box_view takes a hierroom.parallel_env, not"),
+        (lambda: hierroom.box_view(gymnasium.make("CartPole-v1")), "box_view takes a hierroom.parallel_env, not"),
     ],
 )
 def test_refusals_are_one_line(make, said):

@@ -56,7 +56,8 @@ def test_wrong_arguments_are_one_clear_line(api, arguments, said, tmp_path, monk
         (lambda: stepped(1.5), "the meta-controller's choice must be 1 goal ids (whole numbers"),
         (lambda: stepped(13, 1.5), "actions must be 1 whole numbers"),
         (lambda: stepped(None), "meta_0 is to act; None is for agents whose episode has ended"),
-        (lambda: EscapeRooms(2).step([0, 0, 0]), "actions must be 2 whole numbers"),
+        (lambda: envs_after_reset().step([0, 0, 0]), "actions must be 2 whole numbers"),
+        (lambda: EscapeRooms(2).step([0, 0]), "reset the environment before its first step"),
         (
             lambda: stepped_together({"meta_0": 13}),
             "a step needs an action of each agent, and has none of controller_0",
@@ -73,6 +74,12 @@ def stepped_together(actions):
     env = hierroom.parallel_env()
     env.reset(seed=0)
     env.step(actions)
+
+
+def envs_after_reset():
+    envs = EscapeRooms(2)
+    envs.reset(seed=0)
+    return envs
 
 
 def stepped(*actions):

@@ -4,6 +4,7 @@ import re
 import subprocess
 import sys
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
@@ -91,3 +92,13 @@ def test_a_wrong_choice_is_refused_with_the_right_ones():
     assert "'pop'" in done.stderr
     assert "hippo" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_shell_completes_the_options_of_the_script(name):
+    script = Path(sys.executable).with_name(f"hierroom-{name}")
+    done = subprocess.run([script, "--tyro-print-completion", "bash"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert f"complete -F _tyro_hierroom_{name} " in done.stdout
+    option = {"train": "--method", "evaluate": "--goal-mask", "complexity": "--graph", "paper": "table2"}[name]
+    assert option in done.stdout

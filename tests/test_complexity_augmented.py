@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from hierroom.complexity import AugmentedGraph, Reading, Walk, analyze, count_nodes
-from hierroom.complexity.augmented import MAX_NODES
-from hierroom.complexity.symmetry import alike_nodes
+from hierroom.complexity.augmented import MAX_NODES, alike_nodes
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
 

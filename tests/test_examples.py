@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from run_contents import check_escape, check_run, weights
 from turns_helpers import achieve, goal_ids, make
 
 from hierroom.env_config import EnvConfig
@@ -45,11 +46,14 @@ def test_example(name):
 
 
 @pytest.mark.parametrize("name", ["nearest", "NearestKeyFirst"])
-def test_the_meta_controller_of_ones_own_trains(name, tmp_path):
+def test_the_meta_controller_of_ones_own_trains(name, tmp_path, monkeypatch):
     """From a file outside the package, named on the command line."""
     settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "4000"]
     run("-m", "hierroom.train", "--meta", f"own_meta_controller:{name}", *settings, "--out", str(tmp_path / "run"))
-    assert (tmp_path / "run" / "summary.json").is_file()
+    monkeypatch.syspath_prepend(EXAMPLES)
+    assert check_run(tmp_path / "run")["steps"] == 4096  # 8 updates
+    assert check_escape(tmp_path / "run") > 0
+    assert RunFolder.open(tmp_path / "run").config().env.meta == f"own_meta_controller:{name}"
 
 
 def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp_path):
@@ -81,10 +85,15 @@ def test_the_learning_meta_controller_of_ones_own_is_resumed_as_if_nothing_had_h
         np.testing.assert_array_equal(one, other)
 
 
-def test_the_network_of_ones_own_trains(tmp_path):
+def test_the_network_of_ones_own_trains(tmp_path, monkeypatch):
     settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "4000"]
     run("-m", "hierroom.train", "--network", "own_network:GatedMemory", *settings, "--out", str(tmp_path / "run"))
-    assert (tmp_path / "run" / "summary.json").is_file()
+    monkeypatch.syspath_prepend(EXAMPLES)
+    assert check_run(tmp_path / "run")["steps"] == 4096
+    assert check_escape(tmp_path / "run") > 0
+    learned = weights(RunFolder.open(tmp_path / "run").load_checkpoint())
+    parts = {f"core.{kind}_{where}" for kind in ("weight", "bias") for where in ("ih", "hh")}
+    assert set(learned) == {"encoder.weight", "encoder.bias", "heads.weight", "heads.bias", *parts}
 
 
 def distance(state, m, tile):

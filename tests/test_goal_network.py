@@ -8,13 +8,13 @@ from hierroom.agents.features import FEATURES, Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
-from hierroom.options import NO_OUTCOME
+from hierroom.options import META, NO_OUTCOME
 from hierroom.training.presets import find_preset
 from hierroom.world.oracle import shortest_actions
 
 
 def test_permuting_colours_permutes_what_the_network_says():
-    cardinalities = Features(find_preset("learned").agents.meta_features, n_actions=5).cardinalities
+    cardinalities = Features(find_preset("learned").agents.meta_features, 5, META).cardinalities
     network = GoalNetwork(AgentSpace(cardinalities, 14), 8)
     with torch.no_grad():
         for head in (network.colour_head, network.exit_head):

@@ -254,5 +254,5 @@ def test_the_dependency_graph_as_the_paper_draws_it():
 
 
 def test_a_toml_file_that_cannot_be_written_is_one_clear_line(tmp_path):
-    with pytest.raises(InputError, match=r"cannot write the goal graph .*: No such file or directory"):
+    with pytest.raises(InputError, match=r"cannot write .*c\.toml: No such file or directory"):
         GoalGraph.named("c").to_toml(tmp_path / "nowhere" / "c.toml")

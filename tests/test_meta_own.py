@@ -213,7 +213,7 @@ def test_a_plain_function_in_the_environments(outside):
     for env in (one, by_name, many):
         env.reset(seed=4)
     goals = many.turns.goals.tolist()
-    assert goals[0] == one.room.turns.goals[0] == by_name.room.turns.goals[0]
+    assert goals[0] == one.single.turns.goals[0] == by_name.single.turns.goals[0]
     assert all(0 <= goal < 6 for goal in goals)
 
 
@@ -224,13 +224,13 @@ def test_a_plain_function_may_choose_no_goal(said):
     assert turns.goals.tolist() == [-1] * 3
 
 
-@pytest.mark.parametrize("bad", [True, 1.0, "red key", [0], np.zeros(13), np.zeros((2, 2)), {"goal": 1}])
+@pytest.mark.parametrize("bad", [True, 99, -7, 1.0, "red key", [0], np.zeros(13), np.zeros((2, 2)), {"goal": 1}])
 def test_a_wrong_choice_of_a_plain_function_is_one_clear_line(bad):
     def choose_badly(level):
         return bad
 
     for function in (choose_badly, lambda level: bad):
-        said = f"{function.__name__} must return a goal of the level, a goal id or None, not "
+        said = f"{function.__name__} must return a goal of the level, a goal id (0 to 12) or None, not "
         with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
             make("a", 3).ask(make_meta(function))
         assert "\n" not in str(caught.value)

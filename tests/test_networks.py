@@ -5,6 +5,7 @@ import sys
 import textwrap
 
 import pytest
+from run_contents import check_run, weights
 
 from hierroom import train
 from hierroom.agents.networks import make_network
@@ -12,6 +13,7 @@ from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.training.config import TrainConfig
+from hierroom.training.run_folder import RunFolder
 
 SPACE = AgentSpace((5, 3), 4)
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512)
@@ -77,7 +79,9 @@ def test_those_that_ship():
 def test_a_class_in_the_current_folder_trains_from_the_command_line(outside, tmp_path):
     arguments = [*FLAGS, "--network", f"{outside}:Mine", "--out", str(tmp_path / "run")]
     assert train.main(arguments) == 0
-    assert (tmp_path / "run" / "summary.json").is_file()
+    assert check_run(tmp_path / "run")["steps"] == 512
+    learned = weights(RunFolder.open(tmp_path / "run").load_checkpoint())
+    assert {name: len(values) for name, values in learned.items()} == {"heads.weight": 6, "heads.bias": 6}
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,10 @@ import importlib
 from pathlib import Path
 
 import pytest
+from pictures import has_colour, pixels
+from scipy import ndimage
 
+from hierroom.complexity import analyze
 from hierroom.errors import InputError
 
 ROOT = Path(__file__).parents[1]
@@ -63,4 +66,15 @@ def test_the_readme_has_what_the_committed_rows_say(prediction, capsys):
 
 def test_a_picture_is_drawn(prediction, tmp_path):
     prediction.draw({"hippo": {"a": 1e5, "b": 2e5, "c": float("inf"), "d": 3e5}}, tmp_path / "prediction.png")
-    assert (tmp_path / "prediction.png").read_bytes().startswith(b"\x89PNG")
+    colours = pixels(tmp_path / "prediction.png")
+    assert colours.shape == (540, 750, 3)
+    labels, n = ndimage.label(has_colour(colours, "tab:blue"))
+    marks = sorted(ndimage.center_of_mass(labels > 0, labels, range(1, n + 1)))
+    assert len(marks) == 4  # one in the legend above, one for each graph that was solved
+    (_, d), (_, b), (_, a) = marks[1:]
+    heights = [-height for height, _ in marks[:0:-1]]
+    assert heights[2] - heights[1] == pytest.approx(heights[1] - heights[0], abs=1.5)  # 1, 2 and 3 times 1e5 steps
+    expected = {letter: analyze(letter).expected_steps for letter in "abd"}
+    scale = (d - a) / (expected["d"] - expected["a"])
+    assert scale > 0
+    assert b - a == pytest.approx(scale * (expected["b"] - expected["a"]), abs=1.5)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from hierroom.agents.features import FEATURES
 from hierroom.complexity import analyze
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.learners.config import PPOConfig
@@ -125,3 +126,9 @@ def test_what_the_other_presets_change_is_documented_value_by_value():
             if not is_part and entries[name] != usual:
                 changed[preset, name] = ", ".join(entries[name]) if name == "features" else str(entries[name])
     assert documented == changed
+
+
+def test_every_feature_is_told_of_with_its_numbers():
+    table = README.split("| feature | numbers |")[1].split("\n\n")[0]
+    told = {name: int(numbers) for name, numbers in re.findall(r"^\| `([\w-]+)` \| (\d+) \|", table, re.MULTILINE)}
+    assert told == {name: len(feature.cardinalities(5)) for name, feature in FEATURES.items()}

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from run_contents import check_escape, check_run
 from same_state import equal
 
 from hierroom import cli, evaluate, train
@@ -19,7 +20,7 @@ from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.training import session
 from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
+from hierroom.training.run_folder import CHECKPOINT_FORMAT, RunFolder
 from hierroom.training.trainer import Trainer
 from hierroom.world.kernels import EXIT
 
@@ -59,12 +60,29 @@ def test_a_run_leaves_everything_it_promises(trained):
     assert RunFolder.open(trained).config() == TrainConfig(
         EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=4096, ppo=SMALL.ppo
     )
-    assert (trained / "learning_curve.png").read_bytes().startswith(b"\x89PNG")
-    assert list(trained.glob("events.out.tfevents.*"))
-    assert list((trained / "checkpoints").glob("*.pt"))
+    assert len(list(trained.glob("events.out.tfevents.*"))) == 1
     rows = RunFolder.open(trained).metrics()
     assert rows[-1]["steps"] == 4096
     assert [row["steps"] for row in rows] == sorted({row["steps"] for row in rows})
+    assert check_run(trained) == summary
+    check_escape(trained)
+
+
+def test_each_checkpoint_is_how_the_run_stood_after_its_steps(trained):
+    folder = RunFolder.open(trained)
+    trainer = Trainer(folder.config())
+    names = {path.name for path in folder.checkpoints.iterdir()}
+    rows = [row["steps"] for row in folder.metrics()]
+    assert names == {f"{n:012.0f}.pt" for n in [0, *(min(m for m in rows if m >= k * 409) for k in range(1, 11))]}
+    while names:
+        if (name := f"{trainer.steps:012d}.pt") in names:
+            names.remove(name)
+            saved = folder.load_checkpoint(trainer.steps)
+            assert saved.pop("format") == CHECKPOINT_FORMAT
+            assert equal(without_clock(saved), without_clock(trainer.state_dict()))
+        if names:
+            assert not trainer.is_done
+            trainer.advance()
 
 
 def test_same_seed_same_result_and_another_seed_another():
@@ -196,7 +214,8 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
     )
     done = run("train", *FLAGS, "--steps", "512", "--meta", "mine:FirstLegal", "--out", "run", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "run" / "summary.json").exists()
+    assert check_run(tmp_path / "run")["steps"] == 512
+    assert RunFolder.open(tmp_path / "run").config().env.meta == "mine:FirstLegal"
 
 
 @pytest.mark.parametrize(
@@ -242,23 +261,23 @@ def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, m
 
 
 @pytest.mark.parametrize(
-    ("arguments", "config", "said"),
+    ("arguments", "change", "said"),
     [
-        (["--method", "sarsa"], SMALL.changed(method="sarsa"), "the methods are"),
-        (["--goal-mask", "some"], SMALL.changed(goal_mask="some"), "goal_mask is one of"),
-        (["--reward", "none"], SMALL.changed(reward="none"), "reward is one of"),
-        (["--features", "smell"], SMALL.changed(features=("smell",)), "features are"),
+        (["--method", "sarsa"], {"method": "sarsa"}, "the methods are"),
+        (["--goal-mask", "some"], {"goal_mask": "some"}, "goal_mask is one of"),
+        (["--reward", "none"], {"reward": "none"}, "reward is one of"),
+        (["--features", "smell"], {"features": ("smell",)}, "features are"),
     ],
 )
 def test_a_name_that_is_none_of_a_few_is_refused_by_the_command_and_from_python(
-    arguments, config, said, tmp_path, monkeypatch, capsys
+    arguments, change, said, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit, match="2"):
         train.main([*FLAGS, *arguments])
     assert f"invalid choice '{arguments[1]}' for argument '{arguments[0]}'" in capsys.readouterr().err
     with pytest.raises(InputError, match=said) as caught:
-        Trainer(config)
+        Trainer(SMALL.changed(**change))
     assert "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
 

@@ -5,8 +5,7 @@ import pytest
 from turns_helpers import make
 
 from hierroom.agents.player import OraclePlayer
-from hierroom.complexity.difficulty import Curriculum, parse_difficulty
-from hierroom.complexity.graph_sampler import EPISODES_PER_STAGE
+from hierroom.complexity.difficulty import EPISODES_PER_STAGE, Curriculum, parse_difficulty
 from hierroom.errors import InputError
 from hierroom.world.kernels import LEFT
 

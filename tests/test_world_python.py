@@ -34,4 +34,7 @@ def test_with_bounds_checked(compiled_digest, pytestconfig):
     """The cache of this run is kept: compiling takes most of its time, and Numba renews it where a source changes."""
     cache = pytestconfig.cache.mkdir("numba-boundscheck")
     assert trace(cache, NUMBA_BOUNDSCHECK="1", NUMBA_DISABLE_JIT="0") == compiled_digest
-    assert list(cache.rglob("*.nbc"))
+    compiled = {name: [*cache.rglob(f"kernels.{name}-*.nbc")] for name in ("advance", "look", "generate")}
+    for name, paths in compiled.items():
+        assert paths, name
+        assert all(b"index is out of bounds" in path.read_bytes() for path in paths), name  # what it raises

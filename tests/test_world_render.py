@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pictures
 import pytest
 from PIL import Image, ImageSequence
 
@@ -104,6 +105,11 @@ def test_animation_holds_every_frame(world, tmp_path):
         ]
         assert animation.info["loop"] == 0
     assert sum(duration for _, duration in shown) == 200 * (len(frames) - 1) + 1000  # equal frames may be merged
+    again = pictures.frames(path, milliseconds=200)
+    assert len(again) == len(frames)
+    for one, frame in zip(again, frames, strict=True):
+        assert one.shape == frame.shape == (19 * 8, 19 * 8, 3)
+        assert abs(one - frame).max() < 10
     assert abs(shown[0][0].astype(int) - frames[0]).max() < 10  # 128 colours
     assert abs(shown[-1][0].astype(int) - frames[-1]).max() < 10
     assert [file.name for file in tmp_path.iterdir()] == ["escape.gif"]

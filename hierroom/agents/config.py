@@ -111,7 +111,7 @@ class AgentsConfig:
     meta_features: tuple[FeatureName, ...] = ("goal-status", "goal-outcome")
     meta_start_success: float = 0.03
 
-    def pair(self, reward: RewardName | None = None) -> Method:
+    def resolved_method(self, reward: RewardName | None = None) -> Method:
         """The method, with the meta-controller and the reward that are named in place of its own.
 
         Raises:

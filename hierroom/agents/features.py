@@ -13,7 +13,7 @@ from hierroom.agents.frontier import nearest_frontiers
 from hierroom.controller import Observation
 from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
-from hierroom.options import N_OUTCOMES, NO_OUTCOME
+from hierroom.options import CONTROLLER, N_OUTCOMES, NO_OUTCOME
 from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
 from hierroom.world.tiles import TRIPLES
 
@@ -177,15 +177,21 @@ class Features:
     Args:
         names: names in `FEATURES`, in order.
         n_actions: the controller's actions.
+        agent: whose they are: how the last option ended is for meta-controllers alone.
 
     Raises:
-        InputError: if a name is unknown or there is none.
+        InputError: if a name is unknown or not for this agent, or there is none.
     """
 
     names: Sequence[str]
     n_actions: int
+    agent: str = CONTROLLER
 
     def __post_init__(self) -> None:
+        if isinstance(self.names, str):
+            raise InputError(f"features are given as a list of names, not as {self.names!r}")
+        if self.agent == CONTROLLER and "goal-outcome" in self.names:
+            raise InputError("goal-outcome is how the last option ended: one of meta_features, not of features")
         unknown = [name for name in self.names if name not in FEATURES]
         if unknown or not self.names:
             raise InputError(f"features are {', '.join(FEATURES)}; not {', '.join(unknown) or 'none at all'}")

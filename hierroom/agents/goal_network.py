@@ -20,7 +20,7 @@ class GoalNetwork(nn.Module):
 
     Colours are drawn anew for each episode, so what is learned of one holds for all. Each of the P = 7 parts of a
     level, six colours and the exit, has a recurrent state of its own under shared weights, and sees itself and the
-    mean of all (deep sets: Zaheer et al. 2017). With encoder E (one for colours, one for the exit) and inputs x:
+    mean of all (deep sets: Zaheer et al. 2017). With encoder E (one for colours, one for the exit) and features x:
 
     .. math::
         e_p = E(x_p), \qquad h_p = \mathrm{LSTM}\big(e_p, \tfrac1P \sum_q e_q\big), \qquad
@@ -46,12 +46,12 @@ class GoalNetwork(nn.Module):
             raise InputError(
                 f"meta_features have one number for each of {N_GOALS} goals, not {space.n_features} in all"
             )
-        by_input = [cardinalities[i : i + N_GOALS] for i in range(0, space.n_features, N_GOALS)]
-        self._n_inputs = len(by_input)
+        by_feature = [cardinalities[i : i + N_GOALS] for i in range(0, space.n_features, N_GOALS)]
+        self._n_features = len(by_feature)
         self._hidden_size = hidden_size
-        of_colour = [(row[0], row[N_COLOURS]) for row in by_input]
+        of_colour = [(row[0], row[N_COLOURS]) for row in by_feature]
         self.colour_encoder = FeatureEncoder([c for pair in zip(*of_colour, strict=True) for c in pair], hidden_size)
-        self.exit_encoder = FeatureEncoder([row[-1] for row in by_input], hidden_size)
+        self.exit_encoder = FeatureEncoder([row[-1] for row in by_feature], hidden_size)
         self.core = ResetLSTM(2 * hidden_size, hidden_size)
         self.colour_head = nn.Linear(2 * hidden_size, 2)
         self.exit_head = nn.Linear(hidden_size, 2)
@@ -79,8 +79,8 @@ class GoalNetwork(nn.Module):
 
     def _encode(self, features: Tensor) -> Tensor:
         """[..., K] features to [..., P, 2 H]: each part and the mean of all."""
-        by_input = features.unflatten(-1, (self._n_inputs, N_GOALS))  # [..., I, 13]
-        keys, doors, exits = by_input.split((N_COLOURS, N_COLOURS, 1), dim=-1)
+        by_feature = features.unflatten(-1, (self._n_features, N_GOALS))  # [..., I, 13]
+        keys, doors, exits = by_feature.split((N_COLOURS, N_COLOURS, 1), dim=-1)
         colours = self.colour_encoder(torch.cat([keys, doors], dim=-2).transpose(-1, -2))  # [..., 6, H]
         parts = torch.cat([colours, self.exit_encoder(exits.transpose(-1, -2))], dim=-2)  # [..., P, H]
         return torch.cat([parts, parts.mean(-2, keepdim=True).expand_as(parts)], dim=-1)

@@ -47,7 +47,11 @@ class Pair:
         self.agents = agents
 
     def choose(self, turns: Turns, *names: str) -> None:
-        """Let agents, all by default, choose what they do now; an agent that has chosen already is not asked again."""
+        """Let agents, all by default, choose their actions.
+
+        The meta-controller is asked only where its turn is due, so no more than once an option; the controller is
+        asked, and its recurrent state moves, at every call.
+        """
         for name in names or self.agents:
             due = turns.due(name)
             if len(due):

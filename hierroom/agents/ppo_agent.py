@@ -75,14 +75,14 @@ class PPOAgent:
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
         """[M] actions, all legal, in the environments of an observation: its turns begin."""
-        if self._warm_up is not None and not self._warm_up.has_ended:
+        if self._warm_up is not None and not self.is_learning:
             assert isinstance(observation, Situation)  # only meta-controllers warm up
             return self._warm_up.choose(observation)
         return self.learner.act(observation.envs, self.features.encode(observation), observation.masks)
 
     def record(self, transition: Transition) -> None:
         """Take note of the turns that a primitive step ended."""
-        if self._warm_up is not None and not self._warm_up.has_ended:
+        if self._warm_up is not None and not self.is_learning:
             self._warm_up.add(transition)
             return
         rewards = transition.rewards

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -47,9 +48,10 @@ class ScriptedAgent:
         return getattr(self.meta, "statistics", {})
 
     def frozen(self, num_envs: int, *, seed: int) -> ScriptedAgent:
-        """The same for other environments: its method ``for_play``, or where it has none itself; it learns no more."""
-        meta = self.meta.for_play(num_envs, seed=seed) if hasattr(self.meta, "for_play") else self.meta
-        return ScriptedAgent(meta)
+        """For other environments: what its method ``for_play`` gives if it has one, else a copy; it learns no more."""
+        if hasattr(self.meta, "for_play"):
+            return ScriptedAgent(self.meta.for_play(num_envs, seed=seed))
+        return ScriptedAgent(deepcopy(self.meta))
 
     def state_dict(self) -> dict[str, Any]:
         """What the meta-controller saves of itself, nothing where it saves nothing."""

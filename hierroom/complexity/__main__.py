@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from hierroom.cli import run
+from hierroom.cli import program, run
 from hierroom.complexity.difficulty import is_difficulty, parse_difficulty
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.errors import InputError
@@ -113,7 +113,7 @@ def show(options: ComplexityArguments) -> None:
 
 def main() -> int:
     """Run the command."""
-    show(tyro.cli(ComplexityArguments, prog="python -m hierroom.complexity"))
+    show(tyro.cli(ComplexityArguments, prog=program("complexity")))
     return 0
 
 
@@ -183,5 +183,10 @@ def _print_table(reports: list[ComplexityReport]) -> None:
     print("expected steps, std: first passage of the same walk to the exit")
 
 
-if __name__ == "__main__":
+def script() -> None:
+    """The command, as ``hierroom-complexity``."""
     run(main)
+
+
+if __name__ == "__main__":
+    script()

@@ -7,25 +7,15 @@ reached, so that no edge has to cross the whole picture.
 from __future__ import annotations
 
 import io
+from collections.abc import Iterable
 from pathlib import Path
 
+import matplotlib.colors as mcolors
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import FancyBboxPatch
+from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from hierroom.complexity.augmented import AugmentedGraph, Node
-from hierroom.complexity.canvas import (
-    EXIT_COLOUR,
-    FAINT,
-    INK,
-    Point,
-    arrow,
-    circle,
-    colour_of,
-    extent,
-    prepare,
-    square,
-)
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
 from hierroom.goals import GoalGraph
@@ -37,10 +27,18 @@ least width of the box around each set of open doors."""
 ROOM_ROW, KEY_ROW = 0.75, -0.85
 """Heights of the rooms and keys of a set of open doors, relative to the middle of its box."""
 
+ROOM_COLOURS = ("#d9d9d9", "#4c8bf5", "#b565d8", "#f28e2b", "#e15759", "#17a2b8", "#c9a400", "#8c6d5a", "#7a8b99")
+"""Colours of the start and of rooms 1, 2, ...; a key has the colour of the room it opens."""
+EXIT_COLOUR = "#35a853"
+INK, FAINT = "#333333", "#9a9a9a"
+
 CAPTION = (
     "circles: rooms    squares: keys    two heads: both ways    exit: one node, drawn wherever it is reached\n"
     "not drawn: staying, and the restart that leads from every node to the start"
 )
+
+Point = tuple[float, float]
+"""(x, y) in units of the drawing."""
 
 
 def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
@@ -59,9 +57,9 @@ def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
             f"{len(augmented.nodes)}"
         )
     places = _places(augmented)
-    width, height = extent(places.values())
+    width, height = _extent(places.values())
     goal_places = _goal_places(augmented.graph)
-    goal_width, goal_height = extent(goal_places.values())
+    goal_width, goal_height = _extent(goal_places.values())
     figure = Figure(
         figsize=((width + goal_width) * INCHES, (max(height, goal_height) + 1) * INCHES), layout="constrained"
     )
@@ -83,13 +81,13 @@ def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
 def _draw_goal_graph(axes: Axes, graph: GoalGraph, places: dict[str, Point]) -> None:
     """Draw the start at the top, and below each node what it makes possible: keys, their doors, and the exit."""
     title = f"goal graph {graph.name}\n{graph.n_rooms} rooms, exit depth {graph.exit_depth}, width {graph.width}"
-    prepare(axes, title, places.values())
+    _prepare(axes, title, places.values())
     unlocked = graph.to_networkx()
     for source, target in unlocked.edges:
-        arrow(axes, places[source], places[target], EXIT_COLOUR if target == "exit" else INK)
+        _arrow(axes, places[source], places[target], EXIT_COLOUR if target == "exit" else INK)
     for name, node in unlocked.nodes.items():
-        paint = square if node["kind"] == "key" else circle
-        paint(axes, places[name], EXIT_COLOUR if name == "exit" else colour_of(node["room"]), name.replace(" ", "\n"))
+        paint = _square if node["kind"] == "key" else _circle
+        paint(axes, places[name], EXIT_COLOUR if name == "exit" else _colour_of(node["room"]), name.replace(" ", "\n"))
 
 
 def _goal_places(graph: GoalGraph) -> dict[str, Point]:
@@ -117,7 +115,7 @@ def _goal_places(graph: GoalGraph) -> dict[str, Point]:
 def _draw_augmented(axes: Axes, augmented: AugmentedGraph, places: dict[Node, Point]) -> None:
     drop = "with" if augmented.drop_key else "without"
     size = f"{len(augmented.nodes)} nodes, {len(augmented.edges)} edges"
-    prepare(axes, f"augmented graph, {drop} drop\n{size}", places.values())
+    _prepare(axes, f"augmented graph, {drop} drop\n{size}", places.values())
     moves = {(augmented.nodes[i], augmented.nodes[j]) for i, j in augmented.edges.tolist()}
     for source, target in sorted(moves):
         is_two_way = (target, source) in moves
@@ -128,25 +126,25 @@ def _draw_augmented(axes: Axes, augmented: AugmentedGraph, places: dict[Node, Po
         _draw_level(axes, augmented, doors, places)
     for node, place in places.items():
         if node.kind == "key":
-            square(axes, place, colour_of(node.room), f"k{node.room}")
+            _square(axes, place, _colour_of(node.room), f"k{node.room}")
         elif node.kind == "exit":
-            arrow(axes, places[Node("room", node.room, node.doors)], place, EXIT_COLOUR, width=1.8)
-            circle(axes, place, EXIT_COLOUR, "exit")
+            _arrow(axes, places[Node("room", node.room, node.doors)], place, EXIT_COLOUR, width=1.8)
+            _circle(axes, place, EXIT_COLOUR, "exit")
         else:
-            circle(axes, place, colour_of(node.room), "start" if node.room == 0 else f"r{node.room}")
+            _circle(axes, place, _colour_of(node.room), "start" if node.room == 0 else f"r{node.room}")
 
 
 def _draw_move(axes: Axes, source: Node, target: Node, places: dict[Node, Point], is_two_way: bool) -> None:
     start, end = places[source], places[target]
     style = "<|-|>" if is_two_way else "-|>"
     if source.kind == "key" and target.doors != source.doors:
-        arrow(axes, start, end, colour_of(source.room), width=1.8)
+        _arrow(axes, start, end, _colour_of(source.room), width=1.8)
     elif source.kind == target.kind == "room":
         gap = round(abs(start[0] - end[0]) / SPACING)
         bend = 0.0 if gap == 1 else -0.28 - 0.04 * gap
-        arrow(axes, min(start, end), max(start, end), FAINT, style, bend)
+        _arrow(axes, min(start, end), max(start, end), FAINT, style, bend)
     else:
-        arrow(axes, start, end, FAINT, style)
+        _arrow(axes, start, end, FAINT, style)
 
 
 def _draw_level(axes: Axes, augmented: AugmentedGraph, doors: tuple[int, ...], places: dict[Node, Point]) -> None:
@@ -195,3 +193,58 @@ def _places(augmented: AugmentedGraph) -> dict[Node, Point]:
 
 def _deepest_first(children: list[list[int]], room: int = 0) -> list[int]:
     return [*(below for child in children[room] for below in _deepest_first(children, child)), room]
+
+
+def _extent(places: Iterable[Point]) -> Point:
+    """Width and height of a drawing, including a margin around the outermost nodes."""
+    (left, right), (bottom, top) = _limits(places)
+    return right - left, top - bottom
+
+
+def _limits(places: Iterable[Point]) -> tuple[Point, Point]:
+    xs, ys = zip(*places, strict=True)
+    middle, half = (min(xs) + max(xs)) / 2, max((max(xs) - min(xs)) / 2 + 1.2, 2.4)  # 2.4: the title fits
+    return (middle - half, middle + half), (min(ys) - 1.2, max(ys) + 1.5)
+
+
+def _prepare(axes: Axes, title: str, places: Iterable[Point]) -> None:
+    """Set the title and the limits of a drawing, with the same scale in both directions."""
+    axes.set_title(title, fontsize=11, color=INK)
+    axes.set_aspect("equal", anchor="N")
+    horizontal, vertical = _limits(places)
+    axes.set_xlim(*horizontal)
+    axes.set_ylim(*vertical)
+    axes.axis("off")
+
+
+def _colour_of(room: int) -> str:
+    """The colour of a room and of the key that opens it; after the ninth the room colours repeat."""
+    return ROOM_COLOURS[room] if room < len(ROOM_COLOURS) else ROOM_COLOURS[1 + (room - 1) % (len(ROOM_COLOURS) - 1)]
+
+
+def _circle(axes: Axes, place: Point, colour: str, text: str) -> None:
+    """Draw a room, a door or the exit."""
+    _node(axes, place, colour, text, "o", 760)
+
+
+def _square(axes: Axes, place: Point, colour: str, text: str) -> None:
+    """Draw a key."""
+    _node(axes, place, colour, text, "s", 620)
+
+
+def _node(axes: Axes, place: Point, colour: str, text: str, marker: str, size: float) -> None:
+    axes.scatter(*place, s=size, marker=marker, color=colour, edgecolors=INK, linewidths=1.0, zorder=3)
+    ink = "white" if mcolors.rgb_to_hsv(mcolors.to_rgb(colour))[1] > 0.3 else INK
+    axes.text(*place, text, fontsize=8.5, ha="center", va="center", color=ink, weight="bold", zorder=4)
+
+
+def _arrow(
+    axes: Axes, start: Point, end: Point, colour: str, style: str = "-|>", bend: float = 0.0, width: float = 1.1
+) -> None:
+    """Draw an arrow between the rims of two nodes; ``bend`` is its sideways curvature as a fraction of its length."""
+    axes.add_patch(
+        FancyArrowPatch(
+            start, end, arrowstyle=style, mutation_scale=11, color=colour, linewidth=width, zorder=2,
+            connectionstyle=f"arc3,rad={bend}", shrinkA=15, shrinkB=15,
+        )
+    )  # fmt: skip

@@ -80,7 +80,7 @@ def expected_states(
         times: numbers of steps t, any shape, each 0, 1, 2, ...
         nodes: the nodes that count; by default all of them.
         multiplicity: for each of ``nodes`` the number of nodes that it represents, where some are equivalent by
-            symmetry (`hierroom.complexity.symmetry`); by default one each.
+            symmetry (`hierroom.complexity.augmented.alike_nodes`); by default one each.
 
     Returns:
         float64 in 0..n, the shape of ``times``.

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.augmented import AugmentedGraph
+from hierroom.complexity.augmented import AugmentedGraph, alike_nodes
 from hierroom.complexity.chain import Chain, EdgeSensitivity
-from hierroom.complexity.symmetry import alike_nodes
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph, as_goal_graph
 

@@ -29,8 +29,7 @@ class PPOConfig:
         entropy_weight: weight of the entropy bonus, in nats over the legal actions; at least 0.
         gamma: discount per primitive step, 0 to 1.
         gae_lambda: lambda of generalised advantage estimation, applied per turn, 0 to 1.
-        normalize_advantages: whether the advantages of each minibatch are normalised to mean 0 and standard deviation
-            1.
+        normalize_advantages: whether the advantages of each minibatch are normalised to mean 0 and deviation 1.
         min_advantage_std: lower bound of the standard deviation that advantages are divided by, above 0, so that noise
             is not amplified: without it flat PPO, rewarded only at the exit, had not learned even graph a after 3M
             steps (one seed; with it 100%).

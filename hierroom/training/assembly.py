@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 from typing import Any
 
@@ -19,6 +19,7 @@ from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.warm_up import WarmUp
+from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace
@@ -49,7 +50,7 @@ def make_turns(
         autoreset: as for `Turns`.
         measure_shortest: likewise.
     """
-    env = replace(config.env, reward=config.pair.controller.reward)
+    env = replace(config.env, reward=config.resolved_method.controller.reward)
     return Turns(
         replace(env, curriculum_stages=1) if whole_interval else env,
         num_envs,
@@ -67,7 +68,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     Raises:
         InputError: if there is no such device, network or meta-controller, or a setting of theirs cannot be used.
     """
-    pair, agents, ppo, num_envs = config.pair, config.agents, config.ppo, config.num_envs
+    pair, agents, ppo, num_envs = config.resolved_method, config.agents, config.ppo, config.num_envs
     make_learner = partial(_make_learner, num_envs=num_envs, device=_checked(config.device), threads=config.threads)
     features = controller_features(config)
     network = partial(make_network, agents.network, vectors=features.vectors)
@@ -79,7 +80,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     controller = PPOAgent(features, learner, network=agents.network, curiosity=curiosity)
     if pair.meta != LEARNED:
         return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller
-    features, seed = Features(agents.meta_features, config.env.n_actions), meta_seed(config.seed)
+    features, seed = Features(agents.meta_features, config.env.n_actions, META), meta_seed(config.seed)
     learner = make_learner(features, N_META_ACTIONS, config.meta_ppo, seed=seed, network=GoalNetwork)
     warm_up = WarmUp(agents.meta_start_success)
     return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up, hindsight=True), controller
@@ -91,10 +92,12 @@ def controller_features(config: TrainConfig) -> Features:
     Raises:
         InputError: if a feature is unknown, or not for controllers.
     """
-    sees_goal, named = config.pair.controller.sees_goal, config.agents.features
-    if "goal-outcome" in named:
-        raise InputError("goal-outcome is how the last option ended: one of meta_features, not of features")
+    sees_goal, named = config.resolved_method.controller.sees_goal, config.agents.features
     names = [name for name in named if sees_goal or name not in GOAL_FEATURES]
+    if named and not names:
+        raise InputError(
+            f"method {config.agents.method} does not see goals, so features must name more than {', '.join(named)}"
+        )
     return Features(names, config.env.n_actions)
 
 
@@ -117,28 +120,35 @@ def load_run(
         is_greedy: whether the controller takes its most probable action instead of drawing one.
         meta: another meta-controller than the run's, as `make_meta` takes it.
         steps: which checkpoint, by its steps; None for the newest.
-        **env: entries of the `EnvConfig` that are to be others than the run's, such as ``graph`` or ``size``.
+        **env: entries of the `EnvConfig` that are to be others than the run's, such as ``graph`` or ``size``; not
+            ``drop_key`` and ``reward``, which make another controller.
 
     Returns:
         the turns, whose shortest lengths are measured, and the pair: ``pair.step(turns)`` takes a step.
 
     Raises:
-        InputError: if the run has no such checkpoint, or it does not fit its config, or there is no such
-            meta-controller.
+        InputError: if the run has no such checkpoint, or it does not fit its config, there is no such meta-controller,
+            or an entry cannot be changed.
     """
-    config, state = run.config().changed(device="cpu"), run.load_checkpoint(steps)["agents"]
-    goals, controller = make_agents(config)
+    refused = env.keys() - {entry.name for entry in fields(EnvConfig)} | env.keys() & {"drop_key", "reward"}
+    if refused:
+        raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
+    config, state = run.config().changed(device="cpu", **env), run.load_checkpoint(steps)["agents"]
+    if meta is None:
+        meta_agent, controller = make_agents(config)
+    else:
+        _, controller = make_agents(config.changed(meta="none"))
+        meta_agent = ScriptedAgent(make_meta(meta))
     try:
         controller.take_weights(state[CONTROLLER])
-        if meta is None and isinstance(goals, PPOAgent):
-            goals.take_weights(state[META])
+        if isinstance(meta_agent, PPOAgent):
+            meta_agent.take_weights(state[META])
         elif meta is None:
-            goals.load_state_dict(state[META])
+            meta_agent.load_state_dict(state[META])
     except (RuntimeError, KeyError, ValueError) as error:
         raise InputError(f"the checkpoint of {run.path} does not fit its config.json") from error
-    goals = goals if meta is None else ScriptedAgent(make_meta(meta))
-    turns = make_turns(config.changed(**env), num_envs, seed, whole_interval=True, measure_shortest=True)
-    return turns, freeze(goals, controller, num_envs, seed=seed, is_greedy=is_greedy)
+    turns = make_turns(config, num_envs, seed, whole_interval=True, measure_shortest=True)
+    return turns, freeze(meta_agent, controller, num_envs, seed=seed, is_greedy=is_greedy)
 
 
 def freeze(
@@ -154,8 +164,8 @@ def freeze(
         is_greedy: whether the controller takes its most probable action instead of drawing one. A policy that escapes
             whenever it draws can turn on the spot for ever when it is greedy. A learned meta-controller draws.
     """
-    goals = meta.frozen(num_envs, seed=meta_seed(seed))
-    return Pair({META: goals, CONTROLLER: controller.frozen(num_envs, seed=seed, is_greedy=is_greedy)})
+    meta_agent = meta.frozen(num_envs, seed=meta_seed(seed))
+    return Pair({META: meta_agent, CONTROLLER: controller.frozen(num_envs, seed=seed, is_greedy=is_greedy)})
 
 
 def meta_seed(seed: int) -> int:

@@ -55,14 +55,14 @@ class TrainConfig:
     warm_start: str | None = None
 
     @property
-    def pair(self) -> Method:
+    def resolved_method(self) -> Method:
         """The agents: those of the method, or what was named in their place."""
-        return self.agents.pair(self.env.reward)
+        return self.agents.resolved_method(self.env.reward)
 
     @property
     def name(self) -> str:
         """A short name for the run, fit for a folder."""
-        meta = self.pair.meta
+        meta = self.resolved_method.meta
         parts = [self.agents.method, meta if meta != "none" else "", self._graph_name, f"seed{self.seed}"]
         text = "-".join(part for part in parts if part)
         return "".join(c if c.isalnum() or c in "-_." else "-" for c in text)
@@ -70,7 +70,7 @@ class TrainConfig:
     @property
     def title(self) -> str:
         """What the run trains, in a sentence."""
-        agents = f"{self.agents.method} with meta-controller {self.pair.meta}"
+        agents = f"{self.agents.method} with meta-controller {self.resolved_method.meta}"
         where = f"graph {self._graph_name}, seed {self.seed}"
         return f"{agents} on {where}: {self.steps:,} steps in {self.num_envs} environments"
 

@@ -32,7 +32,7 @@ def plot_learning_curve(run: RunFolder, path: Path) -> None:
     for axes in (success, length):
         axes.set_xlabel("primitive steps (millions)")
         axes.grid(alpha=0.3)
-    figure.suptitle(f"{run.config().name}: mean over the last 500 episodes")
+    figure.suptitle(f"{run.path.name}: mean over the last 500 episodes")
     picture = io.BytesIO()
     figure.savefig(picture, format="png", dpi=120)
     write_atomically(path, picture.getvalue())

@@ -60,9 +60,9 @@ class RunFolder:
             raise InputError(f"cannot create the run folder {run.path}: {error.strerror}") from error
         graph = config.env.graph
         if isinstance(graph, GoalGraph):
-            write_atomically(run.path / "graph.toml", graph.to_toml().encode())
+            write_atomically(run.graph_path, graph.to_toml().encode())
         elif graph not in NAMED_GRAPHS and Path(graph).is_file():  # as in `as_goal_graph`
-            write_atomically(run.path / "graph.toml", Path(graph).read_bytes())
+            write_atomically(run.graph_path, Path(graph).read_bytes())
         versions = {package: version(package) for package in ("hierroom", "numba", "numpy", "torch")}
         write_atomically(
             run.path / "versions.json", to_json({"python": platform.python_version(), **versions}).encode()
@@ -87,9 +87,17 @@ class RunFolder:
         """The folder of the checkpoints."""
         return self.path / "checkpoints"
 
+    @property
+    def graph_path(self) -> Path:
+        """Where a copy of the goal graph lies, if it is not a named one."""
+        return self.path / "graph.toml"
+
     def save_config(self, config: TrainConfig) -> None:
-        """Write config.json."""
-        write_atomically(self.path / "config.json", to_json(config.to_dict()).encode())
+        """Write config.json; it goes on naming the goal graph as it was named when the run began."""
+        table, path = config.to_dict(), self.path / "config.json"
+        if self.graph_path.is_file() and path.is_file():
+            table["env"]["graph"] = self._config_table()["env"]["graph"]
+        write_atomically(path, to_json(table).encode())
 
     def config(self) -> TrainConfig:
         """Read the config of the run.
@@ -97,17 +105,18 @@ class RunFolder:
         Raises:
             InputError: if config.json is broken.
         """
+        try:
+            config = TrainConfig.from_dict(self._config_table())
+        except InputError as error:
+            raise InputError(f"{self.path / 'config.json'}: {error}") from error
+        return config.changed(graph=GoalGraph.from_toml(self.graph_path)) if self.graph_path.is_file() else config
+
+    def _config_table(self) -> dict[str, Any]:
         path = self.path / "config.json"
         try:
-            table = json.loads(path.read_text())
+            return json.loads(path.read_text())
         except (OSError, ValueError) as error:
             raise InputError(f"cannot read {path}: {error}") from error
-        try:
-            config = TrainConfig.from_dict(table)
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from error
-        graph = self.path / "graph.toml"
-        return config.changed(graph=str(graph)) if graph.is_file() else config
 
     def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
         """Write a checkpoint, named by its steps, from the result of `Trainer.state_dict`."""

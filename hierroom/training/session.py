@@ -57,7 +57,8 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
     trainer = Trainer(config.changed(warm_start=None))  # the checkpoint holds all weights
     folder = RunFolder.open(path)
     _load(trainer, folder)
-    if trainer.steps >= config.steps != folder.config().steps:
+    has_other_steps = config.steps != folder.config().steps
+    if has_other_steps and trainer.steps >= config.steps:
         taken = f"{folder.path} has taken {trainer.steps:,} steps"
         raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
     folder.drop_metrics_after(trainer.steps)
@@ -93,7 +94,8 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
     )
     with Progress(*columns, console=console) as bar, SummaryWriter(str(folder.path)) as events:
         task = bar.add_task("", total=total, completed=trainer.steps, status="the first run compiles,")
-        while not trainer.is_done and not interrupt.is_requested:
+        is_last = trainer.is_done
+        while not is_last:
             trainer.advance()
             is_last = trainer.is_done or interrupt.is_requested
             row = trainer.metrics()
@@ -118,7 +120,7 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     folder.save_summary(summary)
     curve, picture = folder.path / "learning_curve.png", folder.path / "escape.gif"
     plot_learning_curve(folder, curve)
-    table = Table(title=trainer.config.name, show_header=False)
+    table = Table(title=escape(folder.path.name), show_header=False)
     table.add_column("")
     table.add_column("", justify="right")
     table.add_row(f"success, last {min(WINDOW, summary['episodes'])} episodes", f"{summary['success_rate']:.1%}")

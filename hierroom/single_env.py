@@ -1,4 +1,4 @@
-"""One EscapeRoom with its two agents: what the AEC, the parallel and the Gymnasium environment share."""
+"""One environment with its two agents: what the AEC, the parallel and the Gymnasium environment share."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.env_config import EnvConfig, fresh_seed
+from hierroom.errors import InputError
 from hierroom.goals import NO_GOAL
 from hierroom.meta import MetaController
 from hierroom.options import AGENTS, CONTROLLER, META
@@ -19,7 +20,7 @@ from hierroom.world.render import Screen
 _ONLY = np.zeros(1, np.int64)
 
 
-class Room:
+class SingleEnv:
     """A batch of one, in the terms of PettingZoo.
 
     Args:
@@ -121,6 +122,8 @@ class Room:
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
+        if not self._is_seeded:
+            raise InputError("reset the environment before it is rendered")
         return self._screen.render(self.turns.world.state, int(self.turns.goals[0]))
 
     def close(self) -> None:

@@ -10,8 +10,8 @@ from typing import get_args
 import pytest
 
 from hierroom.complexity.__main__ import COLUMNS, ColumnName, ComplexityArguments, show
-from hierroom.complexity.table2 import PAPER_TABLE_2, table_2
 from hierroom.goals import GoalGraph
+from hierroom.paper import PAPER_TABLE_2, table_2
 
 
 def command(*arguments, module="hierroom.complexity"):

@@ -1,0 +1,126 @@
+"""What was trained, used again: elsewhere, under another meta-controller or graph; nothing of it is harmed."""
+
+import numpy as np
+import pytest
+
+from hierroom import train
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+from hierroom.meta import make_meta
+from hierroom.training.assembly import load_run
+from hierroom.training.config import TrainConfig
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
+
+SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=1024).changed(minibatches=2)
+
+
+class Counting:
+    """A meta-controller with a memory: how often it was asked."""
+
+    asked = 0
+
+    def choose(self, observations, legal, situation):
+        self.asked += 1
+        return legal.argmax(axis=1)
+
+
+class ForSixtyFour:
+    """Made for a number of environments, and for no other."""
+
+    @classmethod
+    def for_training(cls, num_envs):
+        return cls()
+
+    def choose(self, observations, legal, situation):
+        return legal.argmax(axis=1)
+
+
+def test_playing_leaves_the_meta_controller_in_training_alone():
+    trainer = Trainer(SMALL.changed(meta="test_run_reuse:Counting"))
+    trainer.advance()
+    meta = trainer.agents["meta_0"].meta
+    before = meta.asked
+    pair, turns = trainer.freeze(4, seed=0), trainer.fresh_turns(4, 0)
+    for _ in range(30):
+        pair.step(turns)
+    assert meta.asked == before > 0
+    assert pair.agents["meta_0"].meta.asked > before
+
+
+def test_one_that_is_made_for_training_says_how_it_plays():
+    with pytest.raises(InputError, match=r"has a method for_play\(num_envs, \*, seed\) too, to play in others"):
+        make_meta("test_run_reuse:ForSixtyFour", 64)
+
+
+@pytest.fixture
+def run(tmp_path):
+    config = SMALL.changed(meta="test_run_reuse:Counting")
+    trainer = Trainer(config)
+    trainer.advance()
+    folder = RunFolder.create(tmp_path / "run", config)
+    folder.save_checkpoint(trainer.state_dict())
+    return folder
+
+
+def test_another_meta_controller_needs_nothing_of_the_runs_own(run, monkeypatch):
+    config = (run.path / "config.json").read_text()
+    (run.path / "config.json").write_text(config.replace("test_run_reuse:Counting", "nowhere.to.be:Found"))
+    turns, pair = load_run(run, 4, meta="fixed-dfs")
+    assert pair.step(turns).actions.shape == (4,)
+    with pytest.raises(InputError, match="there is no module 'nowhere'"):
+        load_run(run, 4)
+
+
+def test_the_environment_may_be_another_the_agent_not(run):
+    turns, _ = load_run(run, 2, graph="c", size=13, goal_mask="existing")
+    assert turns.world.state.size == 13
+    assert (turns.world.state.levels["n_rooms"] == 3).all()
+    for name, value in {
+        "gamma": 0.5,
+        "method": "ppo",
+        "features": ("view",),
+        "drop_key": True,
+        "reward": "bonus",
+    }.items():
+        with pytest.raises(InputError, match=f"a trained agent cannot be played with another {name}"):
+            load_run(run, 2, **{name: value})
+
+
+def test_a_run_goes_on_naming_its_graph_as_it_was_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    GoalGraph((0, 1, 1), 3).to_toml("mine.toml")
+    flags = ["--graph", "mine.toml", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2"]
+    assert train.main([*flags, "--steps", "512", "--out", "run"]) == 0
+    (tmp_path / "mine.toml").unlink()
+    assert train.main(["--resume", "run", "--steps", "1024"]) == 0
+    folder = RunFolder.open("run")
+    assert folder.config().env.graph == GoalGraph((0, 1, 1), 3)
+    assert '"graph": "mine.toml"' in (folder.path / "config.json").read_text()
+
+
+def test_an_interrupt_at_any_moment_is_saved(tmp_path, monkeypatch, capsys):
+    """Whether the interrupt was requested is read once an update: the last update is always saved."""
+    from hierroom.training import session
+
+    for moment in range(1, 8):
+        asked = []
+
+        class Interrupt:
+            def __enter__(self):
+                return self
+
+            def __exit__(self, *_):
+                pass
+
+            @property
+            def is_requested(self):
+                asked.append(1)  # noqa: B023 - used within the loop's turn alone
+                return len(asked) >= moment  # noqa: B023
+
+        monkeypatch.setattr(session, "Interrupt", Interrupt)
+        trainer, folder = session.begin(SMALL.changed(steps=10**6), tmp_path / str(moment))
+        assert session.run_session(trainer, folder) == 130
+        assert folder.load_checkpoint()["steps"] == trainer.steps == folder.metrics()[-1]["steps"]
+        np.testing.assert_array_less(0, trainer.steps)
