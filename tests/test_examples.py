@@ -53,7 +53,7 @@ def test_the_meta_controller_of_ones_own_trains(name, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(EXAMPLES)
     assert check_run(tmp_path / "run")["steps"] == 4096  # 8 updates
     assert check_escape(tmp_path / "run") > 0
-    assert RunFolder.open(tmp_path / "run").config().env.meta == f"own_meta_controller:{name}"
+    assert RunFolder.open(tmp_path / "run").config().agents.meta == f"own_meta_controller:{name}"
 
 
 def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp_path):

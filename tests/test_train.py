@@ -215,7 +215,7 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
     done = run("train", *FLAGS, "--steps", "512", "--meta", "mine:FirstLegal", "--out", "run", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert check_run(tmp_path / "run")["steps"] == 512
-    assert RunFolder.open(tmp_path / "run").config().env.meta == "mine:FirstLegal"
+    assert RunFolder.open(tmp_path / "run").config().agents.meta == "mine:FirstLegal"
 
 
 @pytest.mark.parametrize(

@@ -83,7 +83,7 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
 
 def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Interrupt) -> None:
     """Train until the end or an interrupt, with a progress bar, metrics, TensorBoard events and checkpoints."""
-    total = trainer.config.steps
+    total = trainer.total_steps
     next_row, next_checkpoint = trainer.steps, trainer.steps + total // CHECKPOINTS_PER_RUN
     columns = (
         TextColumn("{task.percentage:3.0f}%"),
