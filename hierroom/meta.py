@@ -176,7 +176,9 @@ def make_meta(spec: str | MetaController | Callable[[Level], Any], num_envs: int
     if spec == LEARNED:
         raise InputError("the learned meta-controller is made in training: give that of a trained run")
     known = (*META_CONTROLLERS, LEARNED)
-    make = META_CONTROLLERS.get(spec) or load_plugin(spec, "meta-controller", known, ENTRY_POINT_GROUP)
+    make = META_CONTROLLERS.get(spec) or load_plugin(
+        spec, "meta-controller", known, ENTRY_POINT_GROUP, "Class or :function"
+    )
     if _is_function(make):
         return LevelMeta(make)
     try:

@@ -12,8 +12,8 @@ from typing import Any
 from hierroom.errors import InputError
 
 
-def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str) -> Any:
-    """Load the class that a user's name refers to.
+def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds: str = "Class") -> Any:
+    """Load the class, or what else a user's name refers to.
 
     Args:
         spec: name of an entry point in the group, or ``package.module:Class``; modules in the current folder are found
@@ -21,15 +21,15 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str) -> Any
         what: kind of the class, for error messages, such as ``meta-controller``.
         shipped: names of the classes that ship with hierroom, for error messages.
         group: the group of entry points.
+        kinds: what a module may hold of that kind, for error messages.
 
     Raises:
         InputError: if there is no such class or it cannot be loaded.
     """
     found = [*entry_points(group=group, name=spec)]
     if not found and ":" not in spec:
-        raise InputError(
-            f"a {what} is one of {', '.join(shipped)}, an entry point of {group} or package.module:Class, not {spec!r}"
-        )
+        known = f"{', '.join(shipped)}, an entry point of {group} or package.module:{kinds}"
+        raise InputError(f"a {what} is one of {known}, not {spec!r}")
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.insert(0, here)
