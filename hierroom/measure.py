@@ -17,6 +17,7 @@ It stands outside `hierroom.complexity`, which knows of no world and no learner.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,6 @@ from rich.progress import Progress
 
 from hierroom.agents.player import OraclePlayer, Player, RandomPlayer, play
 from hierroom.complexity.augmented import AugmentedGraph
-from hierroom.complexity.difficulty import is_difficulty
 from hierroom.complexity.measured import EpisodeCounts, MeasuredReport, counts_of
 from hierroom.complexity.report import analyze
 from hierroom.env_config import EnvConfig
@@ -168,13 +168,14 @@ def graph_of(turns: Turns) -> GoalGraph:
 
 
 def _trained(name: str, graph: str | None, drop_key: bool, num_envs: int, seed: int) -> tuple[Turns, Player]:
-    folder = RunFolder.open(name)
-    config = folder.config()
-    if drop_key and not config.env.drop_key:
+    other: dict[str, Any] = {} if graph is None else {"graph": graph}
+    turns, pair = load_run(RunFolder.open(name), num_envs, seed=seed, **other)
+    if drop_key and not turns.world.state.levels["can_drop"][0]:
         raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
-    if graph is None and is_difficulty(config.env.graph):
-        raise InputError(f"the agent of {name} was trained on {config.env.graph}; name one goal graph by --graph")
-    return load_run(folder, num_envs, seed=seed, graph=graph or config.env.graph)
+    n_graphs = len(turns.world.graph_records)
+    if n_graphs > 1:
+        raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
+    return turns, pair
 
 
 def _room_of(levels: np.ndarray) -> NDArray[np.int64]:

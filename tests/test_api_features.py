@@ -118,6 +118,12 @@ def test_gymnasium_vector_and_its_final_observations():
     assert n_ended >= 6
 
 
+@pytest.mark.filterwarnings(
+    "ignore:Observation space for each agent probably should be:UserWarning",  # they are dicts with a mask
+    "ignore:Agents have different observation space sizes:UserWarning",
+    "ignore:Observation is not a NumPy array:UserWarning",
+    r"ignore:.*is different from the unwrapped version:UserWarning",  # it is wrapped on purpose
+)
 def test_the_checkers_are_content():
     for agent in AGENTS:
         names = [name for name in FEATURES if agent == META or name != "goal-outcome"]

@@ -29,6 +29,8 @@ class Trainer:
         agents: who acts and learns, by name, the meta-controller first.
         controller: the second of them.
         turns: the environments.
+        title: what is trained, in a sentence.
+        seed: of the run.
         total_steps: primitive steps to take, over all environments.
         steps: those taken so far.
         seconds: seconds spent in `advance` so far.
@@ -42,7 +44,7 @@ class Trainer:
         if config.steps < 1:
             raise InputError(f"steps must be at least 1, not {config.steps}")
         self.config = config
-        self.total_steps = config.steps
+        self.title, self.seed, self.total_steps = config.title, config.seed, config.steps
         self.turns = make_turns(config, config.num_envs, config.seed)
         self.turns.world.stagger_clocks()
         meta, controller = make_agents(config)
