@@ -31,3 +31,10 @@ def test_the_paper_preset_is_section_3_to_the_letter():
     assert (paper.ppo.hidden_size, paper.ppo.learning_rate) == (64, 2.5e-4)
     assert (paper.ppo.gamma, paper.ppo.gae_lambda) == (0.9, 0.95)
     assert paper.agents.features == ("view-ids", "goal")
+
+
+def test_features_of_a_goal_that_is_not_seen_leave_nothing_to_read():
+    with pytest.raises(
+        InputError, match=r"method ppo does not see goals, so features must name more than goal, symbol$"
+    ):
+        Trainer(CONFIG.changed(method="ppo", features=("goal", "symbol")))

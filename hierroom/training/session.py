@@ -70,7 +70,7 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
     """Train until the end or an interrupt and print the results; returns the exit code of the command."""
     torch.set_num_threads(1)  # more threads gain nothing at these sizes
     console = Console()
-    console.print(f"{trainer.title}, into {escape(str(folder.path))}")
+    console.print(f"{trainer.config.title}, into {escape(str(folder.path))}")
     with Interrupt() as interrupt:
         train(trainer, folder, console, interrupt)
     if not trainer.is_done:
@@ -83,7 +83,7 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
 
 def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Interrupt) -> None:
     """Train until the end or an interrupt, with a progress bar, metrics, TensorBoard events and checkpoints."""
-    total = trainer.total_steps
+    total = trainer.config.steps
     next_row, next_checkpoint = trainer.steps, trainer.steps + total // CHECKPOINTS_PER_RUN
     columns = (
         TextColumn("{task.percentage:3.0f}%"),
@@ -143,7 +143,7 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
 
 def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
     """Yield the pictures of each successful episode among the first ``episodes`` of a fresh environment."""
-    seed = trainer.seed
+    seed = trainer.config.seed
     pair, turns = trainer.freeze(1, seed=seed), trainer.fresh_turns(1, seed + 1, autoreset=False)
     for _ in range(episodes):
         turns.reset()

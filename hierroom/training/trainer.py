@@ -29,10 +29,8 @@ class Trainer:
         agents: who acts and learns, by name, the meta-controller first.
         controller: the second of them.
         turns: the environments.
-        title: what is trained, in a sentence.
-        seed: of the run.
-        total_steps: primitive steps to take, over all environments.
-        steps: those taken so far.
+        config: what is trained.
+        steps: primitive steps taken so far, over all environments.
         seconds: seconds spent in `advance` so far.
         log: what the last episodes were like.
 
@@ -44,7 +42,6 @@ class Trainer:
         if config.steps < 1:
             raise InputError(f"steps must be at least 1, not {config.steps}")
         self.config = config
-        self.title, self.seed, self.total_steps = config.title, config.seed, config.steps
         self.turns = make_turns(config, config.num_envs, config.seed)
         self.turns.world.stagger_clocks()
         meta, controller = make_agents(config)
@@ -59,7 +56,7 @@ class Trainer:
     @property
     def is_done(self) -> bool:
         """Whether the config's steps are taken."""
-        return self.steps >= self.total_steps
+        return self.steps >= self.config.steps
 
     def advance(self) -> None:
         """Act in every environment until the controller has learned once more (paper, Algorithm 1)."""
@@ -87,7 +84,7 @@ class Trainer:
 
     def _learn(self, name: str) -> None:
         observation = self.turns.observe(name, self.turns.due(name))
-        self.agents[name].update(observation, min(self.steps / self.total_steps, 1.0))
+        self.agents[name].update(observation, min(self.steps / self.config.steps, 1.0))
 
     def _warm_start(self, run: RunFolder) -> None:
         try:
