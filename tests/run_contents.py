@@ -27,7 +27,7 @@ Rows = list[dict[str, float]]
 def check_run(path: Path) -> dict[str, Any]:
     """Assert what is true of every run that ended after as few steps as those of the tests; returns its summary."""
     folder = RunFolder.open(path)
-    config, rows = folder.config(), folder.metrics()
+    config, rows = folder.config(), folder.metrics.numbers()
     check_metrics(rows, config)
     summary = json.loads((path / "summary.json").read_text())
     check_summary(summary, rows)

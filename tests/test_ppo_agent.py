@@ -273,7 +273,7 @@ def test_one_command_trains_it_with_the_settings_it_needs(tmp_path):
     assert config.ppo.entropy_weight == PRESET.ppo.entropy_weight
     assert train.parse(["--meta", "learned", "--meta-ppo.gamma", "0.9"]).config.meta_ppo.gamma == 0.9
     assert train.parse(["--meta", "learned", "--preset", "default"]).config.env == TrainConfig().env
-    rows = RunFolder.open(out).metrics()
+    rows = RunFolder.open(out).metrics.numbers()
     assert rows[-1]["meta_is_learning"] == 1
 
 

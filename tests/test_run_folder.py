@@ -20,16 +20,16 @@ SMALL = TrainConfig(EnvConfig("a", size=11))
 
 def test_dropping_metrics_keeps_the_rows_before_as_they_were(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
-    folder.drop_metrics_after(0)
+    folder.metrics.drop_after(0)
     for steps in (10, 20):
-        folder.append_metrics({"steps": steps, "success_rate": 0.1 + 0.2, "episode_length": float("nan")})
+        folder.metrics.append([{"steps": steps, "success_rate": 0.1 + 0.2, "episode_length": float("nan")}])
     metrics = folder.path / "metrics.csv"
     first = metrics.read_bytes().splitlines(keepends=True)[:2]
-    folder.drop_metrics_after(10)
+    folder.metrics.drop_after(10)
     assert metrics.read_bytes() == b"".join(first)
     metrics.write_bytes(b"".join(first) + b"20,0")
     with pytest.raises(InputError, match="is broken"):
-        folder.drop_metrics_after(10)
+        folder.metrics.drop_after(10)
 
 
 def test_a_run_keeps_its_goal_graph_and_what_it_began_with(tmp_path):
@@ -70,7 +70,7 @@ def test_not_a_number_is_null_in_json():
 def test_a_full_disk_is_one_line_and_the_old_file_stays(tmp_path, monkeypatch):
     folder = RunFolder.create(tmp_path / "run", SMALL)
     folder.save_summary({"steps": 1})
-    folder.append_metrics({"steps": 1, "episodes": 0})
+    folder.metrics.append([{"steps": 1, "episodes": 0}])
 
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -89,10 +89,10 @@ def test_metrics_keep_their_rows_when_the_disk_is_full(tmp_path):
     path = folder.path / "metrics.csv"
     path.symlink_to("/dev/full")
     with pytest.raises(InputError, match="No space left on device"):
-        folder.append_metrics({"steps": 1, "episodes": 0})
+        folder.metrics.append([{"steps": 1, "episodes": 0}])
     path.unlink()
-    folder.append_metrics({"steps": 1, "episodes": 0})
-    assert folder.metrics() == [{"steps": 1.0, "episodes": 0.0}]
+    folder.metrics.append([{"steps": 1, "episodes": 0}])
+    assert folder.metrics.numbers() == [{"steps": 1.0, "episodes": 0.0}]
 
 
 def test_nothing_in_a_checkpoint_is_executed(tmp_path):

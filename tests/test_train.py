@@ -61,7 +61,7 @@ def test_a_run_leaves_everything_it_promises(trained):
         EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=4096, ppo=SMALL.ppo
     )
     assert len(list(trained.glob("events.out.tfevents.*"))) == 1
-    rows = RunFolder.open(trained).metrics()
+    rows = RunFolder.open(trained).metrics.numbers()
     assert rows[-1]["steps"] == 4096
     assert [row["steps"] for row in rows] == sorted({row["steps"] for row in rows})
     assert check_run(trained) == summary
@@ -72,7 +72,7 @@ def test_each_checkpoint_is_how_the_run_stood_after_its_steps(trained):
     folder = RunFolder.open(trained)
     trainer = Trainer(folder.config())
     names = {path.name for path in folder.checkpoints.iterdir()}
-    rows = [row["steps"] for row in folder.metrics()]
+    rows = [row["steps"] for row in folder.metrics.numbers()]
     assert names == {f"{n:012.0f}.pt" for n in [0, *(min(m for m in rows if m >= k * 409) for k in range(1, 11))]}
     while names:
         if (name := f"{trainer.steps:012d}.pt") in names:
@@ -125,7 +125,7 @@ def test_resume_goes_on_and_keeps_the_metrics_in_order(trained, tmp_path):
     out = tmp_path / "run"
     assert train.main([*FLAGS, "--steps", "2048", "--out", str(out)]) == 0
     assert train.main(["--resume", str(out), "--steps", "4096"]) == 0
-    steps = [row["steps"] for row in RunFolder.open(out).metrics()]
+    steps = [row["steps"] for row in RunFolder.open(out).metrics.numbers()]
     assert steps == sorted(set(steps))
     assert steps[-1] == 4096
     assert RunFolder.open(out).config().steps == 4096  # so that it can be interrupted and resumed once more

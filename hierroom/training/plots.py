@@ -21,7 +21,7 @@ def plot_learning_curve(run: RunFolder, path: Path) -> None:
     """
     from matplotlib.figure import Figure  # imported here, because it loads slowly
 
-    rows = run.metrics()
+    rows = run.metrics.numbers()
     steps = [row["steps"] / 1e6 for row in rows]
     figure = Figure(figsize=(8, 3.2), layout="constrained")
     success, length = figure.subplots(1, 2)

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import json
-import os
 import platform
 from collections.abc import Mapping
-from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,6 +16,7 @@ from hierroom.errors import InputError
 from hierroom.files import to_json, write_atomically
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.training.config import TrainConfig
+from hierroom.training.csv_table import CSVTable
 
 CHECKPOINT_FORMAT = 5
 
@@ -26,17 +24,28 @@ CHECKPOINT_FORMAT = 5
 class RunFolder:
     """A training run on disk.
 
-    The folder contains ``config.json``, ``versions.json`` (the package versions at the start), ``metrics.csv`` (a row
-    for each time that training is logged), ``checkpoints/`` (named by their steps), ``summary.json``, TensorBoard
-    events and pictures. If the goal graph is not a named one, ``graph.toml`` is a copy of it, so that the run can
-    continue even if the original file changes.
+    The folder contains ``config.json``, ``versions.json`` (the package versions at the start), the tables
+    ``metrics.csv``, ``evaluations.csv`` and ``episodes.csv``, ``checkpoints/`` (named by their steps),
+    ``summary.json``, TensorBoard events and pictures. If the goal graph is not a named one, ``graph.toml`` is a copy of
+    it, so that the run can continue even if the original file changes.
 
     Args:
         path: the folder.
+
+    Attributes:
+        metrics: a row for each time that training is logged.
+        evaluations: for each evaluation during training and each goal graph a row: ``steps`` and ``seconds`` trained,
+            ``graph``, ``episodes``, ``success_rate`` with its 95% interval ``success_low`` and ``success_high``,
+            ``length``, ``length_over_shortest`` and the controller's ``return``.
+        episodes: a row for each episode of training: the ``steps`` trained when it ended, ``env``, ``graph``,
+            ``success`` (0 or 1), ``length``, the controller's ``return``, and the ``goals`` achieved in their order.
     """
 
     def __init__(self, path: str | Path):
         self.path = Path(path)
+        self.metrics = CSVTable(self.path / "metrics.csv")
+        self.evaluations = CSVTable(self.path / "evaluations.csv")
+        self.episodes = CSVTable(self.path / "episodes.csv")
 
     @classmethod
     def create(cls, path: str | Path, config: TrainConfig) -> RunFolder:
@@ -149,49 +158,10 @@ class RunFolder:
             raise InputError(f"the checkpoint {path} has format {found}, this hierroom reads {CHECKPOINT_FORMAT}")
         return state
 
-    def append_metrics(self, row: Mapping[str, float]) -> None:
-        """Append a row to metrics.csv.
-
-        Raises:
-            InputError: if it cannot be written; the previous rows are still there.
-        """
-        path = self.path / "metrics.csv"
-        text = io.StringIO()
-        writer = csv.DictWriter(text, list(row))
-        size = path.stat().st_size if path.exists() else 0
-        if size == 0:
-            writer.writeheader()
-        writer.writerow(row)
-        try:
-            with path.open("a", newline="") as file:
-                file.write(text.getvalue())
-        except OSError as error:
-            with suppress(OSError):
-                os.truncate(path, size)
-            raise InputError(f"cannot write {path}: {error.strerror}") from error
-
-    def metrics(self) -> list[dict[str, float]]:
-        """Read the rows of metrics.csv.
-
-        Raises:
-            InputError: if it is broken.
-        """
-        path = self.path / "metrics.csv"
-        if not path.exists():
-            return []
-        try:
-            with path.open(newline="") as file:
-                return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
-        except (TypeError, ValueError) as error:  # a row is too short or too long, or a value is not a number
-            raise InputError(f"{path} is broken: {error}") from error
-
-    def drop_metrics_after(self, steps: int) -> None:
-        """Delete the rows logged after the checkpoint from which training resumes."""
-        rows, path = self.metrics(), self.path / "metrics.csv"
-        if rows:
-            header, *lines = path.read_bytes().splitlines(keepends=True)
-            kept = [line for row, line in zip(rows, lines, strict=True) if row["steps"] <= steps]
-            write_atomically(path, b"".join([header, *kept]))
+    @property
+    def tables(self) -> tuple[CSVTable, ...]:
+        """All tables that grow during training."""
+        return self.metrics, self.evaluations, self.episodes
 
     def save_summary(self, summary: Mapping[str, Any]) -> None:
         """Write summary.json."""

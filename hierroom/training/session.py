@@ -61,7 +61,8 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
     if has_other_steps and trainer.steps >= config.steps:
         taken = f"{folder.path} has taken {trainer.steps:,} steps"
         raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
-    folder.drop_metrics_after(trainer.steps)
+    for table in folder.tables:
+        table.drop_after(trainer.steps)
     folder.save_config(config)  # with the new number of steps, in case it is interrupted again
     return trainer, folder
 
@@ -106,7 +107,7 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
             bar.update(task, completed=min(trainer.steps, total), status=status)
             if trainer.steps >= next_row or is_last:
                 next_row += total // ROWS_PER_RUN
-                folder.append_metrics(row)
+                folder.metrics.append([row])
                 for name, value in row.items():
                     events.add_scalar(name, value, trainer.steps)
             if trainer.steps >= next_checkpoint or is_last:
