@@ -8,8 +8,9 @@ import hierroom
 from hierroom.env_config import NOVELTY_BONUS
 from hierroom.goals import EXIT_GOAL, N_GOALS, GoalGraph
 from hierroom.meta import make_meta
-from hierroom.options import OTHER, REACHED, TIMED_OUT, Ledger
+from hierroom.options import Ledger
 from hierroom.rewards import REWARDS, make_reward
+from hierroom.step import OTHER, REACHED, TIMED_OUT
 from hierroom.world.layout import OUTCOME
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.world import World
