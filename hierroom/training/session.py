@@ -107,7 +107,7 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
         TextColumn("{task.percentage:3.0f}%"),
         BarColumn(),
         TextColumn("{task.fields[status]}"),
-        TimeRemainingColumn(),
+        TimeRemainingColumn(compact=True),
         TextColumn("left"),
     )
     with Progress(*columns, console=console) as bar, Events(folder.path, config) as events:
