@@ -21,6 +21,7 @@ from hierroom.training.episode_log import MILESTONES, WINDOW
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.plots import plot_learning_curve
 from hierroom.training.run_folder import RunFolder, unused_path
+from hierroom.training.run_name import run_name
 from hierroom.training.trainer import Trainer
 from hierroom.world.animation import animate
 from hierroom.world.render import draw_level
@@ -39,7 +40,7 @@ def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
         InputError: if a value of the config cannot be used, or the folder cannot be created.
     """
     trainer = Trainer(config)
-    folder = RunFolder.create(out or unused_path(Path("runs") / config.name), config)
+    folder = RunFolder.create(out or unused_path(Path("runs") / run_name(config)), config)
     folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
     return trainer, folder
 
