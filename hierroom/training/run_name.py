@@ -75,7 +75,7 @@ def _text(name: str, value: Any, usual: Any) -> str:
         return f"{name}-{'-'.join(_names(value, usual))}"
     if value is None or isinstance(value, str):
         return f"{name}-{Path(value).name if name == 'warm_start' and value else _name_of(str(value))}"
-    return name + str(value).replace("e+", "e")
+    return name + str(value).removesuffix(".0").replace("e+", "e")
 
 
 def _names(value: tuple[str, ...], usual: tuple[str, ...]) -> list[str]:
