@@ -152,7 +152,8 @@ def _changes(path: Path, files: list[ModuleFile], before: dict[str, dict[str, An
         if old is None:
             lines.append(f"{file.name} is used now, and was not when {path} was trained")
         elif old["sha256"] != file.digest:
-            lines.append(f"{file.name} has changed since {path} was trained; {old.get('copy', FILE)} there tells how")
+            was = f"what it was is {old['copy']}" if "copy" in old else f"its digest then is in {FILE}"
+            lines.append(f"{file.name} has changed since {path} was trained: {was} there")
     return lines
 
 

@@ -10,15 +10,15 @@ from typing import Any
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset, implied_preset
 
-MAX_LENGTH = 96
+MAX_LENGTH = 97
 """Characters of a name, so that with -2, -3, ... behind it, it stays within 100."""
-_PART_LENGTH = 20
+_META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
 _TOLD_APART = frozenset({"env", "agents", "ppo", "method", "meta", "graph", "seed", "preset"})
 _CHANGED_WHEN_RESUMED = frozenset({"threads", "device"})
 
 
 def run_name(config: TrainConfig) -> str:
-    """A short name for a run, fit for a folder on any system: letters, digits, ``-``, ``_`` and ``.``, at most 96.
+    """A short name for a run, fit for a folder on any system: letters, digits, ``-``, ``_`` and ``.``, at most 97.
 
     It tells method, meta-controller, goal graph and seed; the preset, unless it is the default or the meta-controller
     implies it; and every other entry that differs from the preset, as far as there is room: their number and a digest
@@ -29,9 +29,14 @@ def run_name(config: TrainConfig) -> str:
         config: of the run.
     """
     method, meta = config.agents.method, config.resolved_method.meta
-    preset = "" if config.preset == implied_preset(meta) else config.preset
-    parts = (method, "" if meta == "none" else _name_of(meta), _graph(config), f"seed{config.seed}", preset)
-    head = "-".join(_shortened(_plain(part)) for part in parts if part)
+    parts = (
+        method,
+        "" if meta == "none" else _shortened(_name_of(meta), _META_LENGTH),
+        _shortened(_graph(config), _GRAPH_LENGTH),
+        _shortened(f"seed{config.seed}", _SEED_LENGTH),
+        "" if config.preset == implied_preset(meta) else config.preset,
+    )
+    head = "-".join(_plain(part) for part in parts if part)
     differences = [_plain(text) for text in _differences(config)]
     whole = "-".join([head, *differences])
     if len(whole) <= MAX_LENGTH:
@@ -102,8 +107,8 @@ def _plain(text: str) -> str:
     return "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in text)
 
 
-def _shortened(text: str) -> str:
+def _shortened(text: str, length: int) -> str:
     """The text, or its beginning and a digest, so that one long part leaves room for the others."""
-    if len(text) <= _PART_LENGTH:
+    if len(text) <= length:
         return text
-    return f"{text[: _PART_LENGTH - 5]}-{hashlib.sha256(text.encode()).hexdigest()[:4]}"
+    return f"{text[: length - 5]}-{hashlib.sha256(text.encode()).hexdigest()[:4]}"
