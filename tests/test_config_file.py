@@ -187,3 +187,9 @@ def test_no_entry_is_named_twice():
 
 def test_presets_know_their_names():
     assert {name: config.preset for name, config in PRESETS.items()} == {name: name for name in PRESETS}
+
+
+def test_the_file_on_the_page_is_read():
+    page = (Path(__file__).parents[1] / "docs" / "runs.md").read_text()
+    config = read_config(written(page.split("```toml\n")[1].split("```")[0]))
+    assert (config.preset, config.env.graph, config.num_envs, config.meta_ppo.gamma) == ("long", "f", 32, 0.99)
