@@ -206,6 +206,21 @@ def test_a_module_without_source_is_told(tmp_path, monkeypatch):
     assert record_session(tmp_path, SMALL.changed(network="typed_in:Net")) == [said]
 
 
+def test_a_script_that_is_run_is_copied_alone(monkeypatch):
+    Path("my-script.py").write_text("import helper\n" + META)
+    script = ModuleType("__main__")
+    script.__file__ = str(Path("my-script.py").absolute())
+    monkeypatch.setitem(sys.modules, "__main__", script)
+    assert names_of(SMALL.changed(meta="__main__:First")) == ["my-script.py"]
+
+
+def test_a_link_to_a_module_is_copied_by_its_own_name():
+    Path("elsewhere").mkdir()
+    Path("elsewhere/real.py").write_text(META)
+    Path("mine.py").symlink_to("elsewhere/real.py")
+    assert names_of(load("mine", {"other.py": ""})) == ["mine.py"]
+
+
 def test_very_many_modules_are_not_all_copied():
     many = {f"m{n}.py": "" for n in range(MAX_FILES + 10)}
     config = load("mine", {"mine.py": "".join(f"import m{n}\n" for n in range(MAX_FILES + 10)) + META, **many})

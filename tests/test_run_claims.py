@@ -59,9 +59,9 @@ def test_eight_processes_at_once_never_get_the_same_folder(tmp_path):
 
 def test_a_folder_that_cannot_be_claimed_is_one_line(tmp_path):
     (tmp_path / "runs").write_text("a file")
-    with pytest.raises(InputError, match=r"^cannot create the run folder .*/runs/name: File exists$"):
+    with pytest.raises(InputError, match=r"^cannot create the folder .*/runs: File exists$"):
         claim_folder(tmp_path / "runs" / "name")
-    with pytest.raises(InputError, match=r"^cannot create the run folder .*: File name too long$"):
+    with pytest.raises(InputError, match=r"^cannot create the folder .*: File name too long$"):
         claim_folder(tmp_path / ("long" * 100))
 
 

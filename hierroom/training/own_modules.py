@@ -56,8 +56,12 @@ def find_module_files(config: TrainConfig) -> list[ModuleFile]:
         if path is None or Path(path).suffix != ".py":
             files.setdefault(module, ModuleFile(module, None, "it has no Python source"))
             continue
-        depth = module.count(".") + (Path(path).name == "__init__.py")
-        _gather(module, Path(path).resolve().parents[depth], files)
+        path = Path(path).absolute()
+        root = path.parents[min(module.count(".") + (path.name == "__init__.py"), len(path.parents) - 1)]
+        if _source(root, module) is None:  # it was not imported by its name, such as __main__
+            files[path.name] = _read(path, path.name)
+        else:
+            _gather(module, root, files)
     return [files[name] for name in sorted(files)]
 
 

@@ -179,4 +179,4 @@ def claim_folder(path: Path) -> Path:
                 number += 1
                 candidate = path.with_name(f"{path.name}-{number}")
     except OSError as error:
-        raise InputError(f"cannot create the run folder {candidate}: {error.strerror}") from error
+        raise InputError(f"cannot create the folder {error.filename or candidate}: {error.strerror}") from error
