@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hierroom import train
@@ -95,6 +95,7 @@ NUMBERS = st.fixed_dictionaries(
 )
 
 
+@settings(deadline=None, max_examples=50)  # the command line takes its time
 @given(NUMBERS)
 def test_a_file_and_the_command_line_mean_the_same(numbers):
     written("\n".join(f"{name} = {value!r}" for name, value in numbers.items()))
@@ -105,12 +106,14 @@ def test_a_file_and_the_command_line_mean_the_same(numbers):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("gama = 1", "there is no entry gama; is it gamma?"),
-        ("num-envs = 8", "there is no entry num-envs; is it num_envs?"),
-        ('out = "x"', "there is no entry out; there are adam_epsilon, clip, "),
-        ("[meta_ppo]\ngam = 1", "there is no entry meta_ppo.gam; is it meta_ppo.gamma?"),
+        ("gama = 1", "there is no entry 'gama'; is it gamma?"),
+        ("num-envs = 8", "there is no entry 'num-envs'; is it num_envs?"),
+        ('out = "x"', "there is no entry 'out'; there are adam_epsilon, clip, "),
+        ("[meta_ppo]\ngam = 1", "there is no entry 'meta_ppo.gam'; is it meta_ppo.gamma?"),
         ("[ppo]\ngamma = 1", "entries stand alone, as on the command line; leave out the table [ppo]"),
         ("meta_ppo = 1", "meta_ppo must be a table of entries, [meta_ppo], not 1"),
+        ('"two\\nlines" = 1', "there is no entry 'two\\nlines'; there are "),
+        (f"gamma = {10**400}", "gamma must be a number, not 1000"),
         ('gamma = "high"', "gamma must be a number, not 'high'"),
         ("gamma = true", "gamma must be a number, not True"),
         ("steps = 1e6", "steps must be a whole number, not 1000000.0"),
@@ -142,12 +145,14 @@ def test_what_is_wrong_in_a_file_is_one_line_with_its_name(text, said):
         ("nowhere.toml", "cannot read the config nowhere.toml: No such file or directory"),
         (".", ". is a folder; a config is a TOML file or, to repeat a run, its config.json"),
         ("broken.toml", "broken.toml is not a TOML file: "),
+        ("deep.toml", "deep.toml is not a TOML file: "),
         ("binary.toml", "binary.toml is not a TOML file: "),
         ("config.json", ". is not a run folder: it has no config.json"),
     ],
 )
 def test_what_is_no_config_is_refused_in_one_line(path, said):
     Path("broken.toml").write_text("gamma = ")
+    Path("deep.toml").write_text("x = " + "[" * 10_000)
     Path("binary.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError) as caught:
         train.main(["--config", path])

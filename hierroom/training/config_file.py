@@ -62,7 +62,7 @@ def _read_entries(path: Path) -> dict[str, Any]:
         table = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as error:
         raise InputError(f"cannot read the config {path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError and UnicodeDecodeError among them
         raise InputError(f"{path} is not a TOML file: {error}") from error
     parts = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig}
     types = {name: kind for part in (*parts.values(), TrainConfig) for name, kind in get_type_hints(part).items()}
@@ -77,7 +77,7 @@ def _entry(path: Path, name: str, value: Any, types: Mapping[str, Any], table: s
     if name not in types:
         near = get_close_matches(name.replace("-", "_"), types, n=1)
         known = f"is it {table}{near[0]}?" if near else f"there are {', '.join(sorted(types))}"
-        raise InputError(f"{path}: there is no entry {table}{name}; {known}")
+        raise InputError(f"{path}: there is no entry {table + name!r}; {known}")
     if not table and name == _META_PPO:
         if not isinstance(value, dict):
             raise InputError(f"{path}: {name} must be a table of entries, [{name}], not {value!r}")
@@ -85,7 +85,7 @@ def _entry(path: Path, name: str, value: Any, types: Mapping[str, Any], table: s
         return {entry: _entry(path, entry, one, types, f"{name}.") for entry, one in value.items()}
     try:
         return _typed(types[name], value)
-    except TypeError:
+    except (TypeError, OverflowError):  # a whole number may be too large for a float
         allowed = " or ".join(_kinds(types[name]))
         raise InputError(f"{path}: {table}{name} must be {allowed}, not {value!r}") from None
 

@@ -13,7 +13,7 @@ from hierroom.training.presets import find_preset, implied_preset
 MAX_LENGTH = 97
 """Characters of a name, so that with -2, -3, ... behind it, it stays within 100."""
 _META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
-_TOLD_APART = frozenset({"env", "agents", "ppo", "method", "meta", "graph", "seed", "preset"})
+_TOLD_SEPARATELY = frozenset({"env", "agents", "ppo", "method", "meta", "graph", "seed", "preset"})
 _CHANGED_WHEN_RESUMED = frozenset({"threads", "device"})
 
 
@@ -61,7 +61,7 @@ def _differences(config: TrainConfig) -> Iterator[str]:
     preset = find_preset(config.preset)
     usual = preset.entries
     for name, value in config.entries.items():
-        if name in _TOLD_APART | _CHANGED_WHEN_RESUMED or value == usual[name]:
+        if name in _TOLD_SEPARATELY | _CHANGED_WHEN_RESUMED or value == usual[name]:
             continue
         if name == "meta_ppo":
             usual_ppo = vars(preset.meta_ppo)
@@ -77,7 +77,7 @@ def _text(name: str, value: Any, usual: Any) -> str:
     if name == "steps":
         return name + _steps(value)
     if isinstance(value, tuple):
-        return f"{name}-{'-'.join(_names(value, usual))}"
+        return f"{name}-{'-'.join(_names(value, usual)) or 'none'}"
     if value is None or isinstance(value, str):
         return f"{name}-{Path(value).name if name == 'warm_start' and value else _name_of(str(value))}"
     return name + str(value).removesuffix(".0").replace("e+", "e")
