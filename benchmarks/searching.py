@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NO_GOAL
 from hierroom.meta import MetaController
-from hierroom.options import Step
+from hierroom.step import Step
 from hierroom.turns import Turns
 from hierroom.world import kernels
 from hierroom.world.kernels import COL_STEP, EMPTY, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, UNSEEN, VIEW

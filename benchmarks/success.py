@@ -26,7 +26,8 @@ from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NO_GOAL
 from hierroom.meta import MetaController, make_meta
-from hierroom.options import META, Step
+from hierroom.options import META
+from hierroom.step import Step
 from hierroom.training.config import TrainConfig
 from hierroom.training.evaluation import evaluate
 from hierroom.training.presets import find_preset

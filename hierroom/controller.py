@@ -1,17 +1,13 @@
-"""The controller: what it observes, and how it is rewarded."""
+"""The controller: what it observes."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.env_config import NOVELTY_BONUS
-from hierroom.errors import InputError
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.world.kernels import VIEW
 from hierroom.world.tiles import encode
@@ -62,62 +58,6 @@ class Observation:
             "doors_open": (levels["doors"][:, None] >> branches & 1).astype(np.int8),
             "action_mask": self.masks.astype(np.int8),
         }
-
-
-@dataclass(frozen=True)
-class Reward:
-    """How the controller is rewarded.
-
-    Args:
-        rule: from the outcomes [N] of a step, whether the goal was reached [N] and the size of the novelty bonus to the
-            rewards [N], float64.
-        ends_with_option: whether the controller's return ends where its option ends, as no later reward depends on it.
-        memories: what levels must remember for the rule, names in `layout.MEMORIES`.
-        novelty_bonus: the reward for each novel state, where the rule rewards novelty.
-
-    Raises:
-        InputError: if the bonus is negative or not a number.
-    """
-
-    rule: Callable[[np.ndarray, NDArray[np.bool_], float], NDArray[np.float64]]
-    ends_with_option: bool = False
-    memories: tuple[str, ...] = ()
-    novelty_bonus: float = NOVELTY_BONUS
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.novelty_bonus < math.inf:
-            raise InputError(f"novelty_bonus must be a number of at least 0, not {self.novelty_bonus!r}")
-
-    def rewards(self, outcomes: np.ndarray, reached: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """[N] the controller's rewards for a step; arguments as in ``rule``."""
-        return self.rule(outcomes, reached, self.novelty_bonus)
-
-
-def _extrinsic(outcomes: np.ndarray, reached: NDArray[np.bool_], bonus: float) -> NDArray[np.float64]:
-    return outcomes["reward"].copy()
-
-
-def _bonus(outcomes: np.ndarray, reached: NDArray[np.bool_], bonus: float) -> NDArray[np.float64]:
-    return outcomes["is_first"].astype(np.float64)
-
-
-def _intrinsic(outcomes: np.ndarray, reached: NDArray[np.bool_], bonus: float) -> NDArray[np.float64]:
-    return reached.astype(np.float64)
-
-
-def _novelty(outcomes: np.ndarray, reached: NDArray[np.bool_], bonus: float) -> NDArray[np.float64]:
-    return outcomes["reward"] + bonus * outcomes["is_novel"]
-
-
-REWARDS: Mapping[str, Reward] = {
-    "extrinsic": Reward(_extrinsic),
-    "bonus": Reward(_bonus),
-    "intrinsic": Reward(_intrinsic, ends_with_option=True),
-    "novelty": Reward(_novelty, memories=("visited",)),
-}
-"""extrinsic: 1 at the exit; bonus: 1 for each key, door and the exit, once an episode; intrinsic: 1 where the given
-goal is reached (`options.goal_reached`); novelty: 1 at the exit, and a bonus for each state (cell, keys found, doors
-open) that is entered for the first time in the episode."""
 
 
 def observation_spaces(n_actions: int) -> dict[str, spaces.Space]:

@@ -23,14 +23,15 @@ from hierroom.env_config import (
     NOVELTY_BONUS,
     EnvConfig,
     GoalMaskName,
-    RewardName,
     fresh_seed,
     known_arguments,
 )
 from hierroom.goals import NO_GOAL, GoalGraph
-from hierroom.meta import MetaController, make_meta
-from hierroom.options import CONTROLLER, Step
+from hierroom.meta import MetaController, make_meta, show_step
+from hierroom.options import CONTROLLER
+from hierroom.rewards import RewardSpec
 from hierroom.single_env import SingleEnv
+from hierroom.step import Step
 from hierroom.turns import Turns
 from hierroom.world.render import RENDER_MODES
 
@@ -47,7 +48,8 @@ class EscapeRoom(gymnasium.Env):
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated.
         drop_key: whether the controller has a sixth action that drops a key.
-        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`).
+        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`), or
+            one of your own, as `make_reward` takes it.
         novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
@@ -71,7 +73,7 @@ class EscapeRoom(gymnasium.Env):
         size: int = 19,
         max_steps: int = 1000,
         drop_key: bool = False,
-        reward: RewardName = "extrinsic",
+        reward: RewardSpec = "extrinsic",
         novelty_bonus: float = NOVELTY_BONUS,
         subgoal_horizon: int | None = None,
         goal_mask: GoalMaskName = "reachable",
@@ -102,6 +104,7 @@ class EscapeRoom(gymnasium.Env):
     def step(self, action: int):
         """Act once."""
         rewards, terminations, truncations = self.single.act(action)
+        self.single.show_step(self.meta)
         self.single.ask(self.meta)
         return (
             self.single.observe(CONTROLLER),
@@ -134,7 +137,8 @@ class EscapeRooms(VectorEnv):
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated.
         drop_key: whether the controller has a sixth action that drops a key.
-        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`).
+        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`), or
+            one of your own, as `make_reward` takes it.
         novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
@@ -158,7 +162,7 @@ class EscapeRooms(VectorEnv):
         size: int = 19,
         max_steps: int = 1000,
         drop_key: bool = False,
-        reward: RewardName = "extrinsic",
+        reward: RewardSpec = "extrinsic",
         novelty_bonus: float = NOVELTY_BONUS,
         subgoal_horizon: int | None = None,
         goal_mask: GoalMaskName = "reachable",
@@ -197,6 +201,7 @@ class EscapeRooms(VectorEnv):
     def step(self, actions: NDArray[np.integer]):
         """Act once in every environment."""
         step = self.turns.step(actions)
+        show_step(self.meta, step, self.turns)
         episode_ended = step.episode_ended
         infos = self._infos(np.where(episode_ended, NO_GOAL, step.events), np.where(episode_ended, 0, 1))
         if episode_ended.any():

@@ -13,6 +13,7 @@ from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.options import Transition
 from hierroom.plugins import in_one_line, load_plugin
 from hierroom.situation import Situation
+from hierroom.step import Step
 from hierroom.world import kernels
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.level import Goal, Level
@@ -27,8 +28,12 @@ LEARNED = "learned"
 class MetaController(Protocol):
     """Chooses goals. Any class with `choose` will do.
 
-    Where there is a method ``reset(envs)`` too, it is called with the places in the batch [M] of the environments whose
-    episode begins, before they are asked about for the first time.
+    Two methods more are used where it has them. ``reset(envs)`` is called with the places in the batch [M] of the
+    environments whose episode begins, before they are asked about for the first time. ``observe(step, turns)`` is
+    called after every primitive step, in training and in play: with the `Step`, which tells what it did in all N
+    environments, and the `Turns`, in which environments whose episode ended may have begun the next one already;
+    ``turns.final_observation`` has what was seen last. What it remembers goes into checkpoints by ``state_dict`` and
+    ``load_state_dict``, as for a `LearningMeta`.
     """
 
     def choose(
@@ -209,6 +214,30 @@ def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integ
     if len(beginning) and hasattr(meta, "reset"):
         meta.reset(beginning)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
     return meta.choose(situation.as_dict(), situation.legal.copy(), situation)
+
+
+def show_step(meta: MetaController, step: Step, turns: Any) -> None:
+    """Let a meta-controller that watches see a step.
+
+    Args:
+        meta: any meta-controller.
+        step: the step.
+        turns: the `Turns` in which it was taken.
+    """
+    if hasattr(meta, "observe"):
+        meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
+
+
+def unsaved_memory(meta: MetaController) -> str | None:
+    """What a meta-controller may remember that no checkpoint will hold, in words; None if there is nothing."""
+    if isinstance(meta, (LevelMeta, *META_CONTROLLERS.values())):
+        return None
+    if hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict"):
+        return None
+    remembers = [f"the method {name}" for name in ("reset", "observe") if hasattr(meta, name)]
+    if attributes := ", ".join(getattr(meta, "__dict__", {})):
+        remembers.append(f"attributes ({attributes})")
+    return " and ".join(remembers) or None
 
 
 def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:

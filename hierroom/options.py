@@ -1,4 +1,4 @@
-"""Options: when one ends, which reward each agent gets for it, and the ledger of the two agents' turns.
+"""Options: when one ends, and the ledger of the two agents' turns.
 
 ``meta_0`` acts at reset and whenever its option ends: its goal is reached, its horizon has run out or the episode has
 ended. ``controller_0`` acts at every other moment, one primitive step a turn.
@@ -13,71 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.controller import Observation, Reward
+from hierroom.controller import Observation
 from hierroom.goals import NO_GOAL
+from hierroom.step import NO_OUTCOME, Step
+from hierroom.world.layout import State
 
 META, CONTROLLER = "meta_0", "controller_0"
 AGENTS = (META, CONTROLLER)
 """The agents in the order in which they act."""
-
-N_OUTCOMES = 4
-NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(N_OUTCOMES)
-"""How an option ended: there was none; its goal was reached; its horizon ran out; the episode ended."""
-
-
-@dataclass(frozen=True)
-class Step:
-    """What one primitive step did in N environments, in arrays that nobody else holds.
-
-    Args:
-        actions: [N] int, the controller's actions; the number of actions where it was none of them.
-        goals: [N] int, the goal ids pursued, or -1.
-        events: [N] int, the goal ids achieved, or -1.
-        rewards: [N] float64, the controller's rewards.
-        extrinsic: [N] float64, the environment's own rewards.
-        reached: [N] bool, the goal was reached.
-        timed_out: [N] bool, the option's horizon ran out before its goal was reached or the episode ended.
-        option_ended: [N] bool, the option ended for whatever reason: the meta-controller's turn ends here.
-        meta_rewards: [N] float64, where the option ended the extrinsic reward summed over it, else 0.
-        meta_elapsed: [N] int, primitive steps since the meta-controller's last turn, this one included.
-        achieved_instead: [N] int, where an option ended without its goal the goal achieved first in it, or -1.
-        terminated: [N] bool, the exit was reached.
-        truncated: [N] bool, the time limit was reached.
-        return_terminated: [N] bool, the controller's return ends here and nothing is to come.
-        return_truncated: [N] bool, the controller's return is cut here, but more would have come.
-        lengths: [N] int, steps of the episode so far.
-        shortest: [N] int, the shortest possible length of the episode, or -1 where that is not measured.
-        illegal_actions: [N] int, actions of the controller this episode that its environment does not have.
-    """
-
-    actions: NDArray[np.integer]
-    goals: NDArray[np.integer]
-    events: NDArray[np.integer]
-    rewards: NDArray[np.float64]
-    extrinsic: NDArray[np.float64]
-    reached: NDArray[np.bool_]
-    timed_out: NDArray[np.bool_]
-    option_ended: NDArray[np.bool_]
-    meta_rewards: NDArray[np.float64]
-    meta_elapsed: NDArray[np.integer]
-    achieved_instead: NDArray[np.integer]
-    terminated: NDArray[np.bool_]
-    truncated: NDArray[np.bool_]
-    return_terminated: NDArray[np.bool_]
-    return_truncated: NDArray[np.bool_]
-    lengths: NDArray[np.integer]
-    shortest: NDArray[np.integer]
-    illegal_actions: NDArray[np.integer]
-
-    @property
-    def episode_ended(self) -> NDArray[np.bool_]:
-        """[N] bool, the episode terminated or was truncated."""
-        return self.terminated | self.truncated
-
-    @property
-    def outcomes(self) -> NDArray[np.integer]:
-        """[N] int, where an option ended how it did: ``REACHED``, ``TIMED_OUT`` or ``OTHER``."""
-        return np.where(self.reached, REACHED, np.where(self.timed_out, TIMED_OUT, OTHER))
 
 
 @dataclass(frozen=True)
@@ -220,16 +163,29 @@ class Ledger:
         self.is_meta_turn[envs] = False
 
     def record(
-        self, actions: NDArray[np.int64], outcomes: NDArray, reward: Reward, subgoal_horizon: int, n_actions: int
+        self,
+        actions: NDArray[np.int64],
+        outcomes: NDArray,
+        *,
+        return_ends_with_option: bool,
+        subgoal_horizon: int,
+        n_actions: int,
+        before: State | None = None,
+        after: State | None = None,
     ) -> Step:
         """Take the controller's turn in every environment, and end the options that it ends.
 
         Args:
             actions: [N] its actions.
             outcomes: [N] records of `layout.OUTCOME`: what came of them.
-            reward: how the controller is rewarded.
+            return_ends_with_option: whether no reward after an option depends on what the controller did in it.
             subgoal_horizon: steps after which an option ends without its goal.
             n_actions: the controller's number of actions.
+            before: as for `Step`.
+            after: likewise.
+
+        Returns:
+            the step, whose ``rewards`` are zero yet.
         """
         self.is_meta_turn[:] = False
         self.option_steps += 1
@@ -244,13 +200,16 @@ class Ledger:
         reached = goal_reached(outcomes, goals)
         timed_out = (self.option_steps >= subgoal_horizon) & ~(reached | episode_ended)
         option_ended = reached | timed_out | episode_ended
-        return_terminated = terminated | reached if reward.ends_with_option else terminated
-        return_truncated = truncated | timed_out if reward.ends_with_option else truncated
+        return_terminated = terminated | reached if return_ends_with_option else terminated
+        return_truncated = truncated | timed_out if return_ends_with_option else truncated
         step = Step(
             actions=self.previous_actions.copy(),
             goals=goals,
             events=events,
-            rewards=reward.rewards(outcomes, reached),
+            is_first=outcomes["is_first"].copy(),
+            is_discovery=outcomes["is_discovery"].copy(),
+            is_novel=outcomes["is_novel"].copy(),
+            rewards=np.zeros(len(actions)),
             extrinsic=outcomes["reward"].copy(),
             reached=reached,
             timed_out=timed_out,
@@ -265,6 +224,8 @@ class Ledger:
             lengths=outcomes["length"].astype(np.int64),
             shortest=self.shortest.copy(),
             illegal_actions=self.illegal_actions.copy(),
+            before=before,
+            after=after,
         )
         ended = np.flatnonzero(option_ended)
         if len(ended):

@@ -17,10 +17,11 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, GoalMaskName, RewardName, known_arguments
+from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, GoalMaskName, known_arguments
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.options import AGENTS, CONTROLLER, META
+from hierroom.rewards import RewardSpec
 from hierroom.single_env import SingleEnv
 from hierroom.world.render import RENDER_MODES
 
@@ -34,7 +35,8 @@ class parallel_env(ParallelEnv):
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated.
         drop_key: whether the controller has a sixth action that drops a key.
-        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`).
+        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`), or
+            one of your own, as `make_reward` takes it.
         novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
@@ -60,7 +62,7 @@ class parallel_env(ParallelEnv):
         size: int = 19,
         max_steps: int = 1000,
         drop_key: bool = False,
-        reward: RewardName = "intrinsic",
+        reward: RewardSpec = "intrinsic",
         novelty_bonus: float = NOVELTY_BONUS,
         subgoal_horizon: int | None = None,
         goal_mask: GoalMaskName = "reachable",

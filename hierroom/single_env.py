@@ -12,7 +12,7 @@ from hierroom.controller import Observation
 from hierroom.env_config import EnvConfig, fresh_seed
 from hierroom.errors import InputError
 from hierroom.goals import NO_GOAL
-from hierroom.meta import MetaController
+from hierroom.meta import MetaController, show_step
 from hierroom.options import AGENTS, CONTROLLER, META
 from hierroom.turns import Turns
 from hierroom.world.render import Screen
@@ -83,6 +83,11 @@ class SingleEnv:
         if self.is_meta_turn:
             self.turns.ask(meta)
             self._show()
+
+    def show_step(self, meta: MetaController) -> None:
+        """Let a meta-controller that watches see the last step."""
+        if self.turns.last_step is not None:
+            show_step(meta, self.turns.last_step, self.turns)
 
     def act(self, action: int) -> tuple[dict[str, float], dict[str, bool], dict[str, bool]]:
         """Take the controller's action.

@@ -8,13 +8,17 @@ from functools import cached_property
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from hierroom.controller import Observation
-from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, GoalGraph
+from hierroom.errors import InputError
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL, GoalGraph
 from hierroom.world.layout import State
 from hierroom.world.level import Level
 
+NO_GOAL_ACTION = N_GOALS
+"""The meta-controller's 14th action: no goal. While it is not its turn, this is the one it may take: wait."""
+N_META_ACTIONS = N_GOALS + 1
 _BRANCHES = np.arange(N_COLOURS)
 
 
@@ -48,6 +52,29 @@ class Situation(Observation):
     def legal(self) -> NDArray[np.bool_]:
         """[M, 13] the goals that may be chosen; a row may be empty."""
         return self.masks[:, :N_GOALS]
+
+    def chosen(self, actions: ArrayLike) -> tuple[NDArray[np.integer], NDArray[np.bool_]]:
+        """The goals that the meta-controller's actions mean.
+
+        Args:
+            actions: [M] whole numbers: goal ids, or no goal (13 or -1).
+
+        Returns:
+            [M] goal ids, -1 for no goal and for what is not legal, and [M] whether the actions are legal.
+
+        Raises:
+            InputError: if the actions are not [M] whole numbers.
+        """
+        given = np.asarray(actions)
+        if given.shape != self.envs.shape or given.dtype.kind not in "iu":
+            raise InputError(
+                f"the meta-controller's choice must be {len(self)} goal ids (whole numbers, one for each environment "
+                f"whose turn it is), not an array of {given.dtype} and shape {given.shape}"
+            )
+        choices = np.where(given == NO_GOAL, NO_GOAL_ACTION, given)
+        in_range = (choices >= 0) & (choices < N_META_ACTIONS)
+        is_legal = in_range & self.masks[np.arange(len(self)), np.where(in_range, choices, NO_GOAL_ACTION)]
+        return np.where(is_legal & (choices < N_GOALS), choices, NO_GOAL), is_legal
 
     def level(self, m: int) -> Level:
         """The m-th environment in words: its goals, its agent and its goal graph."""

@@ -6,7 +6,6 @@ The AEC, parallel and Gymnasium environments and the trainer are views of this o
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 
 import numpy as np
 from gymnasium import spaces
@@ -14,21 +13,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.difficulty import GraphSampler
 from hierroom.complexity.report import ComplexityReport, analyze
-from hierroom.controller import REWARDS, Observation, observation_spaces
+from hierroom.controller import Observation, observation_spaces
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.goals import N_GOALS, NO_GOAL
+from hierroom.goals import N_GOALS
 from hierroom.meta import MetaController, choose_goals
-from hierroom.options import META, N_OUTCOMES, Ledger, Step, Transition, reset_values, transitions
-from hierroom.situation import GOAL_MASKS, Situation
+from hierroom.options import META, Ledger, Transition, reset_values, transitions
+from hierroom.rewards import make_reward
+from hierroom.situation import GOAL_MASKS, N_META_ACTIONS, NO_GOAL_ACTION, Situation
+from hierroom.step import N_OUTCOMES, Step
 from hierroom.world.kernels import turn_uniforms
 from hierroom.world.layout import State
 from hierroom.world.oracle import shortest_lengths
 from hierroom.world.world import World
-
-NO_GOAL_ACTION = N_GOALS
-"""The meta-controller's 14th action: no goal. While it is not its turn, this is the one it may take: wait."""
-N_META_ACTIONS = N_GOALS + 1
 
 
 class Turns:
@@ -45,6 +42,7 @@ class Turns:
 
     Attributes:
         world: the environments.
+        sampler: which goal graphs they play, and the curriculum.
         ledger: who is to act in each environment, and what else there is to know of the turns.
         reward: how the controller is rewarded.
         last_step: what the last step did, or None before the first one since a reset.
@@ -65,10 +63,10 @@ class Turns:
         memories: Iterable[str] = (),
     ):
         horizon = config.subgoal_horizon
-        self._sampler = GraphSampler(config.graph, config.drop_key, num_envs, config.curriculum_stages)
-        self.reward = replace(REWARDS[config.reward or "intrinsic"], novelty_bonus=config.novelty_bonus)
+        self.sampler = GraphSampler(config.graph, config.drop_key, num_envs, config.curriculum_stages)
+        self.reward = make_reward(config.reward or "intrinsic", config.novelty_bonus)
         self.world = world = World(
-            self._sampler.graphs,
+            self.sampler.graphs,
             num_envs,
             size=config.size,
             max_steps=config.max_steps,
@@ -105,7 +103,7 @@ class Turns:
     @property
     def complexity(self) -> ComplexityReport:
         """How hard the environments are to explore; of several goal graphs, the hardest."""
-        return analyze(self._sampler.everything[-1], drop_key=self.world.n_actions == 6)
+        return analyze(self.sampler.everything[-1], drop_key=self.world.n_actions == 6)
 
     def reset(self, seed: int | None = None) -> None:
         """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
@@ -113,7 +111,7 @@ class Turns:
         A curriculum stays in the stage it is in, so that a seed fixes the levels of that stage.
         """
         self.world.reset(seed)
-        self._sampler.reset()
+        self.sampler.reset()
         self.last_step = None
         self._begin(self._everywhere)
 
@@ -203,17 +201,9 @@ class Turns:
         Raises:
             InputError: if the actions are not [M] whole numbers.
         """
-        envs, given = situation.envs, np.asarray(actions)
-        if given.shape != envs.shape or given.dtype.kind not in "iu":
-            raise InputError(
-                f"the meta-controller's choice must be {len(envs)} goal ids (whole numbers, one for each environment "
-                f"whose turn it is), not an array of {given.dtype} and shape {given.shape}"
-            )
-        actions = np.where(given == NO_GOAL, NO_GOAL_ACTION, given)
-        in_range = (actions >= 0) & (actions < N_META_ACTIONS)
-        is_legal = in_range & situation.masks[np.arange(len(envs)), np.where(in_range, actions, NO_GOAL_ACTION)]
+        envs = situation.envs
+        goals, is_legal = situation.chosen(actions)
         self.ledger.illegal_goals[envs] += ~is_legal
-        goals = np.where(is_legal & (actions < N_GOALS), actions, NO_GOAL)
         is_turn = self.ledger.is_meta_turn[envs]
         self.ledger.begin_options(envs[is_turn], goals[is_turn])
 
@@ -240,17 +230,27 @@ class Turns:
         if not self.world.has_begun:
             raise InputError("reset the environment before its first step")
         had_ended = self.world.state.levels["has_ended"].copy()
+        before = self.world.get_state() if self.reward.needs_states else None
         outcomes = self._step_world(actions)
         given = np.asarray(actions, np.int64)
-        step = self.ledger.record(given, outcomes, self.reward, self._subgoal_horizon, self.world.n_actions)
+        step = self.ledger.record(
+            given,
+            outcomes,
+            return_ends_with_option=self.reward.ends_with_option,
+            subgoal_horizon=self._subgoal_horizon,
+            n_actions=self.world.n_actions,
+            before=before,
+            after=None if before is None else self.world.state_after(before, given),
+        )
+        self.reward.write(step)
         episode_ended = step.episode_ended
         ended = np.flatnonzero(episode_ended)
         if len(ended) and self._autoreset:
             self._begin(ended)
         elif len(ended):
             self.ledger.is_meta_turn[ended] = False
-        if self._sampler.add(episode_ended & ~had_ended, step.terminated & ~had_ended):
-            self.world.set_graphs(self._sampler.graphs)
+        if self.sampler.add(episode_ended & ~had_ended, step.terminated & ~had_ended):
+            self.world.set_graphs(self.sampler.graphs)
         self.last_step = step
         return step
 
@@ -283,7 +283,7 @@ class Turns:
     def get_state(self) -> dict[str, np.ndarray]:
         """Everything that changes, as fresh arrays: the world's state, the ledger's and the curriculum's."""
         state = self.world.get_state()
-        return {**self.ledger.get_state(), **self._sampler.get_state(), "grids": state.grids, "levels": state.levels}
+        return {**self.ledger.get_state(), **self.sampler.get_state(), "grids": state.grids, "levels": state.levels}
 
     def set_state(self, state: Mapping[str, np.ndarray]) -> None:
         """Go back to a state taken earlier with `get_state`.
@@ -291,13 +291,13 @@ class Turns:
         Raises:
             InputError: if it is not of as many environments of the same size, or not what `get_state` gives.
         """
-        ledger, sampler = dict(state), self._sampler.get_state()
+        ledger, sampler = dict(state), self.sampler.get_state()
         if ledger.keys() != {*self.ledger.get_state(), *sampler, "grids", "levels"}:
             raise InputError(f"the state of turns does not hold what get_state gives, but {', '.join(sorted(state))}")
-        self._sampler.check_state(sampler_state := {name: ledger.pop(name) for name in sampler})
+        self.sampler.check_state(sampler_state := {name: ledger.pop(name) for name in sampler})
         self.world.set_state(State(ledger.pop("grids"), ledger.pop("levels")))
-        self._sampler.set_state(sampler_state)
-        self.world.set_graphs(self._sampler.graphs)
+        self.sampler.set_state(sampler_state)
+        self.world.set_graphs(self.sampler.graphs)
         self.ledger.put(ledger)
         self.last_step = None
 

@@ -25,8 +25,10 @@ from hierroom.agents.features import Features
 from hierroom.controller import Observation
 from hierroom.errors import InputError
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.options import AGENTS, CONTROLLER, META, N_OUTCOMES
-from hierroom.turns import N_META_ACTIONS, Turns
+from hierroom.options import AGENTS, CONTROLLER, META
+from hierroom.situation import N_META_ACTIONS
+from hierroom.step import N_OUTCOMES
+from hierroom.turns import Turns
 from hierroom.world.kernels import VIEW
 
 SIZES = {

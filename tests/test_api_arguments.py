@@ -52,7 +52,7 @@ def test_the_signature_has_the_types_of_the_config(api):
     parameters = inspect.signature(APIS[api]).parameters
     for field in fields(EnvConfig):
         given = parameters[field.name].annotation
-        assert given == "RewardName" if field.name == "reward" else given in field.type
+        assert given == "RewardSpec" if field.name == "reward" else given in field.type
 
 
 @pytest.mark.parametrize("api", MADE)

@@ -20,7 +20,7 @@ from hierroom.gym_env import EscapeRoom, EscapeRooms
         ({"graph": hierroom.GoalGraph((0,) * 7, 1)}, "a grid holds at most 7 rooms"),
         ({"size": 10}, "size must be a whole number from 11 to 63, not 10"),
         ({"max_steps": 0}, "max_steps must be a whole number"),
-        ({"reward": "handsome"}, "reward is one of extrinsic, bonus, intrinsic, "),
+        ({"reward": "handsome"}, "a reward is one of extrinsic, bonus, intrinsic, "),
         ({"goal_mask": "all"}, "goal_mask is one of reachable, existing, seen, none, not 'all'"),
         ({"subgoal_horizon": 0}, "subgoal_horizon must be a whole number of at least 1 or None, not 0"),
         ({"subgoal_horizon": 2.5}, "subgoal_horizon must be a whole number of at least 1 or None, not 2.5"),

@@ -12,8 +12,8 @@ import hierroom
 from hierroom.agents.config import METHODS, FeatureName, MethodName
 from hierroom.agents.features import FEATURES
 from hierroom.cli import COMMANDS
-from hierroom.controller import REWARDS
 from hierroom.env_config import GoalMaskName, RewardName
+from hierroom.rewards import REWARDS
 from hierroom.situation import GOAL_MASKS
 from hierroom.training.config import PresetName
 from hierroom.training.presets import PRESETS
@@ -71,7 +71,7 @@ def test_choices_are_shown_and_options_grouped():
         assert f"─ {group} ─" in text
     assert "--method {ppo,ppo-bonus," in text
     assert "--goal-mask {reachable,existing,seen,none}" in text
-    assert "--reward {None,extrinsic,bonus,intrinsic,novelty}" in text
+    assert "--reward REWARD" in text
     assert "--preset {default,long,large,learned,paper}" in text
 
 

@@ -10,13 +10,17 @@ import pytest
 from run_contents import check_escape, check_run, weights
 from turns_helpers import achieve, goal_ids, make
 
+from hierroom.agents.player import Pair, play
+from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.env_config import EnvConfig
 from hierroom.meta import choose_goals, make_meta
-from hierroom.options import META
+from hierroom.options import CONTROLLER, META
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
+from hierroom.turns import Turns
 from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR
+from hierroom.world.oracle import shortest_actions
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SAYS = {
@@ -36,7 +40,8 @@ def run(*arguments):
 
 
 def test_every_example_is_run():
-    own = {"own_meta_controller.py", "own_learning_meta.py", "own_network.py", "policy_sketches.py"}
+    own = {"own_meta_controller.py", "own_learning_meta.py", "own_watching_meta.py", "own_network.py", "own_reward.py"}
+    own |= {"policy_sketches.py"}
     assert {path.name for path in EXAMPLES.glob("*.py")} == {*SAYS, *own}
 
 
@@ -68,10 +73,11 @@ def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp
     assert "success" in run("-m", "hierroom.evaluate", str(tmp_path / "run"), "--episodes", "20")
 
 
-def test_the_learning_meta_controller_of_ones_own_is_resumed_as_if_nothing_had_happened(tmp_path, monkeypatch):
+@pytest.mark.parametrize("meta", ["own_learning_meta:ReachedMostOften", "own_watching_meta:OthersFirst"])
+def test_a_meta_controller_of_ones_own_with_a_memory_is_resumed_as_if_nothing_had_happened(meta, monkeypatch):
     monkeypatch.syspath_prepend(EXAMPLES)
-    env = EnvConfig("c", size=11, goal_mask="existing")
-    config = TrainConfig(env, num_envs=8, steps=4096).changed(meta="own_learning_meta:ReachedMostOften")
+    env = EnvConfig("c", size=11, goal_mask="existing", subgoal_horizon=20)
+    config = TrainConfig(env, num_envs=8, steps=4096).changed(meta=meta)
     through, before = Trainer(config), Trainer(config)
     through.advance()
     before.advance()
@@ -83,6 +89,65 @@ def test_the_learning_meta_controller_of_ones_own_is_resumed_as_if_nothing_had_h
     ours, theirs = (trainer.agents[META].state_dict().values() for trainer in (through, after))
     for one, other in zip(ours, theirs, strict=True):
         np.testing.assert_array_equal(one, other)
+        assert np.any(np.asarray(one))
+
+
+def test_the_watching_meta_controller_of_ones_own_is_better_in_play_than_one_that_does_not_watch(monkeypatch):
+    """With a controller that goes the shortest way, and to what cannot be reached nowhere until its horizon ends."""
+    monkeypatch.syspath_prepend(EXAMPLES)
+    from own_watching_meta import OthersFirst
+
+    class Blind(OthersFirst):
+        def observe(self, step, turns):
+            pass
+
+    class Controller:
+        """Turns on the spot, but where its goal can be reached goes the shortest way there."""
+
+        def act(self, observation):
+            state, goals = turns.world.get_state(), observation.goals
+            reachable = turns.situation(observation.envs).reachable
+            return np.array(
+                [
+                    shortest_actions(state[n], int(goal))[0] if goal >= 0 and reachable[n, goal] else 1
+                    for n, goal in enumerate(goals)
+                ]
+            )
+
+        def record(self, transition, turns):
+            pass
+
+    lengths = {}
+    for kind in (OthersFirst, Blind):
+        turns = Turns(EnvConfig("f", goal_mask="existing", subgoal_horizon=50), 20, seed=0)
+        pair = Pair({META: ScriptedAgent(kind(20)), CONTROLLER: Controller()})
+        ended = [step.step.lengths[step.ended] for step in play(turns, pair, 20)]
+        lengths[kind] = np.concatenate(ended).mean()
+    assert lengths[OthersFirst] < 0.8 * lengths[Blind]
+
+
+@pytest.mark.parametrize("reward", ["Closer", "hurry"])
+def test_the_reward_of_ones_own_trains_and_is_known_to_evaluate_and_resume(reward, tmp_path):
+    settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "4000"]
+    out = str(tmp_path / "run")
+    run("-m", "hierroom.train", "--reward", f"own_reward:{reward}", *settings, "--out", out)
+    assert RunFolder.open(out).config().env.reward == f"own_reward:{reward}"
+    assert "success" in run("-m", "hierroom.evaluate", out, "--episodes", "20")
+    run("-m", "hierroom.train", "--resume", out, "--steps", "6000")
+
+
+def test_the_reward_of_ones_own_is_nearness_by_hand(monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
+    turns = Turns(EnvConfig("a", size=11, reward="own_reward:Closer"), 1, seed=0)
+    turns.ask(make_meta("fixed-dfs"))
+    key = int(turns.goals[0])
+    for action in shortest_actions(turns.world.get_state(), key):
+        before = turns.world.get_state().distances(turns.goals)[0]
+        step = turns.step([action])
+        after = turns.world.get_state().distances(np.array([key]))[0]
+        shaping = 0.02 * before if step.reached[0] else 0.02 * (before - 0.95 * after)
+        assert step.rewards[0] == pytest.approx(step.reached[0] + shaping)
+    assert step.reached[0]
 
 
 def test_the_network_of_ones_own_trains(tmp_path, monkeypatch):

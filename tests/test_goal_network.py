@@ -8,7 +8,8 @@ from hierroom.agents.features import FEATURES, Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
-from hierroom.options import META, NO_OUTCOME
+from hierroom.options import META
+from hierroom.step import NO_OUTCOME
 from hierroom.training.presets import find_preset
 from hierroom.world.oracle import shortest_actions
 

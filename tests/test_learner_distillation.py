@@ -156,7 +156,7 @@ def test_what_is_new_of_the_level_is_rewarded():
         agent.act(observation)
         turns.act(CONTROLLER, observation, np.full(8, action))
         transition = turns.advance()[CONTROLLER]
-        agent.record(transition)
+        agent.record(transition, turns)
         return transition
 
     for _ in range(1 + round(GROWTH / (1 - SMALL.ppo.gamma))):  # first all is counted only, then the returns grow

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from turns_helpers import make
 
-from hierroom.controller import REWARDS
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
+from hierroom.rewards import REWARDS
 from hierroom.world.layout import LEVEL, MEMORIES, OUTCOME
 from hierroom.world.world import World
 

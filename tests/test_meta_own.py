@@ -10,7 +10,7 @@ from turns_helpers import make
 
 from hierroom import InputError
 from hierroom.gym_env import EscapeRoom, EscapeRooms
-from hierroom.meta import META_CONTROLLERS, MetaController, make_meta
+from hierroom.meta import META_CONTROLLERS, MetaController, make_meta, unsaved_memory
 
 MINE = """
     import numpy as np
@@ -234,3 +234,94 @@ def test_a_wrong_choice_of_a_plain_function_is_one_clear_line(bad):
         with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
             make("a", 3).ask(make_meta(function))
         assert "\n" not in str(caught.value)
+
+
+class Watcher:
+    """Notes what it is shown, and where the episodes are that it hears of."""
+
+    def __init__(self):
+        self.seen = []
+
+    def choose(self, observations, legal, situation):
+        return legal.argmax(axis=1)
+
+    def observe(self, step, turns):
+        assert turns.last_step is step
+        self.seen.append((step.actions.copy(), step.lengths.copy(), turns.world.state.levels["steps"].copy()))
+
+
+def check_watched(seen, n_envs, n_steps):
+    """Every step was shown once, in its order, with the environments that begin anew where an episode ended."""
+    assert len(seen) == n_steps
+    clocks = np.zeros(n_envs, int)
+    for _, lengths, begun in seen:
+        np.testing.assert_array_equal(lengths, clocks + 1)
+        clocks = np.where(lengths == 9, 0, clocks + 1)  # episodes of 9 steps
+        np.testing.assert_array_equal(begun, clocks)
+
+
+def test_one_that_watches_sees_every_step_in_training():
+    from hierroom.agents.scripted_agent import ScriptedAgent
+    from hierroom.options import META
+    from hierroom.training.config import TrainConfig
+    from hierroom.training.trainer import Trainer
+
+    trainer = Trainer(TrainConfig(num_envs=4, steps=400).changed(size=11, max_steps=9, meta="random"))
+    trainer.turns.reset(0)  # without the staggered clocks
+    watcher = Watcher()
+    trainer.agents[META] = ScriptedAgent(watcher, is_training=True)
+    while not trainer.is_done:
+        trainer.advance()
+    check_watched(watcher.seen, 4, trainer.steps // 4)
+
+
+def test_one_that_watches_sees_every_step_in_play():
+    from hierroom.agents.player import Pair
+    from hierroom.agents.scripted_agent import ScriptedAgent
+
+    class Controller:
+        def act(self, observation):
+            return np.ones(len(observation), int)
+
+        def record(self, transition, turns):
+            pass
+
+    turns, watcher = make("c", 3, size=11, max_steps=9), Watcher()
+    pair = Pair({"meta_0": ScriptedAgent(watcher), "controller_0": Controller()})
+    for _ in range(25):
+        pair.step(turns)
+    check_watched(watcher.seen, 3, 25)
+
+
+def test_one_that_watches_sees_every_step_of_the_gymnasium_environments():
+    one, many = Watcher(), Watcher()
+    single = EscapeRoom("c", size=11, max_steps=9, meta=one)
+    single.reset(seed=0)
+    for _ in range(9):
+        single.step(1)
+    assert [lengths.item() for _, lengths, _ in one.seen] == list(range(1, 10))
+    rooms = EscapeRooms(3, "c", size=11, max_steps=9, meta=many)
+    rooms.reset(seed=0)
+    for _ in range(25):
+        rooms.step(np.ones(3, int))
+    check_watched(many.seen, 3, 25)
+
+
+def test_memory_that_no_checkpoint_holds_is_named():
+    class Saved(Watcher):
+        def state_dict(self):
+            return {}
+
+        def load_state_dict(self, state):
+            pass
+
+    class Plain:
+        def choose(self, observations, legal, situation):
+            return legal.argmax(axis=1)
+
+    assert unsaved_memory(Watcher()) == "the method observe and attributes (seen)"
+    assert unsaved_memory(make_meta(Plain())) is None
+    assert unsaved_memory(Saved()) is None
+    assert unsaved_memory(make_meta(lambda level: None)) is None
+    for name in META_CONTROLLERS:
+        assert unsaved_memory(make_meta(name)) is None

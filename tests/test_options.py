@@ -5,10 +5,12 @@ import pytest
 from turns_helpers import make, well_or_wildly
 
 import hierroom
-from hierroom.controller import NOVELTY_BONUS, REWARDS
+from hierroom.env_config import NOVELTY_BONUS
 from hierroom.goals import EXIT_GOAL, N_GOALS, GoalGraph
 from hierroom.meta import make_meta
-from hierroom.options import OTHER, REACHED, TIMED_OUT, Ledger
+from hierroom.options import Ledger
+from hierroom.rewards import REWARDS, make_reward
+from hierroom.step import OTHER, REACHED, TIMED_OUT
 from hierroom.world.layout import OUTCOME
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.world import World
@@ -66,7 +68,16 @@ def test_a_story_told_by_hand(story, reward_name, place):
         outcomes[place]["event"], outcomes[place]["is_first"], outcomes[place]["reward"] = event, event >= 0, reward
         if end:
             outcomes[place][end] = True
-        step = ledger.record(np.zeros(3, np.int64), outcomes, REWARDS[reward_name], 4, 5)
+        rule = make_reward(reward_name)
+        step = ledger.record(
+            np.zeros(3, np.int64),
+            outcomes,
+            return_ends_with_option=rule.ends_with_option,
+            subgoal_horizon=4,
+            n_actions=5,
+        )
+        assert not step.rewards.any()
+        rule.write(step)
         expected = {"extrinsic": extrinsic, "bonus": bonus, "intrinsic": intrinsic, "novelty": extrinsic}[reward_name]
         assert (step.rewards[place], step.extrinsic[place]) == (expected, extrinsic)
         assert (step.reached[place], step.timed_out[place], step.option_ended[place]) == (reached, late, ended)

@@ -15,7 +15,8 @@ from hierroom.goals import EXIT_GOAL, N_GOALS
 from hierroom.gym_env import EscapeRoom
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.ppo import in_hindsight
-from hierroom.options import CONTROLLER, META, OTHER, REACHED, TIMED_OUT, transitions
+from hierroom.options import CONTROLLER, META, transitions
+from hierroom.step import OTHER, REACHED, TIMED_OUT
 from hierroom.training.assembly import load_run, make_agents, make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset
@@ -106,7 +107,7 @@ def play(graph, goals, script, **settings):
             take_turns(agent, turns, goals)
             transition = move(turns, action)
             observed_last.extend(agent.features.encode(transition.last_observation(np.arange(len(transition.envs)))))
-            agent.record(transition)
+            agent.record(transition, turns)
     return told, valued, observed_last, relabelled
 
 
@@ -197,15 +198,15 @@ def test_goals_are_drawn_at_random_until_enough_episodes_escape():
 
     lost = all_ended(terminated=~ended, truncated=ended)
     for _ in range(12):
-        agent.record(lost)
+        agent.record(lost, turns)
     assert not agent.is_learning
-    agent.record(all_ended(terminated=ended, truncated=~ended))  # 8 of 104 escaped
+    agent.record(all_ended(terminated=ended, truncated=~ended), turns)  # 8 of 104 escaped
     assert agent.is_learning
     assert agent.statistics["is_learning"] == 1
-    agent.record(lost)  # goals given before are none of its turns
+    agent.record(lost, turns)  # goals given before are none of its turns
     while np.isnan(agent.statistics["entropy"]):
         take_turns(agent, turns)
-        agent.record(move(turns))
+        agent.record(move(turns), turns)
     after = agent.state_dict()["learner"]["backend"]["network"]
     assert not equal(dict(before), dict(after))
 
@@ -217,7 +218,7 @@ def test_the_controllers_steps_leave_the_recurrent_state_as_it_is():
     before = agent.state_dict()["learner"]["states"]
     assert before.any()
     for _ in range(10):
-        agent.record(move(turns))
+        agent.record(move(turns), turns)
         take_turns(agent, turns)
     assert torch.equal(before, agent.state_dict()["learner"]["states"])
 

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
-from hierroom.env_config import RewardName
 from hierroom.errors import InputError
 
 FeatureName = Literal[
@@ -35,12 +34,12 @@ class Controller:
     """The ``controller_0`` of a method.
 
     Args:
-        reward: its reward unless another is named, as in `controller.REWARDS`.
+        reward: its reward unless another is named, as in `rewards.REWARDS`, or one of a user's own.
         sees_goal: whether its features hold the goal.
         is_curious: whether it is rewarded, besides, for what random network distillation finds new.
     """
 
-    reward: RewardName
+    reward: Any
     sees_goal: bool = False
     is_curious: bool = False
 
@@ -111,7 +110,7 @@ class AgentsConfig:
     meta_features: tuple[FeatureName, ...] = ("goal-status", "goal-outcome")
     meta_start_success: float = 0.03
 
-    def resolved_method(self, reward: RewardName | None = None) -> Method:
+    def resolved_method(self, reward: Any = None) -> Method:
         """The method, with the meta-controller and the reward that are named in place of its own.
 
         Raises:

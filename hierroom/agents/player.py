@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.errors import InputError
-from hierroom.options import Step, Transition
+from hierroom.options import Transition
+from hierroom.step import Step
 from hierroom.turns import Turns
 from hierroom.world.oracle import shortest_actions
 
@@ -31,8 +32,8 @@ class Actor(Protocol):
         """[M] actions in the environments of an observation."""
         ...
 
-    def record(self, transition: Transition) -> None:
-        """Take note of the turns that a primitive step ended."""
+    def record(self, transition: Transition, turns: Turns) -> None:
+        """Take note of the turns that a primitive step ended in these environments."""
         ...
 
 
@@ -63,7 +64,7 @@ class Pair:
         self.choose(turns)
         transitions = turns.advance()
         for name, transition in transitions.items():
-            self.agents[name].record(transition)
+            self.agents[name].record(transition, turns)
         return next(iter(transitions.values())).step
 
 

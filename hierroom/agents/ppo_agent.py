@@ -17,6 +17,7 @@ from hierroom.learners.policy import Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.options import Transition
 from hierroom.situation import Situation
+from hierroom.turns import Turns
 
 
 class PPOAgent:
@@ -80,7 +81,7 @@ class PPOAgent:
             return self._warm_up.choose(observation)
         return self.learner.act(observation.envs, self.features.encode(observation), observation.masks)
 
-    def record(self, transition: Transition) -> None:
+    def record(self, transition: Transition, turns: Turns) -> None:
         """Take note of the turns that a primitive step ended."""
         if self._warm_up is not None and not self.is_learning:
             self._warm_up.add(transition)
@@ -90,19 +91,19 @@ class PPOAgent:
             everywhere = np.arange(len(transition.envs))
             rewards = rewards + self.curiosity.rewards(transition.last_observation(everywhere))
         # A turn that began in the warm-up is none of the learner's.
-        turns = np.flatnonzero(self.learner.has_begun[transition.envs])
-        envs, truncated = transition.envs[turns], transition.truncated[turns]
+        ours = np.flatnonzero(self.learner.has_begun[transition.envs])
+        envs, truncated = transition.envs[ours], transition.truncated[ours]
         if self._hindsight:
-            instead = transition.achieved_instead[turns]
+            instead = transition.achieved_instead[ours]
             self.learner.relabel(envs[instead != NO_GOAL], instead[instead != NO_GOAL])
         self.learner.finish(
             envs,
-            rewards[turns],
-            transition.elapsed[turns],
-            transition.terminated[turns],
+            rewards[ours],
+            transition.elapsed[ours],
+            transition.terminated[ours],
             truncated,
-            transition.episode_ended[turns],
-            self.features.encode(transition.last_observation(turns[truncated])) if truncated.any() else None,
+            transition.episode_ended[ours],
+            self.features.encode(transition.last_observation(ours[truncated])) if truncated.any() else None,
         )
 
     def update(self, observation: Observation, progress: float) -> None:
@@ -191,7 +192,7 @@ class FrozenAgent:
         """[M] actions, all legal, in the environments of an observation."""
         return self._act(observation.envs, self.features.encode(observation), observation.masks)
 
-    def record(self, transition: Transition) -> None:
+    def record(self, transition: Transition, turns: Turns) -> None:
         """Forget the episodes that a primitive step ended."""
         ended = transition.envs[transition.episode_ended]
         if len(ended):

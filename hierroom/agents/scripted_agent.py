@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.meta import MetaController, choose_goals
+from hierroom.meta import MetaController, choose_goals, show_step
 from hierroom.options import Transition
 from hierroom.situation import Situation
+from hierroom.turns import Turns
 
 
 class ScriptedAgent:
@@ -34,8 +35,9 @@ class ScriptedAgent:
         assert isinstance(observation, Situation)  # scripted agents are meta-controllers
         return choose_goals(self.meta, observation)
 
-    def record(self, transition: Transition) -> None:
-        """Let it learn from the options that a primitive step ended."""
+    def record(self, transition: Transition, turns: Turns) -> None:
+        """Let it watch a primitive step, and in training learn from the options that it ended."""
+        show_step(self.meta, transition.step, turns)
         if self._learn is not None:
             self._learn(transition)
 

@@ -26,9 +26,10 @@ from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.ppo import Learner
 from hierroom.meta import LEARNED, make_meta
 from hierroom.options import CONTROLLER, META
+from hierroom.situation import N_META_ACTIONS
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
-from hierroom.turns import N_META_ACTIONS, Turns
+from hierroom.turns import Turns
 
 
 def make_turns(

@@ -103,7 +103,15 @@ class TrainConfig:
         return config
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain types, for JSON."""
+        """As plain types, for JSON.
+
+        Raises:
+            InputError: if the reward has no name that another process could find it by.
+        """
+        if not isinstance(self.env.reward, str | None):
+            raise InputError(
+                f"the reward of a run is given by its name, such as package.module:Class, not as {self.env.reward!r}"
+            )
         table = dataclasses.asdict(self)
         table["env"]["graph"] = self._graph_name
         return table

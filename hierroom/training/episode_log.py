@@ -6,7 +6,7 @@ from collections import deque
 
 import numpy as np
 
-from hierroom.options import Step
+from hierroom.step import Step
 
 WINDOW = 500
 """Number of episodes over which success and length are averaged."""

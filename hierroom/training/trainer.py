@@ -66,7 +66,7 @@ class Trainer:
                 self._act(name)
             transitions = self.turns.advance()
             for name, transition in transitions.items():
-                self.agents[name].record(transition)
+                self.agents[name].record(transition, self.turns)
             self.steps += len(self.turns)
             self.log.add(transitions[CONTROLLER].step, self.steps, time.perf_counter() - started)
         self._act(META)  # the controller's next observation holds its next goal

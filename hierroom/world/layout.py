@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.errors import InputError
-from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, GoalGraph
+from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, MAX_GRID_ROOMS, N_COLOURS, NO_GOAL, GoalGraph
 from hierroom.world.kernels import DOORWAYS, EXPLORED, MARGIN, VIEW, VISITED
 
 MIN_SIZE, MAX_SIZE = 11, 63
@@ -101,6 +101,23 @@ class State:
         """A copy of the state of some environments; an integer index gives a batch of one."""
         chosen = np.atleast_1d(np.arange(len(self))[indices])
         return State(self.grids[chosen], self.levels[chosen])
+
+    def distances(self, goals: NDArray[np.integer]) -> NDArray[np.integer]:
+        """The distances of the agents from goals, a key's from where it lies or lay, ignoring walls.
+
+        Args:
+            goals: [N] int, goal ids that the levels have, or -1 for no goal.
+
+        Returns:
+            [N] int Manhattan distances in cells; 0 for no goal.
+        """
+        levels, envs = self.levels, np.arange(len(self))
+        branches = levels["branches"][envs, goals % N_COLOURS]
+        is_key, is_exit = goals < FIRST_DOOR_GOAL, goals == EXIT_GOAL
+        cells = np.where(is_key[:, None], levels["keys_at"][envs, branches], levels["doors_at"][envs, branches])
+        cells = np.where(is_exit[:, None], levels["exit_at"], cells)
+        distances = abs(cells - np.stack([levels["row"], levels["col"]], axis=1)).sum(axis=1)
+        return np.where(goals == NO_GOAL, 0, distances)
 
     def copy(self) -> State:
         """The same state in new arrays."""

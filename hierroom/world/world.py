@@ -141,6 +141,22 @@ class World:
         kernels.step_levels(self.state.levels, self.state.grids, actions, self.outcomes)
         return self.outcomes
 
+    def state_after(self, before: State, actions: ArrayLike) -> State:
+        """The state that the last step led to; where it ended an episode, that step is taken again without a reset.
+
+        Args:
+            before: the state in which it was taken.
+            actions: [N] its actions.
+        """
+        state = self.get_state()
+        ended = np.flatnonzero(self.outcomes["terminated"] | self.outcomes["truncated"])
+        if len(ended):
+            last = before[ended]
+            outcomes = np.zeros(len(ended), OUTCOME)
+            kernels.step_levels(last.levels, last.grids, self._as_actions(actions)[ended], outcomes)
+            state.levels[ended], state.grids[ended] = last.levels, last.grids
+        return state
+
     def get_state(self, indices: Indices = slice(None)) -> State:
         """Copy the exact state of some environments (by default all)."""
         return self.state[self._chosen(indices)]

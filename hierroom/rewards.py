@@ -1,0 +1,205 @@
+"""Rewards of the controller: the protocol, those that ship, and how a user's own is found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.env_config import NOVELTY_BONUS, RewardName
+from hierroom.errors import InputError
+from hierroom.plugins import in_one_line, load_plugin
+from hierroom.step import Step
+from hierroom.world.layout import MEMORIES
+
+ENTRY_POINT_GROUP = "hierroom.rewards"
+
+
+class Reward(Protocol):
+    """Rewards the controller. Any class with `rewards` will do; its other attributes are optional.
+
+    A reward remembers nothing from step to step: what it needs is in the step, so that the same step is worth the same
+    in training, in evaluation and in any environment.
+
+    Attributes:
+        ends_with_option: whether the controller's return ends where its option ends, as no later reward depends on it;
+            False unless given.
+        memories: what levels must remember for it, names in `layout.MEMORIES`; none unless given.
+        needs_states: whether the step holds the states before and after it, which are copied at every step for this;
+            True unless given.
+    """
+
+    def rewards(self, step: Step) -> NDArray[np.floating]:
+        """The rewards for a step of N environments.
+
+        Args:
+            step: what it did: the goals pursued, what was achieved, what ended, and the states before and after; its
+                own ``rewards`` are zero yet.
+
+        Returns:
+            [N] finite numbers.
+        """
+        ...
+
+
+class Extrinsic:
+    """1 at the exit."""
+
+    needs_states = False
+
+    def rewards(self, step: Step) -> NDArray[np.floating]:
+        """[N] the environment's own rewards."""
+        return step.extrinsic
+
+
+class Bonus:
+    """1 for each key, door and the exit, once an episode."""
+
+    needs_states = False
+
+    def rewards(self, step: Step) -> NDArray[np.floating]:
+        """[N] whether something was achieved for the first time."""
+        return step.is_first.astype(np.float64)
+
+
+class Intrinsic:
+    """1 where the given goal is reached (`options.goal_reached`)."""
+
+    ends_with_option = True
+    needs_states = False
+
+    def rewards(self, step: Step) -> NDArray[np.floating]:
+        """[N] whether the goal was reached."""
+        return step.reached.astype(np.float64)
+
+
+class Novelty:
+    """1 at the exit, and a bonus for each state (cell, keys found, doors open) new in the episode.
+
+    Args:
+        bonus: for each such state.
+    """
+
+    memories = ("visited",)
+    needs_states = False
+
+    def __init__(self, bonus: float) -> None:
+        self._bonus = bonus
+
+    def rewards(self, step: Step) -> NDArray[np.floating]:
+        """[N] the environment's own rewards and the bonuses."""
+        return step.extrinsic + self._bonus * step.is_novel
+
+
+RewardSpec = str | Reward | Callable[[Step], Any]
+"""The controller's reward, as `make_reward` takes it."""
+
+
+class FunctionReward:
+    """A plain function from a step to the rewards, as a reward.
+
+    Args:
+        function: as `Reward.rewards`.
+    """
+
+    def __init__(self, function: Callable[[Step], Any]) -> None:
+        self.rewards = function
+
+
+REWARDS: Mapping[RewardName, Callable[[float], Reward]] = {
+    "extrinsic": lambda _: Extrinsic(),
+    "bonus": lambda _: Bonus(),
+    "intrinsic": lambda _: Intrinsic(),
+    "novelty": Novelty,
+}
+"""The rewards that ship, by the name users type, each made with the size of the novelty bonus."""
+
+
+@dataclass(frozen=True)
+class ControllerReward:
+    """A reward and what environments must know of it.
+
+    Args:
+        name: for error messages.
+        reward: the reward.
+        ends_with_option: as for `Reward`.
+        memories: likewise.
+        needs_states: likewise.
+
+    Raises:
+        InputError: if levels cannot remember what it names.
+    """
+
+    name: str
+    reward: Reward
+    ends_with_option: bool
+    memories: tuple[str, ...]
+    needs_states: bool
+
+    def __post_init__(self) -> None:
+        unknown = [repr(name) for name in self.memories if name not in MEMORIES]
+        if unknown:
+            raise InputError(f"{self.name}: levels can remember {', '.join(MEMORIES)}, not {', '.join(unknown)}")
+
+    def write(self, step: Step) -> None:
+        """Write the rewards for a step into its ``rewards``.
+
+        Raises:
+            InputError: if the reward does not return a finite number for each environment.
+        """
+        given = np.asarray(self.reward.rewards(step))
+        if given.shape != step.rewards.shape or given.dtype.kind not in "fiub":
+            raise InputError(
+                f"{self.name} must return {len(step.rewards)} numbers, one for each environment, "
+                f"not an array of {given.dtype} and shape {given.shape}"
+            )
+        step.rewards[:] = given
+        if not np.isfinite(step.rewards).all():
+            raise InputError(f"{self.name} must return finite numbers, not {given[~np.isfinite(step.rewards)][0]}")
+
+
+def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> ControllerReward:
+    """The reward a user means.
+
+    Args:
+        spec: a name in `REWARDS`; the name of an entry point in the group ``hierroom.rewards``;
+            ``package.module:Class`` or ``package.module:function``, looked for in the current folder too; a reward
+            itself; or a function as `Reward.rewards`.
+        novelty_bonus: the size of the bonus of ``novelty``.
+
+    Raises:
+        InputError: if there is no such reward, it cannot be made, or it has no method ``rewards``.
+    """
+    reward: Any = spec
+    if isinstance(spec, str):
+        shipped = REWARDS.get(spec)  # pyright: ignore[reportArgumentType] - any text may be asked for
+        if shipped is not None:
+            reward = shipped(novelty_bonus)
+        else:
+            reward = load_plugin(spec, "reward", REWARDS, ENTRY_POINT_GROUP, "Class or :function")
+            if isinstance(reward, type):
+                try:
+                    reward = reward()
+                except Exception as error:  # whatever a user's own code may raise
+                    raise InputError(f"the reward {spec!r} cannot be made: {in_one_line(error)}") from error
+    name = (
+        f"the reward {spec!r}"
+        if isinstance(spec, str)
+        else f"the reward {getattr(spec, '__name__', type(spec).__name__)}"
+    )
+    if isinstance(reward, type):
+        raise InputError(f"a reward is an object, not a class: make one of {reward.__name__}")
+    if not callable(getattr(reward, "rewards", None)):
+        if not callable(reward):
+            raise InputError(f"a reward is a function of a step or has a method rewards(step); {name} is neither")
+        reward = FunctionReward(reward)
+    return ControllerReward(
+        name,
+        reward,
+        ends_with_option=bool(getattr(reward, "ends_with_option", False)),
+        memories=tuple(getattr(reward, "memories", ())),
+        needs_states=bool(getattr(reward, "needs_states", True)),
+    )

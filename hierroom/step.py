@@ -1,0 +1,80 @@
+"""What one primitive step did, in N environments at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.world.layout import State
+
+N_OUTCOMES = 4
+NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(N_OUTCOMES)
+"""How an option ended: there was none; its goal was reached; its horizon ran out; the episode ended."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """What one primitive step did in N environments, in arrays that nobody else holds.
+
+    Args:
+        actions: [N] int, the controller's actions; the number of actions where it was none of them.
+        goals: [N] int, the goal ids pursued, or -1.
+        events: [N] int, the goal ids achieved, or -1.
+        is_first: [N] bool, it was achieved for the first time this episode.
+        is_discovery: [N] bool, a key, a door or the exit came into view for the first time this episode.
+        is_novel: [N] bool, the agent was not on this cell before with the same keys found and doors open; False where
+            levels do not remember what was ``visited``.
+        rewards: [N] float64, the controller's rewards.
+        extrinsic: [N] float64, the environment's own rewards.
+        reached: [N] bool, the goal was reached.
+        timed_out: [N] bool, the option's horizon ran out before its goal was reached or the episode ended.
+        option_ended: [N] bool, the option ended for whatever reason: the meta-controller's turn ends here.
+        meta_rewards: [N] float64, where the option ended the extrinsic reward summed over it, else 0.
+        meta_elapsed: [N] int, primitive steps since the meta-controller's last turn, this one included.
+        achieved_instead: [N] int, where an option ended without its goal the goal achieved first in it, or -1.
+        terminated: [N] bool, the exit was reached.
+        truncated: [N] bool, the time limit was reached.
+        return_terminated: [N] bool, the controller's return ends here and nothing is to come.
+        return_truncated: [N] bool, the controller's return is cut here, but more would have come.
+        lengths: [N] int, steps of the episode so far.
+        shortest: [N] int, the shortest possible length of the episode, or -1 where that is not measured.
+        illegal_actions: [N] int, actions of the controller this episode that its environment does not have.
+        before: the state the step began in, where the controller's reward needs it, else None.
+        after: likewise the state it led to, before any environment was reset.
+    """
+
+    actions: NDArray[np.integer]
+    goals: NDArray[np.integer]
+    events: NDArray[np.integer]
+    is_first: NDArray[np.bool_]
+    is_discovery: NDArray[np.bool_]
+    is_novel: NDArray[np.bool_]
+    rewards: NDArray[np.float64]
+    extrinsic: NDArray[np.float64]
+    reached: NDArray[np.bool_]
+    timed_out: NDArray[np.bool_]
+    option_ended: NDArray[np.bool_]
+    meta_rewards: NDArray[np.float64]
+    meta_elapsed: NDArray[np.integer]
+    achieved_instead: NDArray[np.integer]
+    terminated: NDArray[np.bool_]
+    truncated: NDArray[np.bool_]
+    return_terminated: NDArray[np.bool_]
+    return_truncated: NDArray[np.bool_]
+    lengths: NDArray[np.integer]
+    shortest: NDArray[np.integer]
+    illegal_actions: NDArray[np.integer]
+    before: State | None = None
+    after: State | None = None
+
+    @property
+    def episode_ended(self) -> NDArray[np.bool_]:
+        """[N] bool, the episode terminated or was truncated."""
+        return self.terminated | self.truncated
+
+    @property
+    def outcomes(self) -> NDArray[np.integer]:
+        """[N] int, where an option ended how it did: ``REACHED``, ``TIMED_OUT`` or ``OTHER``."""
+        return np.where(self.reached, REACHED, np.where(self.timed_out, TIMED_OUT, OTHER))

@@ -1,0 +1,218 @@
+"""Rewards of a user's own: what they are given, where they can be named, and what is said of those that are wrong."""
+
+import sys
+
+import numpy as np
+import pytest
+from turns_helpers import make
+
+import hierroom
+from hierroom.agents.player import OraclePlayer
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.goals import EXIT_GOAL, N_COLOURS
+from hierroom.meta import make_meta
+from hierroom.rewards import REWARDS, make_reward
+from hierroom.step import Step
+from hierroom.training.config import TrainConfig
+from hierroom.training.trainer import Trainer
+from hierroom.turns import Turns
+from hierroom.world.layout import MEMORIES
+from hierroom.world.level import Level
+from hierroom.world.world import World
+
+SETTINGS = {"graph": "c", "size": 11, "max_steps": 40, "subgoal_horizon": 7, "drop_key": True}
+
+
+class Watching:
+    """Remembers all the steps it is given, and rewards nothing."""
+
+    def __init__(self):
+        self.steps: list[Step] = []
+
+    def rewards(self, step):
+        assert not step.rewards.any()
+        self.steps.append(step)
+        return np.zeros(len(step.goals))
+
+
+def play(turns: Turns, n_steps: int, seed: int = 0) -> list[Step]:
+    meta, rng = make_meta("random"), np.random.default_rng(seed)
+    steps = []
+    for _ in range(n_steps):
+        turns.ask(meta)
+        steps.append(turns.step(rng.integers(turns.world.n_actions, size=len(turns))))
+    return steps
+
+
+def test_the_states_are_the_worlds_where_an_ended_episode_stays_as_it_is():
+    reward = Watching()
+    turns = Turns(EnvConfig(reward=reward, **SETTINGS), 4, seed=0, autoreset=False)
+    for n, actions in enumerate(np.random.default_rng(1).integers(6, size=(50, 4)), start=1):
+        before = turns.world.get_state()
+        step = turns.step(actions)
+        for told, state in ((step.before, before), (step.after, turns.world.get_state())):
+            np.testing.assert_array_equal(told.levels, state.levels)
+            np.testing.assert_array_equal(told.grids, state.grids)
+        assert step.episode_ended.all() == (n >= 40)
+
+
+def test_the_states_are_those_before_and_after_the_step_and_before_a_reset():
+    reward = Watching()
+    turns = make(n=6, reward=reward, **SETTINGS)
+    slow = World([hierroom.GoalGraph.named("c")], 6, size=11, max_steps=40, drop_key=True, seed=0, memories=MEMORIES)
+    play(turns, 100)
+    ends = 0
+    for step in reward.steps:
+        for name in ("grids", "levels"):
+            np.testing.assert_array_equal(getattr(step.before, name), getattr(slow.state, name), err_msg=name)
+        before = slow.get_state()
+        slow.step_within_episode(step.actions)
+        for name in ("grids", "levels"):
+            np.testing.assert_array_equal(getattr(step.after, name), getattr(slow.state, name), err_msg=name)
+        ended = np.flatnonzero(step.episode_ended)
+        ends += len(ended)
+        if len(ended):  # as the world that resets by itself
+            slow.set_state(before)
+            slow.step(step.actions)
+    assert ends >= 12
+
+
+@pytest.mark.parametrize("name", REWARDS)
+def test_those_that_ship_are_written_in_the_form_of_a_users_own(name):
+    class Own:
+        def __init__(self):
+            shipped = make_reward(name)
+            self.ends_with_option, self.memories = shipped.ends_with_option, shipped.memories
+
+        def rewards(self, step):
+            return {
+                "extrinsic": step.after.levels["has_ended"] & step.terminated,
+                "bonus": step.is_first,
+                "intrinsic": step.reached,
+                "novelty": step.terminated + 0.25 * step.is_novel,
+            }[name]
+
+    settings, oracle = SETTINGS | {"max_steps": 200, "novelty_bonus": 0.25}, OraclePlayer()
+    one_turns, other_turns = make(n=5, reward=Own(), **settings), make(n=5, reward=name, **settings)
+    own, shipped = play(one_turns, 60), play(other_turns, 60)
+    for _ in range(100):
+        own.append(oracle.step(one_turns))
+        shipped.append(other_turns.step(own[-1].actions))
+    for one, other in zip(own, shipped, strict=True):
+        for field in ("rewards", "return_terminated", "return_truncated", "is_novel"):
+            np.testing.assert_array_equal(getattr(one, field), getattr(other, field), err_msg=field)
+    assert sum(step.rewards.sum() for step in own) > 0
+
+
+def test_states_are_kept_only_for_who_needs_them():
+    class Cheap(Watching):
+        needs_states = False
+
+    for reward, needs in ((Watching(), True), (Cheap(), False), ("intrinsic", False)):
+        step = play(make(n=2, reward=reward, **SETTINGS), 1)[0]
+        assert (step.before is not None) == (step.after is not None) == needs
+
+
+def test_distances_are_those_of_the_goals_of_a_level():
+    turns = make("f", n=8, size=13)
+    for _ in range(30):
+        turns.step(np.random.default_rng(0).integers(5, size=8))
+    state, everything = turns.world.get_state(), np.ones(13, bool)
+    for goal in range(EXIT_GOAL + 1):
+        distances = state.distances(np.full(8, goal))
+        for n in range(8):
+            expected = Level.of(state[n], everything, everything).goals[goal]
+            if expected.exists:
+                assert distances[n] == expected.distance
+    assert (state.distances(np.full(8, -1)) == 0).all()
+    mixed = state.distances(np.array([-1, EXIT_GOAL] * 4))
+    assert (mixed[::2] == 0).all()
+    assert (mixed[1::2] == state.distances(np.full(8, EXIT_GOAL))[1::2]).all()
+    assert N_COLOURS == 6
+
+
+def test_a_function_and_a_class_of_a_users_module_are_found_by_name(tmp_path, monkeypatch):
+    (tmp_path / "my_rewards_of_test.py").write_text(
+        "import numpy as np\n"
+        "def hurry(step):\n    return step.extrinsic - 0.5\n"
+        "class Slow:\n    ends_with_option = True\n    memories = ('visited',)\n"
+        "    def rewards(self, step):\n        return step.is_novel * 2\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    try:
+        for step in play(make(n=3, reward="my_rewards_of_test:hurry", **SETTINGS), 30):
+            np.testing.assert_array_equal(step.rewards, step.extrinsic - 0.5)
+        turns = make(n=3, reward="my_rewards_of_test:Slow", **SETTINGS)
+        steps = play(turns, 30)
+        assert any(step.is_novel.any() for step in steps)
+        for step in steps:
+            np.testing.assert_array_equal(step.rewards, 2.0 * step.is_novel)
+            np.testing.assert_array_equal(step.return_terminated, step.reached | step.terminated)
+    finally:
+        sys.modules.pop("my_rewards_of_test", None)
+
+
+@pytest.mark.parametrize(
+    ("reward", "said"),
+    [
+        ("nonsense", "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point of hierroom.rewards or "),
+        ("no_such_module:R", "there is no module 'no_such_module' for the reward 'no_such_module:R'"),
+        (Watching, "a reward is an object, not a class: make one of Watching"),
+        (3, "a reward is a function of a step or has a method rewards(step); the reward int is neither"),
+        (type("Odd", (), {"rewards": lambda s, t: 0, "memories": ("smell",)})(), "levels can remember visited, "),
+    ],
+)
+def test_a_reward_that_cannot_be_used_is_refused(reward, said):
+    with pytest.raises(InputError) as caught:
+        make(reward=reward)
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        (
+            lambda step: 1.0,
+            "the reward <lambda> must return 4 numbers, one for each environment, not an array of float64",
+        ),
+        (lambda step: np.full(4, np.nan), "the reward <lambda> must return finite numbers, not nan"),
+        (lambda step: ["a"] * 4, "the reward <lambda> must return 4 numbers"),
+    ],
+)
+def test_what_a_reward_returns_is_checked(value, said):
+    turns = make(n=4, reward=value, **SETTINGS)
+    with pytest.raises(InputError) as caught:
+        turns.step(np.zeros(4, np.int64))
+    assert said in str(caught.value)
+
+
+def test_every_api_takes_one():
+    import gymnasium
+
+    def cost(step):
+        return step.extrinsic - 0.125
+
+    aec, parallel = hierroom.raw_env(reward=cost), hierroom.parallel_env(reward=cost)
+    aec.reset(seed=0)
+    aec.step(0)
+    aec.step(1)
+    assert aec.rewards["controller_0"] == -0.125
+    parallel.reset(seed=0)
+    assert parallel.step({"meta_0": 0, "controller_0": 1})[1]["controller_0"] == -0.125
+    single = gymnasium.make("hierroom/EscapeRoom-c-v0", reward=cost)
+    single.reset(seed=0)
+    assert single.step(1)[1] == -0.125
+    many = gymnasium.make_vec("hierroom/EscapeRoom-c-v0", 3, reward=cost)
+    many.reset(seed=0)
+    assert (many.step(np.ones(3, int))[1] == -0.125).all()
+
+
+def test_a_run_names_its_reward_and_cannot_hold_an_object():
+    with pytest.raises(InputError, match="the reward of a run is given by its name"):
+        TrainConfig().changed(reward=Watching()).to_dict()
+    reward = Watching()
+    trainer = Trainer(TrainConfig().changed(reward=reward, steps=64, num_envs=4, size=11))
+    trainer.advance()
+    assert len(reward.steps) * 4 == trainer.steps
