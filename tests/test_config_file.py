@@ -120,6 +120,7 @@ def test_a_file_and_the_command_line_mean_the_same(numbers):
         ("drop_key = 1", "drop_key must be true or false, not 1"),
         ("graph = 3", "graph must be a text"),
         ("graph = {a = 1}", "graph must be a text"),
+        ("reward = 3", 'reward must be a text or "None", not 3'),
         ('method = "pop"', "method must be one of ppo, "),
         ('features = "view"', "features must be a list of view, "),
         ('features = ["smell"]', "features must be a list of view, "),
@@ -181,6 +182,10 @@ def test_a_run_is_repeated_from_its_folder(graph, tmp_path):
     assert second.config().preset == "paper"
     _, third = session.begin(read_config(second.path / "config.json", seed=7), None)
     assert third.config() == first.config().changed(seed=7)
+
+
+def test_an_own_reward_is_named_in_a_file():
+    assert read_config(written('reward = "mine:Reward"')).env.reward == "mine:Reward"
 
 
 def test_no_entry_is_named_twice():

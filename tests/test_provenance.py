@@ -160,6 +160,7 @@ def test_a_module_within_a_package():
     config = load("lab.metas.own", sources)
     assert names_of(config) == sorted(sources)
     assert names_of(config.changed(meta="lab.metas:own")) == sorted(sources)
+    assert names_of(config.changed(meta=None, reward="lab.rules:X")) == ["lab/__init__.py", "lab/rules.py"]
 
 
 def test_of_an_installed_package_its_own_files_alone_are_copied(monkeypatch, tmp_path):

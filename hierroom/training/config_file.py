@@ -66,7 +66,8 @@ def _read_entries(path: Path) -> dict[str, Any]:
         raise InputError(f"{path} is not a TOML file: {error}") from error
     parts = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig}
     types = {name: kind for part in (*parts.values(), TrainConfig) for name, kind in get_type_hints(part).items()}
-    types = {name: kind for name, kind in types.items() if name not in parts}
+    # Python takes any object as a reward; a file, like the command line, can only name one.
+    types = {name: str | None if kind is Any else kind for name, kind in types.items() if name not in parts}
     for part in parts.keys() & table.keys():
         raise InputError(f"{path}: entries stand alone, as on the command line; leave out the table [{part}]")
     return {name: _entry(path, name, value, types) for name, value in table.items()}

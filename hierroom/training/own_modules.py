@@ -65,9 +65,9 @@ def find_module_files(config: TrainConfig) -> list[ModuleFile]:
     return [files[name] for name in sorted(files)]
 
 
-def _module_of(spec: str | None) -> str | None:
+def _module_of(spec: object) -> str | None:
     """The module of ``package.module:Class`` or of an entry point; None for what ships with hierroom."""
-    if spec is None:
+    if not isinstance(spec, str):
         return None
     found = [point for point in entry_points(name=spec) if point.group.startswith("hierroom.")]
     module = found[0].module if found else spec.partition(":")[0] if ":" in spec else "hierroom"
