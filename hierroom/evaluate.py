@@ -84,7 +84,10 @@ def main() -> int:
     if arguments.json:
         print(to_json({name: asdict(result) for name, result in results.items()}))
     else:
-        Console().print(_table(results, f"{escape(str(folder.path))}, {results['sampled'].episodes} episodes"))
+        console = Console()
+        console.print(_table(results, f"{escape(str(folder.path))}, {results['sampled'].episodes} episodes"))
+        if len(results["sampled"].graphs) > 1:
+            console.print(_graph_table(results))
     return 0
 
 
@@ -101,8 +104,27 @@ def _table(results: dict[str, Evaluation], title: str) -> Table:
     add("  95% interval", lambda r: "{:.1%} to {:.1%}".format(*r.success_interval))
     add("length", lambda r: f"{r.length:.1f}")
     add("length / shortest, escapes", lambda r: f"{r.length_over_shortest:.2f}")
+    add("return of the controller", lambda r: f"{r.mean_return:.2f}")
     for goal in results["sampled"].steps_to_goals:
         add(f"steps to {goal}", lambda r, g=goal: "{1:.1f} ({0:.1%})".format(*r.steps_to_goals[g]))
+    return table
+
+
+def _graph_table(results: dict[str, Evaluation]) -> Table:
+    """A line for each goal graph, the easiest first."""
+    table = Table(title="by goal graph")
+    table.add_column("graph", no_wrap=True)
+    table.add_column("episodes", justify="right")
+    for name in results:
+        for what in ("success", "95% interval", "length"):
+            table.add_column(f"{name}\n{what}", justify="right")
+    for graph, score in results["sampled"].graphs.items():
+        cells = [graph, str(score.episodes)]
+        for result in results.values():
+            of_graph = result.graphs[graph]
+            low, high = of_graph.success_interval
+            cells += [f"{of_graph.success_rate:.1%}", f"{low:.0%} to {high:.0%}", f"{of_graph.length:.1f}"]
+        table.add_row(*cells)
     return table
 
 

@@ -29,6 +29,9 @@ NO_GOAL = -1
 """The goal id of 'no goal'; as an index into `GOAL_VECTORS` it selects the row of zeros."""
 GOAL_NAMES = (*(f"{c} key" for c in COLOURS), *(f"{c} door" for c in COLOURS), "exit")
 
+ROOM_GOAL_NAMES = (*(f"key {r}" for r in range(1, 7)), *(f"door {r}" for r in range(1, 7)), "exit")
+"""The same by the room that a key or door opens, as `room_goals` numbers them: these do not change with the colours."""
+
 MAX_GRID_ROOMS = N_COLOURS + 1
 """Number of rooms that a grid can hold: the centre room and a branch room for each colour."""
 
@@ -257,6 +260,20 @@ def open_goals(
     keys_in_reach = ~keys & ~doors & np.take_along_axis(enterable, homes, axis=-1)
     exit_in_reach = np.take_along_axis(enterable, exits, axis=-1)
     return np.concatenate([keys_in_reach, keys & ~doors, exit_in_reach], axis=-1)
+
+
+def room_goals(goals: NDArray[np.integer], branches: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Goals of levels by room instead of by colour.
+
+    Args:
+        goals: [M] int, goal ids of levels.
+        branches: [M, 6] int, or [6] for one level, the branch room - 1 of each colour.
+
+    Returns:
+        [M] int indices into `ROOM_GOAL_NAMES`.
+    """
+    rooms = np.broadcast_to(branches, (len(goals), N_COLOURS))[np.arange(len(goals)), goals % N_COLOURS]
+    return np.where(goals == EXIT_GOAL, EXIT_GOAL, goals // N_COLOURS * N_COLOURS + rooms)
 
 
 def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:

@@ -1,6 +1,7 @@
 """What the folder of a finished run holds: each file by itself, and that they agree with each other."""
 
 import json
+from collections.abc import Sequence
 from itertools import pairwise
 from math import isfinite, isnan
 from pathlib import Path
@@ -11,12 +12,15 @@ import pytest
 import torch
 from numpy.typing import NDArray
 from pictures import frames, pixels
+from scipy.stats import binomtest
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from hierroom.options import CONTROLLER
 from hierroom.training import session
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import MILESTONES, WINDOW
+from hierroom.training.events import tag
+from hierroom.training.learning_curve import LearningCurve, evaluation_points
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
 from hierroom.world.render import draw_level
@@ -30,10 +34,12 @@ def check_run(path: Path) -> dict[str, Any]:
     config, rows = folder.config(), folder.metrics.numbers()
     check_metrics(rows, config)
     summary = json.loads((path / "summary.json").read_text())
-    check_summary(summary, rows)
-    check_events(path, rows)
+    curve = check_evaluations(folder, config)
+    check_episodes(folder, rows)
+    check_summary(summary, rows, curve)
+    check_events(path, rows, curve)
     check_checkpoints(folder, rows)
-    check_learning_curve(path / "learning_curve.png", rows)
+    check_learning_curve(path / "learning_curve.png", curve)
     return summary
 
 
@@ -59,40 +65,76 @@ def check_metrics(rows: Rows, config: TrainConfig) -> None:
         assert row["entropy"] > 0
 
 
-def check_summary(summary: dict[str, Any], rows: Rows) -> None:
+def check_evaluations(folder: RunFolder, config: TrainConfig) -> LearningCurve:
+    """One at the first update at or after each point, one graph a row, with the interval of so many successes."""
+    rows, taken = folder.evaluations.read(), [row["steps"] for row in folder.metrics.numbers()]
+    points = evaluation_points(config.steps, config.evaluations)
+    update = int(min(np.diff([0, *taken])))
+    assert [int(row["steps"]) for row in rows] == sorted({-(-point // update) * update for point in points})
+    for row in rows:
+        rate, n = float(row["success_rate"]), int(row["episodes"])
+        assert n == config.evaluation_episodes
+        assert rate * n == pytest.approx(round(rate * n), abs=1e-3)
+        interval = binomtest(round(rate * n), n).proportion_ci(method="wilson")
+        told = float(row["success_low"]), float(row["success_high"])
+        assert told == pytest.approx((interval.low, interval.high), abs=1e-6)
+        assert 1 <= float(row["length"]) <= config.env.max_steps
+    return LearningCurve.of_rows(rows)
+
+
+def check_episodes(folder: RunFolder, rows: Rows) -> None:
+    """Every episode that metrics.csv counts is there, and its window's means are those of the last of them."""
+    episodes = folder.episodes.read()
+    assert len(episodes) == rows[-1]["episodes"]
+    for row in rows:
+        until = [one for one in episodes if int(one["steps"]) <= row["steps"]]
+        assert len(until) == row["episodes"]
+        window = until[-WINDOW:]
+        for name, mean in (("success", "success_rate"), ("length", "episode_length"), ("return", "episode_return")):
+            if window:
+                assert np.mean([float(one[name]) for one in window]) == pytest.approx(row[mean])
+    for one in episodes:
+        assert one["goals"].endswith("exit") == bool(int(one["success"]))
+
+
+def check_summary(summary: dict[str, Any], rows: Rows, curve: LearningCurve) -> None:
     last = rows[-1]
-    for name in ("steps", "episodes", "success_rate", "seconds"):
+    for name in ("steps", "episodes", "success_rate", "seconds", "compile_seconds"):
         assert summary[name] == last[name], name
     assert summary["episode_length"] == (last["episode_length"] if last["episodes"] else None)
     assert summary["steps_per_second"] == pytest.approx(summary["steps"] / summary["seconds"])
     assert summary["rollout_bytes"] > 0
+    assert summary["evaluated_success_rate"] == curve.success[-1]
     crossed = [milestone for milestone in MILESTONES if summary[f"steps_to_{milestone}"] is not None]
-    assert crossed == list(MILESTONES[: len(crossed)])  # a higher one implies those below
+    assert crossed == [milestone for milestone in MILESTONES if (curve.success >= milestone / 100).any()]
     for name in ("steps", "seconds"):
         values = [summary[f"{name}_to_{milestone}"] for milestone in MILESTONES]
         assert [value is not None for value in values] == [milestone in crossed for milestone in MILESTONES]
         assert sorted(values[: len(crossed)]) == values[: len(crossed)]
-        assert all(0 < value <= last[name] for value in values[: len(crossed)])
-    for milestone in MILESTONES:
-        above = [r["steps"] for r in rows if r["episodes"] >= WINDOW and r["success_rate"] >= milestone / 100]
-        if above:
-            assert summary[f"steps_to_{milestone}"] <= above[0]
-        if last["episodes"] < WINDOW:
-            assert milestone not in crossed
+        assert all(0 <= value <= last[name] + 1e-3 for value in values[: len(crossed)])
 
 
-def check_events(path: Path, rows: Rows) -> None:
-    """TensorBoard shows every number of metrics.csv, in the single precision of its format."""
+def check_events(path: Path, rows: Rows, curve: LearningCurve) -> None:
+    """TensorBoard shows every number of metrics.csv and every evaluation, in the single precision of its format."""
     events = EventAccumulator(str(path), size_guidance={"scalars": 0})
     events.Reload()
-    assert set(events.Tags()["scalars"]) == set(rows[0])
+    tags = set(events.Tags()["scalars"])
+    assert {name.split("/")[0] for name in tags} <= {"time", "train", "controller", "meta", "eval"}
     for name in rows[0]:
-        scalars = events.Scalars(name)
-        assert [scalar.step for scalar in scalars] == [row["steps"] for row in rows]
-        np.testing.assert_array_equal(
-            np.array([scalar.value for scalar in scalars], np.float32),
-            np.array([row[name] for row in rows], np.float32),
-        )
+        if name != "steps":
+            check_scalars(events, tag(name), [row["steps"] for row in rows], [row[name] for row in rows])
+    check_scalars(events, "eval/success_rate", curve.steps, curve.success)
+    check_scalars(events, "eval/achieved/exit", curve.steps, curve.success)
+    assert "eval/achieved/key_1" in tags
+    assert "_hparams_/session_start_info" in events.summary_metadata
+
+
+def check_scalars(events: EventAccumulator, name: str, steps: Sequence[float], values: Sequence[float]) -> None:
+    scalars = events.Scalars(name)
+    assert [scalar.step for scalar in scalars] == list(steps), name
+    np.testing.assert_allclose(
+        np.array([scalar.value for scalar in scalars]), np.array(values), rtol=1e-6, atol=1e-6, err_msg=name
+    )
 
 
 def weights(state: dict[str, Any]) -> dict[str, torch.Tensor]:
@@ -114,9 +156,11 @@ def check_checkpoints(folder: RunFolder, rows: Rows) -> None:
     for state in states[1:]:
         row, log = logged[state["steps"]], state["log"]
         assert (state["seconds"], log["episodes"]) == (row["seconds"], row["episodes"])
-        assert len(log["successes"]) == len(log["lengths"]) == min(log["episodes"], WINDOW)
+        window = log["window"]
+        assert len(window["success"]) == len(window["length"]) == min(log["episodes"], WINDOW)
         if log["episodes"]:
-            assert (np.mean(log["successes"]), np.mean(log["lengths"])) == (row["success_rate"], row["episode_length"])
+            means = np.mean(window["success"]), np.mean(window["length"])
+            assert means == (row["success_rate"], row["episode_length"])
     for before, state in pairwise(map(weights, states)):
         assert before.keys() == state.keys()
         for name, values in state.items():
@@ -125,23 +169,21 @@ def check_checkpoints(folder: RunFolder, rows: Rows) -> None:
             assert not torch.equal(values, before[name]), name
 
 
-def check_learning_curve(path: Path, rows: Rows) -> None:
-    """A green curve on the left and a blue one on the right, from the first row to the last, at their heights."""
+def check_learning_curve(path: Path, curve: LearningCurve) -> None:
+    """What was evaluated stands in blue, success on the left and length on the right, at its heights."""
     colours = pixels(path)
     assert colours.shape == (384, 960, 3)
     dark = colours.max(axis=2) < 80
     top, bottom = np.flatnonzero(dark.sum(axis=1) > 600)[[0, -1]]  # of both frames
     left, middle, after, right = np.flatnonzero(dark[top : bottom + 1].mean(axis=0) > 0.97)
     red, green, blue = np.moveaxis(colours, 2, 0)
-    success, length = green - np.maximum(red, blue) > 25, blue - red > 40
-    assert not success[:, middle:].any()
-    assert not length[:, :after].any()
-    known = [row["episode_length"] for row in rows if row["episodes"]]  # before, there is none
-    ends = curve_ends(success[:, left:middle], top, bottom)
-    assert ends == pytest.approx([row["success_rate"] / 1.01 for row in (rows[0], rows[-1])], abs=0.06)
-    if len(known) > 1:
-        first, last = curve_ends(length[:, after:right], top, bottom)
-        assert last / first == pytest.approx(known[-1] / known[0], abs=0.06)
+    evaluated, training = blue - red > 60, (red - blue > 100) & (red - green > 50)
+    evaluated[bottom + 5 :] = False  # the legend
+    assert training.any()  # at least in the legend, where what was evaluated covers it
+    ends = curve_ends(evaluated[:, left:middle], top, bottom)
+    assert ends == pytest.approx([(100 * curve.success[n] + 2) / 104 for n in (0, -1)], abs=0.06)
+    first, last = curve_ends(evaluated[:, after:right], top, bottom)
+    assert last / first == pytest.approx(curve.length[-1] / curve.length[0], abs=0.1)
 
 
 def curve_ends(curve: NDArray[np.bool_], top: int, bottom: int) -> list[float]:

@@ -11,8 +11,6 @@ from hierroom.gym_env import EscapeRoom, EscapeRooms
 from hierroom.turns import Turns
 
 WRONG = [
-    ({"reward": ["bonus"]}, "reward is one of extrinsic, bonus, intrinsic, novelty, not ['bonus']"),
-    ({"reward": "money"}, "reward is one of extrinsic, bonus, intrinsic, novelty, not 'money'"),
     ({"goal_mask": "some"}, "goal_mask is one of reachable, existing, seen, none, not 'some'"),
     ({"novelty_bonus": "x"}, "novelty_bonus must be a number of at least 0, not 'x'"),
     ({"novelty_bonus": -0.1}, "novelty_bonus must be a number of at least 0, not -0.1"),

@@ -1,55 +1,154 @@
-"""The log of the last episodes, counted by hand: window, milestones, and going back to a saved state."""
+"""The log of episodes, counted by hand: window, milestones, rows, options, and going back to a saved state."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
+import pytest
+import torch
+from turns_helpers import make
 
+from hierroom.agents.player import OraclePlayer
+from hierroom.goals import GoalGraph
+from hierroom.meta import make_meta
 from hierroom.training.episode_log import MILESTONES, WINDOW, EpisodeLog
+from hierroom.world.layout import LEVEL
 
 
-def ended(*successes, length=10):
+def ended(*successes: bool, length: int = 10) -> Any:
     """A step that ended one episode in each of these environments, and none in one more."""
     flags = np.array([*successes, False])
+    n = len(flags)
     return SimpleNamespace(
-        episode_ended=np.array([*[True] * len(successes), False]), terminated=flags, lengths=np.full(len(flags), length)
+        episode_ended=np.arange(n) < n - 1,
+        option_ended=np.arange(n) < n - 1,
+        terminated=flags,
+        reached=flags,
+        lengths=np.full(n, length),
+        rewards=np.full(n, 0.5),
+        events=np.where(flags, 12, -1),
+        goals=np.full(n, -1),
+    )
+
+
+def places(n: int) -> Any:
+    """Turns of which nothing is told but the levels that ended."""
+    return SimpleNamespace(
+        world=SimpleNamespace(finals=np.zeros(n, LEVEL)), graph_names=lambda levels: ["c"] * len(levels)
     )
 
 
 def test_milestones_are_first_crossings_of_a_full_window():
-    log = EpisodeLog()
+    log, turns = EpisodeLog(2), places(2)
     for n in range(WINDOW - 1):
-        log.add(ended(True), steps=n, seconds=n / 10)
+        log.add(ended(True), turns, n)
     assert log.success_rate == 1
     assert log.steps_to == {}, "the window is not full yet"
-    log.add(ended(False), steps=1000, seconds=100.0)
+    log.add(ended(False), turns, 1000)
     assert log.episodes == WINDOW
     assert log.success_rate == (WINDOW - 1) / WINDOW
     assert log.steps_to == dict.fromkeys(MILESTONES, 1000)
     for n in range(300):
-        log.add(ended(False, length=30), steps=2000 + n, seconds=200.0)
+        log.add(ended(False, length=30), turns, 2000 + n)
     assert log.success_rate == 199 / WINDOW
-    assert log.episode_length == (200 * 10 + 300 * 30 - 0) / WINDOW
+    assert log.episode_length == (200 * 10 + 300 * 30) / WINDOW
+    assert log.episode_return == 0.5
     assert log.steps_to == dict.fromkeys(MILESTONES, 1000), "only the first crossing counts"
-    assert log.seconds_to == dict.fromkeys(MILESTONES, 100.0)
 
 
 def test_each_milestone_is_crossed_in_its_own_time():
-    log = EpisodeLog()
+    log, turns = EpisodeLog(2), places(2)
     for n in range(WINDOW):
-        log.add(ended(False), steps=n, seconds=0.0)
+        log.add(ended(False), turns, n)
     for n in range(WINDOW):
-        log.add(ended(True), steps=WINDOW + n, seconds=0.0)
+        log.add(ended(True), turns, WINDOW + n)
     assert log.steps_to == {percent: WINDOW + percent * WINDOW // 100 - 1 for percent in MILESTONES}
 
 
-def test_a_step_that_ends_no_episode_changes_nothing_and_a_state_comes_back():
-    log, other = EpisodeLog(), EpisodeLog()
-    log.add(ended(True, False, True), steps=5, seconds=1.0)
+def equal(one: dict, other: dict) -> bool:
+    return torch.equal(one["returns"], other["returns"]) and all(
+        one[name] == other[name] for name in ("episodes", "steps_to", "window", "goals")
+    )
+
+
+def test_a_step_that_ends_no_episode_adds_its_rewards_and_a_state_comes_back():
+    log, other, turns = EpisodeLog(4), EpisodeLog(4), places(4)
+    log.add(ended(True, False, True), turns, 5)
     before = log.state_dict()
-    log.add(ended(), steps=6, seconds=2.0)
-    assert log.state_dict() == before
+    assert before["returns"].tolist() == [0, 0, 0, 0.5]
+    quiet = ended(False, False, False)
+    quiet.episode_ended[:] = False
+    log.add(quiet, turns, 6)
+    assert log.state_dict()["returns"].tolist() == [0.5, 0.5, 0.5, 1.0]
+    assert {name: log.state_dict()[name] for name in ("episodes", "window")} == {
+        name: before[name] for name in ("episodes", "window")
+    }
     assert log.success_rate == 2 / 3
     other.load_state_dict(before)
-    assert other.state_dict() == before
-    other.add(ended(True), steps=7, seconds=3.0)
-    assert log.state_dict() == before, "the state is a copy"
+    assert equal(other.state_dict(), before)
+    other.add(ended(True, True, True), turns, 7)
+    assert before["returns"].tolist() == [0, 0, 0, 0.5], "the state is a copy"
+
+
+def test_the_rows_tell_what_happened_in_the_order_in_which_it_did():
+    """Against a count by hand of what the oracle does on two graphs, with environments that end at different steps."""
+    turns, log, player = make("f", n=5, size=13, max_steps=60, reward="bonus"), EpisodeLog(5), OraclePlayer()
+    told: list[list[str]] = [[] for _ in range(5)]
+    returns, expected = np.zeros(5), []
+    for t in range(1, 90):
+        branches = turns.world.state.levels["branches"].copy()
+        step = player.step(turns)
+        returns += step.rewards
+        for env, event in enumerate(step.events.tolist()):
+            if event >= 0:
+                room = 1 + int(branches[env][event % 6]) if event < 12 else 0
+                told[env].append("exit" if event == 12 else f"{'key' if event < 6 else 'door'} {room}")
+        log.add(step, turns, 5 * t)
+        for env in np.flatnonzero(step.episode_ended).tolist():
+            numbers = {"success": int(step.terminated[env]), "length": int(step.lengths[env]), "return": returns[env]}
+            expected.append({"steps": 5 * t, "env": env, "graph": "f", **numbers, "goals": " > ".join(told[env])})
+            told[env], returns[env] = [], 0.0
+    assert log.ended == expected
+    assert len(expected) > 4
+    assert any(row["success"] and row["goals"].endswith("door 3 > exit") for row in expected)
+    log.begin_update()
+    assert log.ended == []
+
+
+def test_options_are_counted_by_the_kind_of_their_goal():
+    turns, log, meta = make("c", n=6, subgoal_horizon=20), EpisodeLog(6), make_meta("fixed-dfs")
+    kinds = {"key": range(6), "door": range(6, 12), "exit": [12], "new": [-1]}
+    given, reached = dict.fromkeys(kinds, 0), dict.fromkeys(kinds, 0)
+    rng = np.random.default_rng(0)
+    for t in range(600):
+        if t % 3:  # elsewhere there is no goal
+            turns.ask(meta)
+        step = turns.step(rng.integers(5, size=6))
+        log.add(step, turns, 6 * t)
+        for name, goals in kinds.items():
+            chosen = step.option_ended & np.isin(step.goals, goals)
+            given[name] += int(chosen.sum())
+            reached[name] += int((chosen & step.reached).sum())
+    assert given["key"] > 20
+    assert given["new"] > 5
+    for name in kinds:
+        share = reached[name] / given[name] if given[name] else float("nan")
+        assert log.reached[f"reached_{name}"] == pytest.approx(share, nan_ok=True)
+    log.begin_update()
+    assert all(np.isnan(value) for value in log.reached.values())
+
+
+def test_the_graph_of_a_row_is_that_of_its_episode():
+    turns, log = make("expected_steps:20..80", n=12, size=11, max_steps=15), EpisodeLog(12)
+    seen = set()
+    for t in range(60):
+        names = turns.graph_names(turns.world.state.levels)
+        step = turns.step(np.ones(12, np.int64))
+        log.begin_update()
+        log.add(step, turns, t)
+        for row in log.ended:
+            assert row["graph"] == names[row["env"]]  # pyright: ignore[reportArgumentType]
+            seen.add(row["graph"])
+    assert seen == {graph.name for graph in turns.sampler.everything}
+    assert len(seen) > 2
+    assert GoalGraph.named("c").name in seen

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -39,8 +40,7 @@ def run(module: str, *arguments: str, cwd: Path) -> subprocess.CompletedProcess:
 
 
 def without_clock(state: dict) -> dict:
-    log = {name: value for name, value in state["log"].items() if name != "seconds_to"}
-    return {**state, "seconds": 0, "log": log}
+    return {**state, "seconds": 0, "compile_seconds": 0}
 
 
 @pytest.fixture(scope="module")
@@ -128,6 +128,56 @@ def test_resume_goes_on_and_keeps_the_metrics_in_order(trained, tmp_path):
     assert steps == sorted(set(steps))
     assert steps[-1] == 4096
     assert RunFolder.open(out).config().steps == 4096  # so that it can be interrupted and resumed once more
+
+
+def test_a_run_killed_in_the_middle_ends_with_the_episodes_and_evaluations_of_one_that_was_not(trained, tmp_path):
+    def evaluations(folder):
+        return [{name: text for name, text in row.items() if name != "seconds"} for row in folder.evaluations.read()]
+
+    shutil.copytree(trained, out := tmp_path / "run")
+    folder, whole = RunFolder.open(out), RunFolder.open(trained)
+    for path in sorted(folder.checkpoints.iterdir())[4:]:
+        path.unlink()
+    assert train.main(["--resume", str(out)]) == 0
+    assert folder.episodes.path.read_bytes() == whole.episodes.path.read_bytes()
+    assert evaluations(folder) == evaluations(whole)
+    assert len(whole.episodes.read()) > 50
+    assert len(evaluations(whole)) > 10
+
+
+def test_a_meta_controller_whose_memory_cannot_be_saved_is_warned_of_at_the_start(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "forgets_of_test.py").write_text(
+        "class Forgets:\n"
+        "    def __init__(self):\n        self.given = []\n"
+        "    def choose(self, observations, legal, situation):\n        return legal.argmax(axis=1)\n"
+        "    def observe(self, step, turns):\n        self.given.append(step.goals)\n"
+    )
+    try:
+        flags = [*FLAGS, "--steps", "512", "--meta", "forgets_of_test:Forgets", "--evaluations", "0", "--out", "run"]
+        assert train.main(flags) == 0
+    finally:
+        sys.modules.pop("forgets_of_test", None)
+    told = " ".join(capsys.readouterr().out.split())
+    assert "warning: the meta-controller forgets_of_test:Forgets has the method observe and attributes (given)" in told
+    assert not (tmp_path / "run" / "evaluations.csv").exists()
+    assert train.main([*FLAGS, "--steps", "512", "--evaluations", "0", "--out", "other"]) == 0
+    assert "warning" not in capsys.readouterr().out
+
+
+def test_the_stage_of_a_curriculum_is_in_the_console_the_table_and_the_summary(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    flags = ["--graph", "expected_steps:20..100", "--curriculum-stages", "3", *FLAGS[2:], "--evaluations", "1"]
+    assert train.main([*flags, "--steps", "1024", "--out", "run"]) == 0
+    told = capsys.readouterr().out
+    assert "stage 1 of 3" in told
+    assert "stage of the curriculum" in told
+    folder = RunFolder.open("run")
+    assert {row["stage"] for row in folder.metrics.numbers()} == {1.0}
+    summary = json.loads((folder.path / "summary.json").read_text())
+    assert (summary["stage"], summary["stages"]) == (1, 3)
+    graphs = {row["graph"] for row in folder.evaluations.read()}
+    assert len(graphs) > 3  # of all stages
 
 
 @pytest.mark.parametrize("option", [["--graph", "b"], ["--preset", "paper"], ["--out", "elsewhere"]])
@@ -227,6 +277,10 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--graph", "huge.toml"], "a grid holds at most 7 rooms"),
         (["--graph", "hitting_time:1000..2000"], "no goal graph"),
         (["--curriculum-stages", "3"], "needs a graph like"),
+        (["--reward", "none"], "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point"),
+        (["--reward", "nowhere:Nothing"], "there is no module 'nowhere' for the reward"),
+        (["--evaluations", "-1"], "evaluations must be at least 0"),
+        (["--evaluation-episodes", "0"], "evaluation_episodes at least 1"),
         (["--meta", "nobody"], "a meta-controller is one of"),
         (["--meta", "nowhere:Nobody"], "nowhere"),
         (["--network", "best"], "a network is one of"),
@@ -264,7 +318,6 @@ def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, m
     [
         (["--method", "sarsa"], {"method": "sarsa"}, "the methods are"),
         (["--goal-mask", "some"], {"goal_mask": "some"}, "goal_mask is one of"),
-        (["--reward", "none"], {"reward": "none"}, "reward is one of"),
         (["--features", "smell"], {"features": ("smell",)}, "features are"),
     ],
 )

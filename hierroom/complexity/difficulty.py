@@ -211,6 +211,11 @@ class GraphSampler:
         return int(self._counts[0])
 
     @property
+    def n_stages(self) -> int:
+        """How many stages there are: 1 where there is no curriculum."""
+        return 1 if self._curriculum is None else len(self._curriculum.stages)
+
+    @property
     def graphs(self) -> tuple[GoalGraph, ...]:
         """The graphs to sample from in the current stage."""
         return self.everything if self._curriculum is None else self._curriculum.stages[self.stage].graphs
@@ -253,9 +258,8 @@ class GraphSampler:
         Raises:
             InputError: if there is no such stage.
         """
-        n_stages = 1 if self._curriculum is None else len(self._curriculum.stages)
-        if not 0 <= state["curriculum"][0] < n_stages:
-            raise InputError(f"the stages are 0 to {n_stages - 1}; there is no stage {state['curriculum'][0]}")
+        if not 0 <= state["curriculum"][0] < self.n_stages:
+            raise InputError(f"the stages are 0 to {self.n_stages - 1}; there is no stage {state['curriculum'][0]}")
 
     def set_state(self, state: Mapping[str, NDArray]) -> None:
         """Restore what `get_state` returned, after `check_state`."""

@@ -171,7 +171,16 @@ def freeze(
 
 def meta_seed(seed: int) -> int:
     """A seed for what a meta-controller draws, so that the controller, who has the run's own, draws other numbers."""
-    return int(np.random.SeedSequence([seed, 1]).generate_state(1)[0])
+    return _derived(seed, 1)
+
+
+def evaluation_seed(seed: int) -> int:
+    """A seed for evaluating while a run trains, so that it plays other levels than it learns from."""
+    return _derived(seed, 2)
+
+
+def _derived(seed: int, purpose: int) -> int:
+    return int(np.random.SeedSequence([seed, purpose]).generate_state(1)[0])
 
 
 def _make_learner(

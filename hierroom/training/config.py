@@ -40,6 +40,9 @@ class TrainConfig:
             large (for grids of 31 cells and more), learned (for a learned meta-controller, which implies it) or paper
             (section 3 of the paper). It is kept so that the run's name can tell what differs from it.
         steps: primitive steps to train for, over all environments.
+        evaluations: how often the agents are evaluated while they learn, apart from training and the same levels each
+            time: before the first step, and so many times after, at equal ratios of the steps. 0: never.
+        evaluation_episodes: episodes of each.
         seed: fixes levels, weights, actions and shuffles.
         num_envs: environments trained in side by side.
         threads: threads to compute with where there is enough to share, from 128 environments on; results do not
@@ -55,6 +58,8 @@ class TrainConfig:
     meta_ppo: PPOConfig = META_PPO
     preset: PresetName = "default"
     steps: int = 1_000_000
+    evaluations: int = 16
+    evaluation_episodes: int = 100
     seed: int = 0
     num_envs: int = 64
     threads: int = min(2, os.cpu_count() or 1)

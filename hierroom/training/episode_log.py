@@ -1,77 +1,129 @@
-"""Statistics of the most recent episodes."""
+"""The episodes of training: a row for each that ends, and what the last of them were like."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+import torch
 
+from hierroom.goals import N_COLOURS, NO_GOAL, ROOM_GOAL_NAMES, room_goals
 from hierroom.step import Step
+from hierroom.turns import Turns
 
 WINDOW = 500
-"""Number of episodes over which success and length are averaged."""
+"""Number of episodes over which success, length and return are averaged."""
 MILESTONES = (50, 90, 95, 99)
 """Success rates in percent whose first crossing is recorded."""
 
+OPTION_KINDS = ("key", "door", "exit", "new")
+"""Kinds of goals; without a goal the controller is asked for something new."""
+
 
 class EpisodeLog:
-    """Success rate and length of the last 500 episodes, and when the success rate first crossed each milestone.
+    """Success, length and return of the last 500 episodes, and all that there is to say of those that just ended.
+
+    Args:
+        num_envs: environments N.
 
     Attributes:
         episodes: number of episodes that have ended.
-        steps_to: for each milestone crossed (in percent), the number of primitive steps until then.
-        seconds_to: the same in seconds of training.
+        ended: rows of ``episodes.csv`` for the episodes that ended since `begin_update`.
+        steps_to: for each milestone that the window's success crossed (in percent), the primitive steps until then.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, num_envs: int) -> None:
         self.episodes = 0
+        self.ended: list[dict[str, object]] = []
         self.steps_to: dict[int, int] = {}
-        self.seconds_to: dict[int, float] = {}
-        self._successes: deque[bool] = deque(maxlen=WINDOW)
-        self._lengths: deque[int] = deque(maxlen=WINDOW)
+        self._window: dict[str, deque[float]] = {name: deque(maxlen=WINDOW) for name in ("success", "length", "return")}
+        self._returns = np.zeros(num_envs)
+        self._goals: list[list[int]] = [[] for _ in range(num_envs)]
+        self._options = np.zeros((2, len(OPTION_KINDS)), np.int64)  # those that ended, those that reached their goal
 
-    def add(self, step: Step, steps: int, seconds: float) -> None:
-        """Record the episodes that a step ended, in the order of their environments.
+    def begin_update(self) -> None:
+        """Forget what was only to be said of the steps before the last update."""
+        self.ended.clear()
+        self._options[:] = 0
+
+    def add(self, step: Step, turns: Turns, steps: int) -> None:
+        """Record a step, and the episodes that it ended in the order of their environments.
 
         Args:
-            step: the outcome of the step.
+            step: the step.
+            turns: the environments in which it was taken, which begin their next episodes by themselves.
             steps: number of primitive steps trained so far.
-            seconds: seconds trained so far.
         """
+        self._returns += step.rewards
+        kinds = np.where(step.goals == NO_GOAL, OPTION_KINDS.index("new"), step.goals // N_COLOURS)
+        for row, chosen in enumerate((step.option_ended, step.reached)):
+            self._options[row] += np.bincount(kinds[chosen], minlength=len(OPTION_KINDS))
+        for env in np.flatnonzero(step.events != NO_GOAL).tolist():
+            self._goals[env].append(int(step.events[env]))
         ended = np.flatnonzero(step.episode_ended)
         if not len(ended):
             return
+        finals = turns.world.finals[ended]
+        for env, final, graph in zip(ended.tolist(), finals, turns.graph_names(finals), strict=True):
+            achieved_return = round(float(self._returns[env]), 6)
+            numbers = {
+                "success": int(step.terminated[env]),
+                "length": int(step.lengths[env]),
+                "return": achieved_return,
+            }
+            for name, value in numbers.items():
+                self._window[name].append(value)
+            goals = room_goals(np.array(self._goals[env], np.int64), final["branches"])
+            named = " > ".join(ROOM_GOAL_NAMES[goal] for goal in goals)
+            self.ended.append({"steps": steps, "env": env, "graph": graph, **numbers, "goals": named})
+            self._returns[env], self._goals[env] = 0.0, []
         self.episodes += len(ended)
-        self._successes.extend(step.terminated[ended].tolist())
-        self._lengths.extend(step.lengths[ended].tolist())
-        if len(self._successes) == WINDOW:
+        if len(self._window["success"]) == WINDOW:
             for milestone in MILESTONES:
                 if milestone not in self.steps_to and self.success_rate >= milestone / 100:
-                    self.steps_to[milestone], self.seconds_to[milestone] = steps, seconds
+                    self.steps_to[milestone] = steps
 
     @property
     def success_rate(self) -> float:
         """Fraction of the window's episodes that reached the exit; 0 before the first episode ends."""
-        return float(np.mean(self._successes)) if self._successes else 0.0
+        return self._mean("success") if self.episodes else 0.0
 
     @property
     def episode_length(self) -> float:
         """Mean length of the window's episodes in primitive steps; NaN before the first episode ends."""
-        return float(np.mean(self._lengths)) if self._lengths else float("nan")
+        return self._mean("length")
 
-    def state_dict(self) -> dict:
-        """The complete state as plain types."""
+    @property
+    def episode_return(self) -> float:
+        """Mean sum of the controller's rewards in the window's episodes; NaN before the first episode ends."""
+        return self._mean("return")
+
+    @property
+    def reached(self) -> dict[str, float]:
+        """The share of the options ended since `begin_update` that reached their goal, by its kind; NaN of none."""
+        ended, reached = self._options.tolist()
+        shares = zip(OPTION_KINDS, ended, reached, strict=True)
+        return {f"reached_{kind}": got / n if n else float("nan") for kind, n, got in shares}
+
+    def _mean(self, name: str) -> float:
+        return float(np.mean(self._window[name])) if self._window[name] else float("nan")
+
+    def state_dict(self) -> dict[str, Any]:
+        """The complete state, but for what has ended, as tensors and plain types."""
         return {
             "episodes": self.episodes,
             "steps_to": dict(self.steps_to),
-            "seconds_to": dict(self.seconds_to),
-            "successes": list(self._successes),
-            "lengths": list(self._lengths),
+            "window": {name: list(values) for name, values in self._window.items()},
+            "returns": torch.from_numpy(self._returns.copy()),
+            "goals": [list(goals) for goals in self._goals],
         }
 
-    def load_state_dict(self, state: dict) -> None:
+    def load_state_dict(self, state: Mapping[str, Any]) -> None:
         """Restore what `state_dict` returned."""
-        self.episodes = state["episodes"]
-        self.steps_to, self.seconds_to = dict(state["steps_to"]), dict(state["seconds_to"])
-        self._successes = deque(state["successes"], WINDOW)
-        self._lengths = deque(state["lengths"], WINDOW)
+        self.episodes, self.steps_to = state["episodes"], dict(state["steps_to"])
+        self._window = {name: deque(values, WINDOW) for name, values in state["window"].items()}
+        self._returns = state["returns"].numpy().copy()
+        self._goals = [list(goals) for goals in state["goals"]]
+        self.ended = []

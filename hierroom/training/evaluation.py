@@ -1,22 +1,23 @@
-"""Evaluation of a player: success, length, and steps to each goal over some episodes."""
+"""Evaluation of a player: success, length, and steps to each goal over some episodes, by goal graph and in all."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from hierroom.agents.player import Player, play
-from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS
+from hierroom.goals import EXIT_GOAL, N_COLOURS, ROOM_GOAL_NAMES, room_goals
 from hierroom.turns import Turns
 
 
 @dataclass(frozen=True)
-class Evaluation:
-    """The results of a player over some episodes.
+class Score:
+    """How well a player did in some episodes.
 
     Args:
         episodes: number of episodes.
@@ -24,9 +25,8 @@ class Evaluation:
         success_interval: its 95% confidence interval (Wilson 1927).
         length: mean length in primitive steps.
         length_over_shortest: mean length divided by mean shortest possible length, over the episodes that reached the
-            exit.
-        steps_to_goals: for each goal (key and door of room 1, 2, ...; exit) the fraction of episodes that achieved it
-            and the mean step at which they first did.
+            exit; NaN if none did.
+        mean_return: mean sum of the controller's rewards, undiscounted.
     """
 
     episodes: int
@@ -34,7 +34,35 @@ class Evaluation:
     success_interval: tuple[float, float]
     length: float
     length_over_shortest: float
+    mean_return: float
+
+
+@dataclass(frozen=True)
+class Evaluation(Score):
+    """The results of a player over some episodes.
+
+    Args:
+        steps_to_goals: for each goal (key and door of room 1, 2, ...; exit) the fraction of episodes that achieved it
+            and the mean step at which they first did.
+        graphs: the same numbers for each goal graph that was played, by its name, the easiest first.
+    """
+
     steps_to_goals: dict[str, tuple[float, float]]
+    graphs: dict[str, Score]
+
+
+class _Episodes(NamedTuple):
+    """[E] of each: what there is to know of episodes."""
+
+    graphs: NDArray[np.str_]
+    successes: NDArray[np.bool_]
+    lengths: NDArray[np.integer]
+    shortest: NDArray[np.integer]
+    returns: NDArray[np.float64]
+    firsts: NDArray[np.integer]
+
+    def where(self, chosen: NDArray[np.bool_]) -> _Episodes:
+        return _Episodes._make(values[chosen] for values in self)
 
 
 def evaluate(
@@ -48,51 +76,61 @@ def evaluate(
         episodes: least number of episodes in all.
         progress: called with the number of episodes done so far.
     """
-    levels = turns.world.state.levels[["branches", "n_rooms"]].copy()
-    n_rooms = 0
-    firsts = np.zeros((len(turns), 2 * N_COLOURS + 1), np.int64)
-    successes, lengths, shortest, goal_steps = [], [], [], []
+    levels, returns = turns.world.state.levels.copy(), np.zeros(len(turns))
+    firsts, n_rooms = np.zeros((len(turns), len(ROOM_GOAL_NAMES)), np.int64), 0
+    parts = []
     for played in play(turns, player, episodes, progress):
         step, counted = played.step, played.ended
+        returns += step.rewards
         _note_goals(firsts, levels["branches"], step.events, step.lengths)
-        successes.append(step.terminated[counted])
-        lengths.append(step.lengths[counted])
-        shortest.append(step.shortest[counted])
-        goal_steps.append(firsts[counted])
+        if len(counted):
+            graphs = np.array(turns.graph_names(levels[counted]))
+            told = (step.terminated, step.lengths, step.shortest, returns, firsts)
+            parts.append((graphs, *(values[counted] for values in told)))
+            n_rooms = max(n_rooms, int(levels["n_rooms"][counted].max()))
         ended = np.flatnonzero(step.episode_ended)
-        firsts[ended] = 0
-        n_rooms = int(levels["n_rooms"][counted].max(initial=n_rooms))
-        levels[ended] = turns.world.state.levels[["branches", "n_rooms"]][ended]
-    success, length, best = np.concatenate(successes), np.concatenate(lengths), np.concatenate(shortest)
-    interval = binomtest(int(success.sum()), len(success)).proportion_ci(method="wilson")
+        firsts[ended], returns[ended], levels[ended] = 0, 0.0, turns.world.state.levels[ended]
+    played_episodes = _Episodes._make(map(np.concatenate, zip(*parts, strict=True)))
+    names = [graph.name for graph in turns.sampler.everything]
     return Evaluation(
+        **vars(_score(played_episodes)),
+        steps_to_goals=_goal_table(played_episodes.firsts, n_rooms),
+        graphs={
+            name: _score(played_episodes.where(played_episodes.graphs == name))
+            for name in dict.fromkeys(names)
+            if (played_episodes.graphs == name).any()
+        },
+    )
+
+
+def _score(episodes: _Episodes) -> Score:
+    success, length = episodes.successes, episodes.lengths
+    interval = binomtest(int(success.sum()), len(success)).proportion_ci(method="wilson")
+    shortest = episodes.shortest[success].mean() if success.any() else float("nan")
+    return Score(
         episodes=len(success),
         success_rate=float(success.mean()),
         success_interval=(float(interval.low), float(interval.high)),
         length=float(length.mean()),
-        length_over_shortest=float(length[success].mean() / best[success].mean()) if success.any() else float("nan"),
-        steps_to_goals=_goal_table(np.concatenate(goal_steps), n_rooms),
+        length_over_shortest=float(length[success].mean() / shortest) if success.any() else float("nan"),
+        mean_return=float(episodes.returns.mean()),
     )
 
 
 def _note_goals(firsts: NDArray, branches: NDArray, events: NDArray, lengths: NDArray) -> None:
     """Write the step at which each goal was first achieved into ``firsts`` [N, 13]: keys, doors by room, then exit."""
     envs = np.flatnonzero(events >= 0)
-    goals = events[envs].copy()
-    is_object = goals < EXIT_GOAL
-    branch = branches[envs[is_object], goals[is_object] % FIRST_DOOR_GOAL]
-    goals[is_object] = goals[is_object] // FIRST_DOOR_GOAL * FIRST_DOOR_GOAL + branch
+    goals = room_goals(events[envs], branches[envs])
     is_first = firsts[envs, goals] == 0
     firsts[envs[is_first], goals[is_first]] = lengths[envs[is_first]]
 
 
 def _goal_table(firsts: NDArray, n_rooms: int) -> dict[str, tuple[float, float]]:
-    columns = {f"key {r}": r - 1 for r in range(1, n_rooms)}
-    columns |= {f"door {r}": FIRST_DOOR_GOAL + r - 1 for r in range(1, n_rooms)}
-    columns["exit"] = EXIT_GOAL
+    columns = [c for c in range(len(ROOM_GOAL_NAMES)) if c == EXIT_GOAL or c % N_COLOURS < n_rooms - 1]
     table = {}
-    for name, column in columns.items():
+    for column in columns:
         steps = firsts[:, column]
         achieved = steps > 0
-        table[name] = (float(achieved.mean()), float(steps[achieved].mean()) if achieved.any() else float("nan"))
+        mean = float(steps[achieved].mean()) if achieved.any() else float("nan")
+        table[ROOM_GOAL_NAMES[column]] = (float(achieved.mean()), mean)
     return table

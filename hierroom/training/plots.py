@@ -6,14 +6,17 @@ import io
 from pathlib import Path
 
 from hierroom.files import write_atomically
+from hierroom.training.episode_log import WINDOW
+from hierroom.training.learning_curve import LearningCurve
 from hierroom.training.run_folder import RunFolder
 
 
-def plot_learning_curve(run: RunFolder, path: Path) -> None:
+def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path) -> None:
     """Plot success rate and episode length over the steps trained, as a PNG.
 
     Args:
         run: folder of the run.
+        curve: its evaluations; None where there are none.
         path: the file to write.
 
     Raises:
@@ -24,15 +27,19 @@ def plot_learning_curve(run: RunFolder, path: Path) -> None:
     rows = run.metrics.numbers()
     steps = [row["steps"] / 1e6 for row in rows]
     figure = Figure(figsize=(8, 3.2), layout="constrained")
-    success, length = figure.subplots(1, 2)
-    success.plot(steps, [100 * row["success_rate"] for row in rows], color="tab:green")
-    success.set(ylim=(0, 101), ylabel="success (%)", title="reached the exit")
-    length.plot(steps, [row["episode_length"] for row in rows], color="tab:blue")
-    length.set(ylim=(0, None), ylabel="steps", title="episode length")
-    for axes in (success, length):
+    panels = figure.subplots(1, 2)
+    windows = [100 * row["success_rate"] for row in rows], [row["episode_length"] for row in rows]
+    evaluated = None if curve is None else (100 * curve.success, curve.length)
+    for n, axes in enumerate(panels):
+        axes.plot(steps, windows[n], color="tab:orange", linewidth=1, label=f"training, last {WINDOW} episodes")
+        if curve is not None and evaluated is not None:
+            axes.plot(curve.steps / 1e6, evaluated[n], color="tab:blue", marker="o", markersize=3, label="evaluated")
         axes.set_xlabel("primitive steps (millions)")
         axes.grid(alpha=0.3)
-    figure.suptitle(f"{run.path.name}: mean over the last 500 episodes")
+    panels[0].set(ylim=(-2, 102), ylabel="success (%)", title="reached the exit")
+    panels[1].set(ylim=(0, None), ylabel="steps", title="episode length")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    figure.suptitle(run.path.name)
     picture = io.BytesIO()
     figure.savefig(picture, format="png", dpi=120)
     write_atomically(path, picture.getvalue())

@@ -16,7 +16,7 @@ from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.training.config import TrainConfig
 from hierroom.training.csv_table import CSVTable
 
-CHECKPOINT_FORMAT = 5
+CHECKPOINT_FORMAT = 6
 
 
 class RunFolder:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,13 +14,16 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
-from torch.utils.tensorboard import SummaryWriter
 
+from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.errors import InputError
+from hierroom.meta import unsaved_memory
 from hierroom.options import META
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import MILESTONES, WINDOW
+from hierroom.training.events import Events
 from hierroom.training.interrupt import Interrupt
+from hierroom.training.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.training.plots import plot_learning_curve
 from hierroom.training.provenance import record_session
 from hierroom.training.run_folder import RunFolder, claim_folder
@@ -77,6 +81,15 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
     torch.set_num_threads(1)  # more threads gain nothing at these sizes
     console = Console()
     console.print(f"{trainer.config.title}, into {escape(str(folder.path))}", soft_wrap=True)
+    meta = trainer.agents[META]
+    if isinstance(meta, ScriptedAgent) and (unsaved := unsaved_memory(meta.meta)):
+        name = trainer.config.resolved_method.meta
+        console.print(
+            f"warning: the meta-controller {name} has {unsaved}, but not both state_dict and load_state_dict: what it "
+            "remembers is not saved, so a resumed run may go on differently",
+            markup=False,
+            soft_wrap=True,
+        )
     with Interrupt() as interrupt:
         train(trainer, folder, console, interrupt)
     if not trainer.is_done:
@@ -88,9 +101,13 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
 
 
 def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Interrupt) -> None:
-    """Train until the end or an interrupt, with a progress bar, metrics, TensorBoard events and checkpoints."""
-    total = trainer.config.steps
+    """Train until the end or an interrupt, with a progress bar, tables, TensorBoard events and checkpoints."""
+    config = trainer.config
+    total, sampler = config.steps, trainer.turns.sampler
     next_row, next_checkpoint = trainer.steps, trainer.steps + total // CHECKPOINTS_PER_RUN
+    evaluated_at = max((int(row["steps"]) for row in folder.evaluations.read()), default=-1)
+    points = deque(point for point in evaluation_points(total, config.evaluations) if point > evaluated_at)
+    evaluated = ""
     columns = (
         TextColumn("{task.percentage:3.0f}%"),
         BarColumn(),
@@ -98,52 +115,83 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
         TimeRemainingColumn(),
         TextColumn("left"),
     )
-    with Progress(*columns, console=console) as bar, SummaryWriter(str(folder.path)) as events:
+    with Progress(*columns, console=console) as bar, Events(folder.path, config) as events:
         task = bar.add_task("", total=total, completed=trainer.steps, status="the first run compiles,")
         is_last = trainer.is_done
-        while not is_last:
+        while True:
+            if points and (trainer.steps >= points[0] or trainer.is_done):
+                while points and points[0] <= trainer.steps:
+                    points.popleft()
+                evaluation = trainer.evaluate()
+                folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
+                events.add_evaluation(trainer.steps, evaluation)
+                evaluated = f" (evaluated {evaluation.success_rate:.0%})"
+            if trainer.steps and (trainer.steps >= next_checkpoint or is_last):
+                next_checkpoint += total // CHECKPOINTS_PER_RUN
+                folder.save_checkpoint(trainer.state_dict())
+            if is_last:
+                break
             trainer.advance()
             is_last = trainer.is_done or interrupt.is_requested
             row = trainer.metrics()
+            stage = f"stage {row['stage']:.0f} of {sampler.n_stages}, " if "stage" in row else ""
             status = (
-                f"{trainer.steps / trainer.seconds:,.0f} steps/s, success {row['success_rate']:.1%}, "
+                f"{row['steps_per_second']:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated}, "
                 f"length {row['episode_length']:.0f},"
             )
             bar.update(task, completed=min(trainer.steps, total), status=status)
+            folder.episodes.append(trainer.log.ended)
             if trainer.steps >= next_row or is_last:
                 next_row += total // ROWS_PER_RUN
                 folder.metrics.append([row])
-                for name, value in row.items():
-                    events.add_scalar(name, value, trainer.steps)
-            if trainer.steps >= next_checkpoint or is_last:
-                next_checkpoint += total // CHECKPOINTS_PER_RUN
-                folder.save_checkpoint(trainer.state_dict())
+                events.add_metrics(row)
+        if trainer.is_done:
+            events.add_hyperparameters(learning_curve(folder))
+
+
+def learning_curve(folder: RunFolder) -> LearningCurve | None:
+    """The learning curve of a run, or None if it was not evaluated."""
+    rows = folder.evaluations.read()
+    return LearningCurve.of_rows(rows) if rows else None
 
 
 def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     """Write the summary and pictures, and print the results."""
-    summary = trainer.summary()
+    curve, summary = learning_curve(folder), trainer.summary()
+    crossings = {milestone: curve and curve.first_crossing(milestone) for milestone in MILESTONES}
+    for n, name in enumerate(("steps", "seconds")):
+        summary |= {f"{name}_to_{milestone}": crossing and crossing[n] for milestone, crossing in crossings.items()}
+    if curve is not None:
+        summary |= {"evaluated_success_rate": float(curve.success[-1]), "evaluated_length": float(curve.length[-1])}
     folder.save_summary(summary)
-    curve, picture = folder.path / "learning_curve.png", folder.path / "escape.gif"
-    plot_learning_curve(folder, curve)
+    picture, escape_picture = folder.path / "learning_curve.png", folder.path / "escape.gif"
+    plot_learning_curve(folder, curve, picture)
     table = Table(title=escape(folder.path.name), show_header=False)
     table.add_column("")
     table.add_column("", justify="right")
-    table.add_row(f"success, last {min(WINDOW, summary['episodes'])} episodes", f"{summary['success_rate']:.1%}")
-    table.add_row("episode length", f"{summary['episode_length']:.1f}")
+    if curve is not None:
+        table.add_row(
+            f"success, evaluated over {trainer.config.evaluation_episodes} episodes", f"{curve.success[-1]:.1%}"
+        )
+        table.add_row("episode length, evaluated", f"{curve.length[-1]:.1f}")
+    table.add_row(
+        f"success, last {min(WINDOW, summary['episodes'])} episodes of training", f"{summary['success_rate']:.1%}"
+    )
     table.add_row("steps", f"{summary['steps']:,}")
-    for milestone in MILESTONES:
-        steps = summary[f"steps_to_{milestone}"]
-        table.add_row(f"steps to {milestone}% success", f"{steps:,}" if steps else "-")
-    table.add_row("seconds", f"{summary['seconds']:.1f}")
+    for milestone, crossing in crossings.items():
+        table.add_row(f"steps to {milestone}% success, evaluated", f"{crossing[0]:,.0f}" if crossing else "-")
+    if "stage" in summary:
+        table.add_row("stage of the curriculum", f"{summary['stage']} of {summary['stages']}")
+    table.add_row("seconds of training", f"{summary['seconds']:.1f}")
+    table.add_row("seconds of compilation", f"{summary['compile_seconds']:.1f}")
     table.add_row("steps per second", f"{summary['steps_per_second']:,.0f}")
     table.add_row("memory of the rollout", f"{summary['rollout_bytes'] / 2**20:.1f} MiB")
     console.print(table)
     frames = next(escapes(trainer), None)
     if frames:
-        animate(frames, picture)
-    console.print(f"learning curve  {curve}", soft_wrap=True)
-    console.print(f"one escape      {picture if frames else 'none in 20 episodes'}", soft_wrap=True)
+        animate(frames, escape_picture)
+    console.print(f"learning curve  {picture}", soft_wrap=True)
+    console.print(f"one escape      {escape_picture if frames else 'none in 20 episodes'}", soft_wrap=True)
     console.print(f"evaluate it     python -m hierroom.evaluate {shlex.quote(str(folder.path))}", soft_wrap=True)
 
 

@@ -11,12 +11,17 @@ import torch
 from hierroom.agents.player import Pair
 from hierroom.errors import InputError
 from hierroom.options import CONTROLLER, META
-from hierroom.training.assembly import freeze, make_agents, make_turns
+from hierroom.training.assembly import evaluation_seed, freeze, make_agents, make_turns
+from hierroom.training.compile_clock import compile_clock
 from hierroom.training.config import TrainConfig
-from hierroom.training.episode_log import MILESTONES, EpisodeLog
+from hierroom.training.episode_log import EpisodeLog
+from hierroom.training.evaluation import Evaluation, evaluate
 from hierroom.training.run_folder import RunFolder
 from hierroom.turns import Turns
 from hierroom.world.layout import LEVEL
+
+MAX_EVALUATION_ENVS = 100
+"""Environments that are evaluated in side by side, at most."""
 
 
 class Trainer:
@@ -31,7 +36,8 @@ class Trainer:
         turns: the environments.
         config: what is trained.
         steps: primitive steps taken so far, over all environments.
-        seconds: seconds spent in `advance` so far.
+        seconds: seconds spent in `advance` so far, compilation left out.
+        compile_seconds: seconds that compilation took in it.
         log: what the last episodes were like.
 
     Raises:
@@ -41,6 +47,11 @@ class Trainer:
     def __init__(self, config: TrainConfig):
         if config.steps < 1:
             raise InputError(f"steps must be at least 1, not {config.steps}")
+        if config.evaluations < 0 or config.evaluation_episodes < 1:
+            raise InputError(
+                "evaluations must be at least 0 and evaluation_episodes at least 1, "
+                f"not {config.evaluations} and {config.evaluation_episodes}"
+            )
         self.config = config
         self.turns = make_turns(config, config.num_envs, config.seed)
         self.turns.world.stagger_clocks()
@@ -49,9 +60,10 @@ class Trainer:
         self.controller = controller
         if config.warm_start:
             self._warm_start(RunFolder.open(config.warm_start))
-        self.log = EpisodeLog()
+        self.log = EpisodeLog(config.num_envs)
         self.steps = 0
-        self.seconds = 0.0
+        self.seconds = self.compile_seconds = 0.0
+        self._speed = float("nan")
 
     @property
     def is_done(self) -> bool:
@@ -60,7 +72,9 @@ class Trainer:
 
     def advance(self) -> None:
         """Act in every environment until the controller has learned once more (paper, Algorithm 1)."""
-        started = time.perf_counter() - self.seconds
+        clock = compile_clock()
+        started, compiled, steps = time.perf_counter(), clock.seconds, self.steps
+        self.log.begin_update()
         while not self.controller.ready:
             for name in self.agents:  # meta_0 first
                 self._act(name)
@@ -68,10 +82,14 @@ class Trainer:
             for name, transition in transitions.items():
                 self.agents[name].record(transition, self.turns)
             self.steps += len(self.turns)
-            self.log.add(transitions[CONTROLLER].step, self.steps, time.perf_counter() - started)
+            self.log.add(transitions[CONTROLLER].step, self.turns, self.steps)
         self._act(META)  # the controller's next observation holds its next goal
         self._learn(CONTROLLER)
-        self.seconds = time.perf_counter() - started
+        compiled = clock.seconds - compiled
+        seconds = time.perf_counter() - started - compiled
+        self.compile_seconds += compiled
+        self.seconds += seconds
+        self._speed = (self.steps - steps) / seconds
 
     def _act(self, name: str) -> None:
         """Let an agent take its turn wherever it is due; before that it learns, if it has taken turns enough."""
@@ -102,30 +120,44 @@ class Trainer:
         """What the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
         return freeze(self.agents[META], self.controller, num_envs, seed=seed, is_greedy=is_greedy)
 
+    def evaluate(self) -> Evaluation:
+        """How well the agents do now, apart from training, on the same levels whenever this is asked."""
+        num_envs, seed = min(MAX_EVALUATION_ENVS, self.config.evaluation_episodes), evaluation_seed(self.config.seed)
+        player = self.freeze(num_envs, seed=seed)
+        return evaluate(player, self.fresh_turns(num_envs, seed), self.config.evaluation_episodes)
+
     def metrics(self) -> dict[str, float]:
-        """One row of numbers on how training stands."""
+        """One row of numbers on how training stands; the stage of a curriculum is counted from 1."""
+        sampler = self.turns.sampler
         return {
             "steps": self.steps,
             "seconds": self.seconds,
+            "compile_seconds": self.compile_seconds,
+            "steps_per_second": self._speed,
             "episodes": self.log.episodes,
             "success_rate": self.log.success_rate,
             "episode_length": self.log.episode_length,
+            "episode_return": self.log.episode_return,
+            **self.log.reached,
+            **({"stage": sampler.stage + 1} if sampler.n_stages > 1 else {}),
             **self.controller.statistics,
             **{f"meta_{name}": value for name, value in self.agents[META].statistics.items()},
         }
 
     def summary(self) -> dict[str, Any]:
         """What is left to be said at the end of training."""
+        sampler = self.turns.sampler
         return {
             "success_rate": self.log.success_rate,
             "episode_length": self.log.episode_length,
+            "episode_return": self.log.episode_return,
             "episodes": self.log.episodes,
             "steps": self.steps,
             "seconds": self.seconds,
+            "compile_seconds": self.compile_seconds,
             "steps_per_second": self.steps / self.seconds if self.seconds else 0.0,
             "rollout_bytes": self.controller.learner.n_rollout_bytes,
-            **{f"steps_to_{m}": self.log.steps_to.get(m) for m in MILESTONES},
-            **{f"seconds_to_{m}": self.log.seconds_to.get(m) for m in MILESTONES},
+            **({"stage": sampler.stage + 1, "stages": sampler.n_stages} if sampler.n_stages > 1 else {}),
         }
 
     def state_dict(self) -> dict[str, Any]:
@@ -139,6 +171,7 @@ class Trainer:
             "log": self.log.state_dict(),
             "steps": self.steps,
             "seconds": self.seconds,
+            "compile_seconds": self.compile_seconds,
         }
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
@@ -151,4 +184,4 @@ class Trainer:
         for name, agent in self.agents.items():
             agent.load_state_dict(state["agents"][name])
         self.log.load_state_dict(state["log"])
-        self.steps, self.seconds = state["steps"], state["seconds"]
+        self.steps, self.seconds, self.compile_seconds = state["steps"], state["seconds"], state["compile_seconds"]

@@ -1,0 +1,43 @@
+"""How long Numba has compiled, so that compilation does not count as training."""
+
+from __future__ import annotations
+
+import time
+from functools import cache
+
+from numba.core import event
+
+_EVENT = "numba:compile"
+
+
+class CompileClock(event.Listener):
+    """Adds up the time that this process compiles; what is loaded from the cache on disk is not compiled again.
+
+    Attributes:
+        seconds: so far.
+    """
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self._depth = 0
+        self._started = 0.0
+
+    def on_start(self, event: event.Event) -> None:
+        """Compilation of a function begins, maybe within that of another one."""
+        if self._depth == 0:
+            self._started = time.perf_counter()
+        self._depth += 1
+
+    def on_end(self, event: event.Event) -> None:
+        """Compilation of a function ends."""
+        self._depth -= 1
+        if self._depth == 0:
+            self.seconds += time.perf_counter() - self._started
+
+
+@cache
+def compile_clock() -> CompileClock:
+    """The clock of this process, which runs from the first call on."""
+    clock = CompileClock()
+    event.register(_EVENT, clock)
+    return clock
