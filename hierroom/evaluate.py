@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -61,6 +62,7 @@ def main() -> int:
 
     from hierroom.training.assembly import load_run
     from hierroom.training.evaluation import evaluate
+    from hierroom.training.provenance import changed_modules
     from hierroom.training.run_folder import RunFolder
 
     torch.set_num_threads(1)  # as in training
@@ -69,6 +71,9 @@ def main() -> int:
     chosen: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
     chosen |= {"seed": arguments.seed, "meta": arguments.meta, "steps": arguments.checkpoint}
     played = {name: load_run(folder, num_envs, is_greedy=name == "greedy", **chosen) for name in ("sampled", "greedy")}
+    config = folder.config()
+    for line in changed_modules(folder.path, config.changed(meta=None) if arguments.meta else config):
+        print(f"warning: {line}", file=sys.stderr)
     results: dict[str, Evaluation] = {}
     with Progress(console=Console(stderr=True), transient=True) as bar:
         for name, (turns, pair) in played.items():

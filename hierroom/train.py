@@ -12,7 +12,8 @@ import tyro
 from hierroom.cli import program, run
 from hierroom.errors import InputError
 from hierroom.training.config import TrainConfig
-from hierroom.training.presets import PRESETS, PresetName, find_preset
+from hierroom.training.config_file import read_config
+from hierroom.training.presets import find_preset, implied_preset
 
 _ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
 
@@ -22,37 +23,40 @@ class TrainArguments:
     """Train an agent in EscapeRooms and write a run folder.
 
     Args:
-        preset: what the other options start from: default, long (for five million steps and the shortest ways),
-            large (for grids of 31 cells and more), learned (for --meta learned, which implies it) or paper (section 3
-            of the paper).
-        out: the run folder, new; by default runs/ and the run's name.
+        config_file: a TOML file of options named as here, with underscores (num_envs = 32), or the config.json of a run
+            to repeat; what the command line names counts more.
+        out: the run folder, new; by default runs/ and a name that shows what differs from the preset.
         resume: a run folder to go on with; only --steps, --threads and --device may be given beside it.
     """
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
-    preset: PresetName | None = None
+    config_file: Annotated[Path | None, tyro.conf.arg(name="config")] = None
     out: Path | None = None
     resume: Path | None = None
 
 
 def parse(argv: list[str] | None = None) -> TrainArguments:
-    """The arguments of the command line; unnamed options come from the preset or the run that is resumed.
+    """The arguments of the command line; unnamed options come from a file, the preset or the run that is resumed.
 
     Raises:
-        InputError: if the preset or the run does not exist, or a resumed run is given other options.
+        InputError: if the file, the preset or the run cannot be used, or a resumed run is given other options.
     """
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
-    for name in ("--preset", "--meta", "--resume", "--out"):
+    for name in ("--preset", "--meta", "--config", "--resume", "--out"):
         first.add_argument(name)
     try:
         known, _ = first.parse_known_args(argv)
     except argparse.ArgumentError as error:
         raise InputError(str(error)) from error
-    if known.resume and (known.preset is not None or known.out is not None):
+    if known.resume and not (known.preset is known.config is known.out is None):
         raise InputError(_ONLY_BESIDE_RESUME)
-    # A meta-controller that needs other settings than the default has a preset of its own name.
-    preset = known.preset or (known.meta if known.meta in PRESETS else "default")
-    default = _config_of(known.resume) if known.resume else find_preset(preset)
+    if known.resume:
+        default = _config_of(known.resume)
+    elif known.config:
+        named = {"preset": known.preset, "meta": known.meta}
+        default = read_config(known.config, **{name: value for name, value in named.items() if value is not None})
+    else:
+        default = find_preset(known.preset or implied_preset(known.meta))
     start = TrainArguments(config=default)
     arguments = tyro.cli(TrainArguments, prog=program("train"), default=start, args=argv)
     config = arguments.config

@@ -15,7 +15,8 @@ from hierroom.cli import COMMANDS
 from hierroom.env_config import GoalMaskName, RewardName
 from hierroom.rewards import REWARDS
 from hierroom.situation import GOAL_MASKS
-from hierroom.training.presets import PRESETS, PresetName
+from hierroom.training.config import PresetName
+from hierroom.training.presets import PRESETS
 
 
 def run(*arguments, env=None):
@@ -71,7 +72,7 @@ def test_choices_are_shown_and_options_grouped():
     assert "--method {ppo,ppo-bonus," in text
     assert "--goal-mask {reachable,existing,seen,none}" in text
     assert "--reward REWARD" in text
-    assert "--preset {None,default,long,large,learned,paper}" in text
+    assert "--preset {default,long,large,learned,paper}" in text
 
 
 @pytest.mark.parametrize("name", [name for name in COMMANDS if name != "paper"])

@@ -9,7 +9,7 @@ import dataclasses
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import Any, Literal
 
 import tyro
 
@@ -18,6 +18,9 @@ from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.learners.config import PPOConfig
+
+PresetName = Literal["default", "long", "large", "learned", "paper"]
+"""What `training.presets.PRESETS` has."""
 
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
 """For learning to choose goals: an update after 256 decisions, as there are few of them; a discount that lets the exit
@@ -33,6 +36,9 @@ class TrainConfig:
         agents: the two agents.
         ppo: hyperparameters of the controller's learner.
         meta_ppo: hyperparameters of a learned meta-controller's learner, whose turns are options.
+        preset: what the other entries start from: default, long (for five million steps and the shortest paths),
+            large (for grids of 31 cells and more), learned (for a learned meta-controller, which implies it) or paper
+            (section 3 of the paper). It is kept so that the run's name can tell what differs from it.
         steps: primitive steps to train for, over all environments.
         evaluations: how often the agents are evaluated while they learn, apart from training and the same levels each
             time: before the first step, and so many times after, at equal ratios of the steps. 0: never.
@@ -50,6 +56,7 @@ class TrainConfig:
     agents: tyro.conf.OmitArgPrefixes[AgentsConfig] = field(default_factory=AgentsConfig)
     ppo: tyro.conf.OmitArgPrefixes[PPOConfig] = field(default_factory=PPOConfig)
     meta_ppo: PPOConfig = META_PPO
+    preset: PresetName = "default"
     steps: int = 1_000_000
     evaluations: int = 16
     evaluation_episodes: int = 100
@@ -65,19 +72,11 @@ class TrainConfig:
         return self.agents.resolved_method(self.env.reward)
 
     @property
-    def name(self) -> str:
-        """A short name for the run, fit for a folder."""
-        meta = self.resolved_method.meta
-        parts = [self.agents.method, meta if meta != "none" else "", self._graph_name, f"seed{self.seed}"]
-        text = "-".join(part for part in parts if part)
-        return "".join(c if c.isalnum() or c in "-_." else "-" for c in text)
-
-    @property
     def title(self) -> str:
         """What the run trains, in a sentence."""
         agents = f"{self.agents.method} with meta-controller {self.resolved_method.meta}"
         where = f"graph {self._graph_name}, seed {self.seed}"
-        return f"{agents} on {where}: {self.steps:,} steps in {self.num_envs} environments"
+        return f"{agents} on {where}, preset {self.preset}: {self.steps:,} steps in {self.num_envs} environments"
 
     @property
     def _graph_name(self) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
 
 from hierroom.agents.config import AgentsConfig
 from hierroom.env_config import EnvConfig
@@ -11,19 +10,18 @@ from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.training.config import TrainConfig
 
-PresetName = Literal["default", "long", "large", "learned", "paper"]
-
 PRESETS: Mapping[str, TrainConfig] = {
     "default": TrainConfig(),
     # With a constant learning rate the policy keeps fluctuating. Measured before the features doorway-places and
     # frontier-places existed: after 5M steps episodes took 53 and 72 steps on graphs c and f with an annealed rate, 66
     # and 87 with a constant one.
-    "long": TrainConfig(steps=5_000_000, ppo=PPOConfig(final_learning_rate_fraction=0.1)),
+    "long": TrainConfig(preset="long", steps=5_000_000, ppo=PPOConfig(final_learning_rate_fraction=0.1)),
     # Paths are longer there, so there is more to remember, and 3M steps are few. Without the place of a doorway as
     # a feature the controller can stay near chance in branch rooms that it should leave: on graph d one of three seeds
     # ended 2M steps at 83% success, while with the place of the last doorway all three ended at 99%. A larger
     # gae_lambda helped on graph f, and annealing helped at the end.
     "large": TrainConfig(
+        preset="large",
         env=EnvConfig(size=31),
         steps=3_000_000,
         num_envs=128,
@@ -37,6 +35,7 @@ PRESETS: Mapping[str, TrainConfig] = {
         ),
     ),
     "learned": TrainConfig(
+        preset="learned",
         env=EnvConfig(goal_mask="existing", subgoal_horizon=50),
         agents=AgentsConfig(
             meta="learned",
@@ -52,6 +51,7 @@ PRESETS: Mapping[str, TrainConfig] = {
         ppo=PPOConfig(final_learning_rate_fraction=0.1, value_weight=0.5, gamma=0.98),
     ),
     "paper": TrainConfig(
+        preset="paper",
         steps=10_000_000,
         num_envs=128,
         agents=AgentsConfig(features=("view-ids", "goal")),
@@ -79,3 +79,8 @@ def find_preset(name: str) -> TrainConfig:
     if name not in PRESETS:
         raise InputError(f"the presets are {', '.join(PRESETS)}; there is no {name!r}")
     return PRESETS[name]
+
+
+def implied_preset(meta: str | None) -> str:
+    """The preset that a run has unless another is named: a meta-controller that needs one has it under its own name."""
+    return "learned" if meta == "learned" else "default"

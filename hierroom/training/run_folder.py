@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-import platform
 from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +22,7 @@ CHECKPOINT_FORMAT = 6
 class RunFolder:
     """A training run on disk.
 
-    The folder contains ``config.json``, ``versions.json`` (the package versions at the start), the tables
+    The folder contains ``config.json``, ``provenance.json`` and ``modules/`` (see `training.provenance`), the tables
     ``metrics.csv``, ``evaluations.csv`` and ``episodes.csv``, ``checkpoints/`` (named by their steps),
     ``summary.json``, TensorBoard events and pictures. If the goal graph is not a named one, ``graph.toml`` is a copy of
     it, so that the run can continue even if the original file changes.
@@ -72,10 +70,6 @@ class RunFolder:
             write_atomically(run.graph_path, graph.to_toml().encode())
         elif graph not in NAMED_GRAPHS and Path(graph).is_file():  # as in `as_goal_graph`
             write_atomically(run.graph_path, Path(graph).read_bytes())
-        versions = {package: version(package) for package in ("hierroom", "numba", "numpy", "torch")}
-        write_atomically(
-            run.path / "versions.json", to_json({"python": platform.python_version(), **versions}).encode()
-        )
         run.save_config(config)
         return run
 
@@ -168,9 +162,21 @@ class RunFolder:
         write_atomically(self.path / "summary.json", to_json(summary).encode())
 
 
-def unused_path(path: Path) -> Path:
-    """The path itself if it is free, else the first free one of path-2, path-3, ..."""
-    candidate, number = path, 2
-    while candidate.exists():
-        candidate, number = path.with_name(f"{path.name}-{number}"), number + 1
-    return candidate
+def claim_folder(path: Path) -> Path:
+    """Create the first of the folders path, path-2, path-3, ... that is not there; no two processes get the same.
+
+    Raises:
+        InputError: if it cannot be created.
+    """
+    candidate, number = path, 1
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        while True:
+            try:
+                candidate.mkdir()
+                return candidate
+            except FileExistsError:
+                number += 1
+                candidate = path.with_name(f"{path.name}-{number}")
+    except OSError as error:
+        raise InputError(f"cannot create the folder {error.filename or candidate}: {error.strerror}") from error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,7 +25,9 @@ from hierroom.training.events import Events
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.training.plots import plot_learning_curve
-from hierroom.training.run_folder import RunFolder, unused_path
+from hierroom.training.provenance import record_session
+from hierroom.training.run_folder import RunFolder, claim_folder
+from hierroom.training.run_name import run_name
 from hierroom.training.trainer import Trainer
 from hierroom.world.animation import animate
 from hierroom.world.render import draw_level
@@ -37,13 +40,14 @@ def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
 
     Args:
         config: config of the run.
-        out: folder of the run, new or empty; None: a folder in ``runs/`` with the name of the config.
+        out: folder of the run, new or empty; None: a new folder in ``runs/``, called `run_name` of the config.
 
     Raises:
         InputError: if a value of the config cannot be used, or the folder cannot be created.
     """
     trainer = Trainer(config)
-    folder = RunFolder.create(out or unused_path(Path("runs") / config.name), config)
+    folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
+    _record(folder, config)
     folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
     return trainer, folder
 
@@ -68,6 +72,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
     for table in folder.tables:
         table.drop_after(trainer.steps)
     folder.save_config(config)  # with the new number of steps, in case it is interrupted again
+    _record(folder, config)
     return trainer, folder
 
 
@@ -75,7 +80,7 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
     """Train until the end or an interrupt and print the results; returns the exit code of the command."""
     torch.set_num_threads(1)  # more threads gain nothing at these sizes
     console = Console()
-    console.print(f"{trainer.config.title}, into {escape(str(folder.path))}")
+    console.print(f"{trainer.config.title}, into {escape(str(folder.path))}", soft_wrap=True)
     meta = trainer.agents[META]
     if isinstance(meta, ScriptedAgent) and (unsaved := unsaved_memory(meta.meta)):
         name = trainer.config.resolved_method.meta
@@ -205,6 +210,12 @@ def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
         moments.append((turns.world.get_state(), int(step.goals[0])))
         if step.terminated[0]:
             yield [draw_level(state, goal, tile_size=16) for state, goal in moments]
+
+
+def _record(folder: RunFolder, config: TrainConfig) -> None:
+    """Write what works on the run now, and say which of the user's own modules are not what they were."""
+    for line in record_session(folder.path, config):
+        print(f"warning: {line}", file=sys.stderr)
 
 
 def _load(trainer: Trainer, folder: RunFolder) -> None:

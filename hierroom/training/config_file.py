@@ -1,0 +1,131 @@
+"""The config of a run from a file: a TOML file of entries, or the config.json of a run, to repeat it."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
+from difflib import get_close_matches
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from hierroom.agents.config import AgentsConfig
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.learners.config import PPOConfig
+from hierroom.training.config import TrainConfig
+from hierroom.training.presets import find_preset, implied_preset
+
+_META_PPO = "meta_ppo"
+
+
+def read_config(path: str | Path, **entries: Any) -> TrainConfig:
+    """Read the config of a run from a file.
+
+    A TOML file holds entries flat, named as on the command line with underscores (``num_envs = 32``), those of
+    ``meta_ppo`` in a table of that name; ``"None"`` is none. What it does not name comes from its ``preset``. The
+    ``config.json`` of a run holds every entry of that run, and its goal graphs lie beside it. Other paths, such as that
+    of a goal graph, are meant from the current folder.
+
+    Args:
+        path: the TOML file, or the ``config.json`` in the folder of a run.
+        **entries: entries that replace those of the file; a ``preset`` among them is what the others start from.
+
+    Raises:
+        InputError: if the file cannot be read, or an entry is unknown, of another type or out of its range.
+    """
+    path = Path(path)
+    if path.name == "config.json":
+        from hierroom.training.run_folder import RunFolder  # it brings torch along
+
+        return RunFolder.open(path.parent).config().changed(**entries)
+    table = _read_entries(path)
+    learner = table.pop(_META_PPO, {})
+    named = {**table, **entries}
+    start = find_preset(named.get("preset") or implied_preset(named.get("meta")))
+    place = f"{path}: "
+    try:
+        config = start.changed(**table)
+        place += f"{_META_PPO}."
+        config = config.changed(meta_ppo=replace(config.meta_ppo, **learner))
+    except InputError as error:
+        raise InputError(f"{place}{error}") from error
+    return config.changed(**entries)
+
+
+def _read_entries(path: Path) -> dict[str, Any]:
+    """The entries of a TOML file, each of its type."""
+    if path.is_dir():
+        raise InputError(f"{path} is a folder; a config is a TOML file or, to repeat a run, its config.json")
+    try:
+        table = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except OSError as error:
+        raise InputError(f"cannot read the config {path}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError and UnicodeDecodeError among them
+        raise InputError(f"{path} is not a TOML file: {error}") from error
+    parts = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig}
+    types = {name: kind for part in (*parts.values(), TrainConfig) for name, kind in get_type_hints(part).items()}
+    # Python takes any object as a reward; a file, like the command line, can only name one.
+    types = {name: str | None if kind is Any else kind for name, kind in types.items() if name not in parts}
+    for part in parts.keys() & table.keys():
+        raise InputError(f"{path}: entries stand alone, as on the command line; leave out the table [{part}]")
+    return {name: _entry(path, name, value, types) for name, value in table.items()}
+
+
+def _entry(path: Path, name: str, value: Any, types: Mapping[str, Any], table: str = "") -> Any:
+    """The value of an entry, which the file names and its table may hold."""
+    if name not in types:
+        near = get_close_matches(name.replace("-", "_"), types, n=1)
+        known = f"is it {table}{near[0]}?" if near else f"there are {', '.join(sorted(types))}"
+        raise InputError(f"{path}: there is no entry {table + name!r}; {known}")
+    if not table and name == _META_PPO:
+        if not isinstance(value, dict):
+            raise InputError(f"{path}: {name} must be a table of entries, [{name}], not {value!r}")
+        types = get_type_hints(PPOConfig)
+        return {entry: _entry(path, entry, one, types, f"{name}.") for entry, one in value.items()}
+    try:
+        return _typed(types[name], value)
+    except (TypeError, OverflowError):  # a whole number may be too large for a float
+        allowed = " or ".join(_kinds(types[name]))
+        raise InputError(f"{path}: {table}{name} must be {allowed}, not {value!r}") from None
+
+
+def _typed(kind: Any, value: Any) -> Any:
+    """The value as one of a type's.
+
+    Raises:
+        TypeError: if it is none.
+    """
+    members = get_args(kind)
+    if get_origin(kind) in (Union, UnionType):
+        for member in sorted(members, key=lambda member: member is not NoneType):  # "None" is no text
+            try:
+                return _typed(member, value)
+            except TypeError:
+                continue
+    elif get_origin(kind) is Literal:
+        if isinstance(value, str) and value in members:
+            return value
+    elif get_origin(kind) is tuple and isinstance(value, list):
+        return tuple(_typed(members[0], one) for one in value)
+    elif kind is NoneType and value == "None":
+        return None
+    elif kind is float and type(value) is int:
+        return float(value)
+    elif isinstance(kind, type) and type(value) is kind:
+        return value
+    raise TypeError
+
+
+def _kinds(kind: Any) -> list[str]:
+    """What a TOML file may hold for a type, in words."""
+    members, origin = get_args(kind), get_origin(kind)
+    if origin in (Union, UnionType):
+        return [text for member in members for text in _kinds(member)]
+    if origin is Literal:
+        return [f"one of {', '.join(members)}"]
+    if origin is tuple:
+        return [f"a list of {', '.join(_kinds(members[0]))}".replace("a list of one of", "a list of")]
+    words = {NoneType: '"None"', bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
+    return [words[kind]] if kind in words else []  # a type of Python's that no file can hold

@@ -1,0 +1,129 @@
+"""The source files of a user's own classes that a config names: found, told apart by digest, and never imported."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import entry_points
+from importlib.util import resolve_name
+from pathlib import Path
+
+from hierroom.training.config import TrainConfig
+
+MAX_FILES, MAX_BYTES = 50, 2**20
+_PLUGGED = ("meta", "network", "reward")
+"""Entries that may name a class of the user's own."""
+
+
+@dataclass(frozen=True)
+class ModuleFile:
+    """A source file that a run uses.
+
+    Args:
+        name: its path from the folder that its module is imported from, such as ``own_meta.py`` or ``lab/metas.py``.
+        content: what it holds; None where it cannot be read.
+        problem: why there is to be no copy of it, else empty.
+    """
+
+    name: str
+    content: bytes | None
+    problem: str = ""
+
+    @property
+    def digest(self) -> str | None:
+        """SHA-256 of the content, in hexadecimal."""
+        return None if self.content is None else hashlib.sha256(self.content).hexdigest()
+
+
+def find_module_files(config: TrainConfig) -> list[ModuleFile]:
+    """The files of the modules that a config names, and of what these import from the same folder.
+
+    The modules are those that are loaded. Of an installed package only its own files are taken, and never those of
+    hierroom. Imports are read from the source; nothing is imported here.
+
+    Args:
+        config: whose meta-controller, network and reward may be a user's own.
+
+    Returns:
+        the files by their names, at most 50.
+    """
+    files: dict[str, ModuleFile] = {}
+    for module in dict.fromkeys(filter(None, (_module_of(config.entries[entry]) for entry in _PLUGGED))):
+        path = getattr(sys.modules.get(module), "__file__", None)
+        if path is None or Path(path).suffix != ".py":
+            files.setdefault(module, ModuleFile(module, None, "it has no Python source"))
+            continue
+        path = Path(path).absolute()
+        root = path.parents[min(module.count(".") + (path.name == "__init__.py"), len(path.parents) - 1)]
+        if _source(root, module) is None:  # it was not imported by its name, such as __main__
+            files[path.name] = _read(path, path.name)
+        else:
+            _gather(module, root, files)
+    return [files[name] for name in sorted(files)]
+
+
+def _module_of(spec: object) -> str | None:
+    """The module of ``package.module:Class`` or of an entry point; None for what ships with hierroom."""
+    if not isinstance(spec, str):
+        return None
+    found = [point for point in entry_points(name=spec) if point.group.startswith("hierroom.")]
+    module = found[0].module if found else spec.partition(":")[0] if ":" in spec else "hierroom"
+    return None if module.partition(".")[0] == "hierroom" else module
+
+
+def _gather(first: str, root: Path, files: dict[str, ModuleFile]) -> None:
+    """Add the file of a module, imported from the folder ``root``, and those of what it imports from there."""
+    is_installed = not {"site-packages", "dist-packages"}.isdisjoint(root.parts)
+    waiting, seen = [first], set()
+    while waiting:
+        module = waiting.pop()
+        top = module.partition(".")[0]
+        path = _source(root, module)
+        if path in seen or path is None or top == "hierroom" or (is_installed and top != first.partition(".")[0]):
+            continue
+        seen.add(path)
+        if len(files) == MAX_FILES:
+            files["..."] = ModuleFile("...", None, f"these and others are more than {MAX_FILES} files")
+            return
+        file = _read(path, path.relative_to(root).as_posix())
+        files[file.name] = file
+        waiting += _imports(file, module if path.name == "__init__.py" else module.rpartition(".")[0])
+
+
+def _source(root: Path, module: str) -> Path | None:
+    """The file of a module below the folder, unless a module of that name was loaded from elsewhere."""
+    base = root.joinpath(*module.split("."))
+    for path in (base / "__init__.py", base.with_name(f"{base.name}.py")):
+        if path.is_file():
+            loaded = getattr(sys.modules.get(module), "__file__", None)
+            return path if loaded is None or Path(loaded).resolve() == path.resolve() else None
+    return None
+
+
+def _read(path: Path, name: str) -> ModuleFile:
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        return ModuleFile(name, None, f"it cannot be read: {error.strerror}")
+    too_large = f"it is larger than {MAX_BYTES // 1024} KiB" if len(content) > MAX_BYTES else ""
+    return ModuleFile(name, content, too_large)
+
+
+def _imports(file: ModuleFile, package: str) -> Iterator[str]:
+    """The modules that a file in a package may import, and the packages that hold them."""
+    try:
+        nodes = [*ast.walk(ast.parse(file.content or b""))]
+    except (SyntaxError, ValueError, RecursionError):  # it changed since it was loaded
+        return
+    names = [package, *(alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names)]
+    for node in nodes:
+        if isinstance(node, ast.ImportFrom):
+            base = "." * node.level + (node.module or "")
+            base = resolve_name(base, package) if node.level and package else base
+            names += [base, *(f"{base}.{alias.name}" for alias in node.names)]
+    for name in names:
+        parts = [part for part in name.split(".") if part.isidentifier()]
+        yield from (".".join(parts[:end]) for end in range(1, len(parts) + 1))

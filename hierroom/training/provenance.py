@@ -1,0 +1,170 @@
+"""What a run came from: provenance.json, with every command that worked on it, and copies of a user's own modules."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shlex
+import subprocess
+import sys
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import torch
+
+import hierroom
+from hierroom.errors import InputError
+from hierroom.files import to_json, write_atomically
+from hierroom.training.config import TrainConfig
+from hierroom.training.own_modules import ModuleFile, find_module_files
+
+FILE, COPIES = "provenance.json", "modules"
+PACKAGES = ("numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo")
+"""Packages that may decide a result, besides hierroom."""
+
+
+def record_session(path: Path, config: TrainConfig) -> list[str]:
+    """Add what works on a run now to its provenance.json, and copy the user's own modules into its folder.
+
+    The copies are to be read; nothing imports them. A module that was copied before is copied again, into a folder of
+    its own, if it has changed. No environment variable and no address of a repository is written.
+
+    Args:
+        path: folder of the run.
+        config: of the run, whose modules are loaded.
+
+    Returns:
+        a warning for each module that is not what it was before, or of which there is no copy.
+
+    Raises:
+        InputError: if a file cannot be read or written.
+    """
+    sessions, files = _sessions(path), find_module_files(config)
+    before = _newest_modules(path, sessions)
+    warnings = _changes(path, files, before)
+    warnings += [f"there is no copy of {file.name} in {path}: {file.problem}" for file in files if file.problem]
+    folder = COPIES if len(sessions) == 0 else f"{COPIES}/session-{len(sessions) + 1}"
+    modules = [_copied(path, folder, file, before.get(file.name)) for file in files]
+    sessions.append({**describe_session(config.device), "modules": modules})
+    write_atomically(path / FILE, to_json({"sessions": sessions}).encode())
+    return warnings
+
+
+def changed_modules(path: Path, config: TrainConfig) -> list[str]:
+    """A line for each of the user's own modules that is not what it was when the run was trained.
+
+    Args:
+        path: folder of the run.
+        config: names the modules, which are loaded.
+
+    Raises:
+        InputError: if provenance.json is broken.
+    """
+    before = _newest_modules(path, _sessions(path))
+    return _changes(path, find_module_files(config), before) if before else []
+
+
+def describe_session(device: str = "cpu") -> dict[str, Any]:
+    """What a result may depend on besides the config: command, versions, machine, commits.
+
+    Args:
+        device: where the learner computes.
+    """
+    package = Path(hierroom.__file__).parent
+    return {
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": shlex.join(sys.orig_argv),
+        "folder": str(Path.cwd()),
+        "git": describe_git(Path.cwd()),
+        "hierroom": {"version": hierroom.__version__, "git": describe_git(package, "__init__.py")},
+        "python": platform.python_version(),
+        "packages": {name: version(name) for name in PACKAGES},
+        "platform": platform.platform(),
+        "cpu": _cpu(),
+        "cores": os.cpu_count(),
+        "gpu": torch.cuda.get_device_name(device) if device.startswith("cuda") else None,
+    }
+
+
+def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | None:
+    """The commit that is checked out in a folder, and whether files that git tracks differ from it.
+
+    Args:
+        folder: within a checkout, or not.
+        tracked: a file of the folder that belongs to the checkout; an installed package may lie in somebody else's.
+
+    Returns:
+        ``commit`` and ``is_dirty``, or None where there is no git, no checkout or no commit.
+    """
+    if tracked is not None and _git(folder, "ls-files", "--error-unmatch", tracked) is None:
+        return None
+    commit, status = _git(folder, "rev-parse", "HEAD"), _git(folder, "status", "--porcelain", "--untracked-files=no")
+    return None if commit is None or status is None else {"commit": commit, "is_dirty": bool(status)}
+
+
+def _git(folder: Path, *arguments: str) -> str | None:
+    """What git prints; None if it fails. It takes no lock and starts no program that the repository's config names."""
+    command = ["git", "--no-optional-locks", "-c", "core.fsmonitor=false", *arguments]
+    # A hook that git runs is told of its repository by variables, which would win over the folder.
+    env = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
+    try:
+        done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, timeout=10, check=True)
+    except (OSError, subprocess.SubprocessError, UnicodeDecodeError):
+        return None
+    return done.stdout.strip()
+
+
+def _cpu() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    named = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return named[0] if named else platform.processor() or platform.machine()
+
+
+def _sessions(path: Path) -> list[dict[str, Any]]:
+    file = path / FILE
+    if not file.is_file():
+        return []
+    try:
+        return [*json.loads(file.read_text())["sessions"]]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"cannot read {file}: {error}") from error
+
+
+def _newest_modules(path: Path, sessions: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """The modules that the last session used, by name."""
+    try:
+        return {str(one["file"]): {"sha256": None, **one} for one in sessions[-1]["modules"]} if sessions else {}
+    except (KeyError, TypeError) as error:
+        raise InputError(f"{path / FILE} is broken: a session lists no modules") from error
+
+
+def _changes(path: Path, files: list[ModuleFile], before: dict[str, dict[str, Any]]) -> list[str]:
+    lines = []
+    for file in files if before else []:
+        old = before.get(file.name)
+        if old is None:
+            lines.append(f"{file.name} is used now, and was not when {path} was trained")
+        elif old["sha256"] != file.digest:
+            was = f"what it was is {old['copy']}" if "copy" in old else f"its digest then is in {FILE}"
+            lines.append(f"{file.name} has changed since {path} was trained: {was} there")
+    return lines
+
+
+def _copied(path: Path, folder: str, file: ModuleFile, before: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Copy a file into the run's folder, unless its content is there already; returns what is told of it."""
+    told = {"file": file.name, "sha256": file.digest}
+    if file.problem or file.content is None:
+        return {**told, "problem": file.problem}
+    if before is not None and before["sha256"] == file.digest and "copy" in before:
+        return {**told, "copy": before["copy"]}
+    copy = f"{folder}/{file.name}"
+    (path / copy).parent.mkdir(parents=True, exist_ok=True)
+    write_atomically(path / copy, file.content)
+    return {**told, "copy": copy}

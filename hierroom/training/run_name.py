@@ -1,0 +1,114 @@
+"""The name of a run: what is trained, and what differs from its preset."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from hierroom.training.config import TrainConfig
+from hierroom.training.presets import find_preset, implied_preset
+
+MAX_LENGTH = 97
+"""Characters of a name, so that with -2, -3, ... behind it, it stays within 100."""
+_META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
+_TOLD_SEPARATELY = frozenset({"env", "agents", "ppo", "method", "meta", "graph", "seed", "preset"})
+_CHANGED_WHEN_RESUMED = frozenset({"threads", "device"})
+
+
+def run_name(config: TrainConfig) -> str:
+    """A short name for a run, fit for a folder on any system: letters, digits, ``-``, ``_`` and ``.``, at most 97.
+
+    It tells method, meta-controller, goal graph and seed; the preset, unless it is the default or the meta-controller
+    implies it; and every other entry that differs from the preset, as far as there is room: their number and a digest
+    stand for those that found none. Of one's own classes it tells the name without the module. Threads and device are
+    left out, because a resumed run may have others; the number of steps is the one that the run began with.
+
+    Args:
+        config: of the run.
+    """
+    method, meta = config.agents.method, config.resolved_method.meta
+    parts = (
+        method,
+        "" if meta == "none" else _shortened(_name_of(meta), _META_LENGTH),
+        _shortened(_graph(config), _GRAPH_LENGTH),
+        _shortened(f"seed{config.seed}", _SEED_LENGTH),
+        "" if config.preset == implied_preset(meta) else config.preset,
+    )
+    head = "-".join(_plain(part) for part in parts if part)
+    differences = [_plain(text) for text in _differences(config)]
+    whole = "-".join([head, *differences])
+    if len(whole) <= MAX_LENGTH:
+        return whole
+    digest = hashlib.sha256(whole.encode()).hexdigest()[:6]
+    name, n_left_out, room = head, 0, MAX_LENGTH - len(f"-and{len(differences)}-{digest}")
+    for difference in differences:
+        longer = f"{name}-{difference}"
+        name, n_left_out = (longer, n_left_out) if len(longer) <= room else (name, n_left_out + 1)
+    return f"{name}-and{n_left_out}-{digest}"
+
+
+def _graph(config: TrainConfig) -> str:
+    """The goal graphs as config.json names them; of a file its stem."""
+    graph = config.to_dict()["env"]["graph"]
+    names = [graph] if isinstance(graph, str) else graph
+    return "-".join(Path(name).stem if name.endswith(".toml") else name for name in names)
+
+
+def _differences(config: TrainConfig) -> Iterator[str]:
+    """Each entry that differs from the preset, and its value."""
+    preset = find_preset(config.preset)
+    usual = preset.entries
+    for name, value in config.entries.items():
+        if name in _TOLD_SEPARATELY | _CHANGED_WHEN_RESUMED or value == usual[name]:
+            continue
+        if name == "meta_ppo":
+            usual_ppo = vars(preset.meta_ppo)
+            changed = [(entry, one) for entry, one in vars(value).items() if one != usual_ppo[entry]]
+            yield from (_text(f"meta_ppo.{entry}", one, usual_ppo[entry]) for entry, one in changed)
+        else:
+            yield _text(name, value, usual[name])
+
+
+def _text(name: str, value: Any, usual: Any) -> str:
+    if isinstance(value, bool):
+        return name if value else f"no-{name}"
+    if name == "steps":
+        return name + _steps(value)
+    if isinstance(value, tuple):
+        return f"{name}-{'-'.join(_names(value, usual)) or 'none'}"
+    if value is None or isinstance(value, str):
+        return f"{name}-{Path(value).name if name == 'warm_start' and value else _name_of(str(value))}"
+    return name + str(value).removesuffix(".0").replace("e+", "e")
+
+
+def _names(value: tuple[str, ...], usual: tuple[str, ...]) -> list[str]:
+    """What was left out of the usual names and added to them, or all names where they are fewer."""
+    left_out, added = [one for one in usual if one not in value], [one for one in value if one not in usual]
+    changes = [*(["without", *left_out] if left_out else []), *(["with", *added] if added else [])]
+    is_in_order = [one for one in value if one in usual] == [one for one in usual if one in value]
+    return changes if is_in_order and len(changes) < len(value) else [*value]
+
+
+def _name_of(spec: str) -> str:
+    """Of ``package.module:Class`` the class, of any other name all of it."""
+    return spec.rpartition(":")[2]
+
+
+def _steps(steps: int) -> str:
+    if steps >= 10**6 and steps % 10**4 == 0:
+        return f"{steps / 10**6:.12g}M"
+    return f"{steps // 1000}k" if steps % 1000 == 0 else str(steps)
+
+
+def _plain(text: str) -> str:
+    """The text in characters that every file system takes."""
+    return "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in text)
+
+
+def _shortened(text: str, length: int) -> str:
+    """The text, or its beginning and a digest, so that one long part leaves room for the others."""
+    if len(text) <= length:
+        return text
+    return f"{text[: length - 5]}-{hashlib.sha256(text.encode()).hexdigest()[:4]}"

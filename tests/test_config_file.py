@@ -1,0 +1,205 @@
+"""A config from a file: the same entries as on the command line, one clear line for what is wrong in it."""
+
+import json
+from dataclasses import fields, replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hierroom import train
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+from hierroom.train import parse
+from hierroom.training import session
+from hierroom.training.config import META_PPO, TrainConfig
+from hierroom.training.config_file import read_config
+from hierroom.training.presets import PRESETS, find_preset
+from hierroom.training.run_folder import RunFolder
+
+OWN = """
+preset = "long"
+graph = "f"
+num_envs = 32
+gamma = 1
+features = ["view", "goal"]
+drop_key = true
+subgoal_horizon = "None"
+
+[meta_ppo]
+gamma = 0.99
+"""
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def written(text: str) -> str:
+    Path("own.toml").write_text(text)
+    return "own.toml"
+
+
+def test_what_a_file_names_replaces_the_presets():
+    expected = find_preset("long").changed(graph="f", num_envs=32, gamma=1.0, features=("view", "goal"), drop_key=True)
+    expected = expected.changed(meta_ppo=replace(META_PPO, gamma=0.99))
+    assert read_config(written(OWN)) == expected
+    assert parse(["--config", "own.toml"]).config == expected
+    assert read_config(written("")) == TrainConfig()
+
+
+def test_the_command_line_counts_more_than_the_file_and_the_file_more_than_the_preset():
+    written(OWN)
+    config = parse(["--config", "own.toml", "--gamma", "0.5", "--preset", "paper", "--no-drop-key"]).config
+    assert (config.preset, config.steps, config.ppo.learning_rate) == ("paper", 10_000_000, 2.5e-4)
+    assert (config.ppo.gamma, config.num_envs, config.meta_ppo.gamma) == (0.5, 32, 0.99)
+    assert not config.env.drop_key
+    assert config == read_config("own.toml", preset="paper", gamma=0.5, drop_key=False)
+
+
+def test_a_learned_meta_controller_implies_its_preset_wherever_it_is_named():
+    learned = find_preset("learned")
+    assert read_config(written('meta = "learned"')) == learned
+    assert parse(["--config", "own.toml", "--meta", "random"]).config == TrainConfig().changed(meta="random")
+    written("num_envs = 128")
+    assert parse(["--config", "own.toml", "--meta", "learned"]).config == learned
+    written('meta = "learned"\npreset = "default"')
+    assert read_config("own.toml") == TrainConfig().changed(meta="learned")
+
+
+PLAIN = [name for name in TrainConfig().entries if name not in ("env", "agents", "ppo", "meta_ppo", "env_index")]
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_every_entry_can_stand_in_a_file(preset):
+    """A file with every entry of a preset is that preset; JSON writes the values that it has as TOML does."""
+    config = find_preset(preset)
+    entries = {name: "None" if config.entries[name] is None else config.entries[name] for name in PLAIN}
+    lines = [f"{name} = {json.dumps(value)}" for name, value in entries.items()]
+    of_meta = vars(config.meta_ppo).items()
+    lines += ["[meta_ppo]", *(f"{name} = {json.dumps('None' if one is None else one)}" for name, one in of_meta)]
+    assert read_config(written("\n".join(lines)), preset="paper").changed(preset=preset) == config
+
+
+NUMBERS = st.fixed_dictionaries(
+    {},
+    optional={
+        "gamma": st.floats(0, 1),
+        "learning_rate": st.floats(1e-12, 1e12),
+        "steps": st.integers(1, 10**12),
+        "seed": st.integers(0, 2**62),
+        "hidden_size": st.integers(1, 10**6),
+    },
+)
+
+
+@settings(deadline=None, max_examples=50)  # the command line takes its time
+@given(NUMBERS)
+def test_a_file_and_the_command_line_mean_the_same(numbers):
+    written("\n".join(f"{name} = {value!r}" for name, value in numbers.items()))
+    arguments = [word for name, value in numbers.items() for word in (f"--{name.replace('_', '-')}", repr(value))]
+    assert parse(["--config", "own.toml"]).config == parse(arguments).config
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("gama = 1", "there is no entry 'gama'; is it gamma?"),
+        ("num-envs = 8", "there is no entry 'num-envs'; is it num_envs?"),
+        ('out = "x"', "there is no entry 'out'; there are adam_epsilon, clip, "),
+        ("[meta_ppo]\ngam = 1", "there is no entry 'meta_ppo.gam'; is it meta_ppo.gamma?"),
+        ("[ppo]\ngamma = 1", "entries stand alone, as on the command line; leave out the table [ppo]"),
+        ("meta_ppo = 1", "meta_ppo must be a table of entries, [meta_ppo], not 1"),
+        ('"two\\nlines" = 1', "there is no entry 'two\\nlines'; there are "),
+        (f"gamma = {10**400}", "gamma must be a number, not 1000"),
+        ('gamma = "high"', "gamma must be a number, not 'high'"),
+        ("gamma = true", "gamma must be a number, not True"),
+        ("steps = 1e6", "steps must be a whole number, not 1000000.0"),
+        ("drop_key = 1", "drop_key must be true or false, not 1"),
+        ("graph = 3", "graph must be a text"),
+        ("graph = {a = 1}", "graph must be a text"),
+        ("reward = 3", 'reward must be a text or "None", not 3'),
+        ('method = "pop"', "method must be one of ppo, "),
+        ('features = "view"', "features must be a list of view, "),
+        ('features = ["smell"]', "features must be a list of view, "),
+        ("subgoal_horizon = false", 'subgoal_horizon must be a whole number or "None", not False'),
+        ("seed = 2020-01-01", "seed must be a whole number, not datetime.date(2020, 1, 1)"),
+        ('preset = "best"', "preset must be one of default, "),
+        ("gamma = 1.5", "gamma must be from 0 to 1, not 1.5"),
+        ("gamma = nan", "gamma must be from 0 to 1, not nan"),
+        ("[meta_ppo]\ngamma = 1.5", "meta_ppo.gamma must be from 0 to 1, not 1.5"),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_one_line_with_its_name(text, said):
+    with pytest.raises(InputError) as caught:
+        train.main(["--config", written(text)])
+    assert str(caught.value).startswith(f"own.toml: {said}")
+    assert "\n" not in str(caught.value)
+    assert [path.name for path in Path().iterdir()] == ["own.toml"]
+
+
+@pytest.mark.parametrize(
+    ("path", "said"),
+    [
+        ("nowhere.toml", "cannot read the config nowhere.toml: No such file or directory"),
+        (".", ". is a folder; a config is a TOML file or, to repeat a run, its config.json"),
+        ("broken.toml", "broken.toml is not a TOML file: "),
+        ("deep.toml", "deep.toml is not a TOML file: "),
+        ("binary.toml", "binary.toml is not a TOML file: "),
+        ("config.json", ". is not a run folder: it has no config.json"),
+    ],
+)
+def test_what_is_no_config_is_refused_in_one_line(path, said):
+    Path("broken.toml").write_text("gamma = ")
+    Path("deep.toml").write_text("x = " + "[" * 10_000)
+    Path("binary.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputError) as caught:
+        train.main(["--config", path])
+    assert str(caught.value).startswith(said)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_resumed_run_takes_no_other_config():
+    RunFolder.create("run", TrainConfig())
+    for option in ("own.toml", "run/config.json"):
+        with pytest.raises(InputError, match="a resumed run keeps its config"):
+            train.main(["--resume", "run", "--config", option])
+
+
+@pytest.mark.parametrize("graph", ["a", "mine.toml", "hitting_time:8..13"])
+def test_a_run_is_repeated_from_its_folder(graph, tmp_path):
+    """The same config, and a new folder; even after the file of its goal graph is gone."""
+    GoalGraph((0, 1, 1), 3).to_toml("mine.toml")
+    Path("own.toml").write_text(f'size = 13\nnum_envs = 4\nminibatches = 2\ngraph = "{graph}"\npreset = "paper"')
+    _, first = session.begin(parse(["--config", "own.toml"]).config, None)
+    Path("mine.toml").unlink()
+    Path("own.toml").unlink()
+    _, second = session.begin(parse(["--config", str(first.path / "config.json")]).config, None)
+    assert second.path != first.path
+    assert second.config() == first.config()
+    assert second.config().preset == "paper"
+    _, third = session.begin(read_config(second.path / "config.json", seed=7), None)
+    assert third.config() == first.config().changed(seed=7)
+
+
+def test_an_own_reward_is_named_in_a_file():
+    assert read_config(written('reward = "mine:Reward"')).env.reward == "mine:Reward"
+
+
+def test_no_entry_is_named_twice():
+    """Entries are flat in a file, so no two parts of a config may use one name."""
+    config = TrainConfig()
+    names = [field.name for part in (config.env, config.agents, config.ppo, config) for field in fields(part)]
+    assert len(names) == len(set(names))
+
+
+def test_presets_know_their_names():
+    assert {name: config.preset for name, config in PRESETS.items()} == {name: name for name in PRESETS}
+
+
+def test_the_file_on_the_page_is_read():
+    page = (Path(__file__).parents[1] / "docs" / "runs.md").read_text()
+    config = read_config(written(page.split("```toml\n")[1].split("```")[0]))
+    assert (config.preset, config.env.graph, config.num_envs, config.meta_ppo.gamma) == ("long", "f", 32, 0.99)

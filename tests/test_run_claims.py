@@ -1,0 +1,72 @@
+"""Runs started at the same moment: each gets a folder of its own, and nobody writes into another's."""
+
+import multiprocessing
+from multiprocessing.synchronize import Barrier
+from pathlib import Path
+
+import pytest
+
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.training.config import TrainConfig
+from hierroom.training.run_folder import RunFolder, claim_folder
+
+N_PROCESSES, N_ROUNDS = 8, 6
+SMALL = TrainConfig(EnvConfig("a", size=11))
+
+
+def claim(number: int, barrier: Barrier, folder: Path) -> None:
+    """In each round get a folder by the same name, and try to get the one that was named by hand."""
+    for n in range(N_ROUNDS):
+        barrier.wait()
+        run = RunFolder.create(claim_folder(folder / "runs" / f"name{n}"), SMALL.changed(seed=number))
+        assert run.config().env == SMALL.env
+        for kind in ("new", "empty"):
+            barrier.wait()
+            try:
+                RunFolder.create(folder / kind / str(n), SMALL.changed(seed=number))
+                outcome = "won"
+            except InputError as error:
+                outcome = str(error)
+            (folder / "outcomes" / f"{kind}-{n}-{number}").write_text(outcome)
+
+
+def test_eight_processes_at_once_never_get_the_same_folder(tmp_path):
+    for n in range(N_ROUNDS):
+        (tmp_path / "empty" / str(n)).mkdir(parents=True)
+    (tmp_path / "outcomes").mkdir()
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["hierroom.training.run_folder"])  # torch is imported once, not eight times
+    barrier = context.Barrier(N_PROCESSES, timeout=60)
+    processes = [context.Process(target=claim, args=(n, barrier, tmp_path)) for n in range(N_PROCESSES)]
+    for process in processes:
+        process.start()
+    for process in processes:
+        process.join(timeout=120)
+    assert [process.exitcode for process in processes] == [0] * N_PROCESSES
+    for n in range(N_ROUNDS):
+        names = [f"name{n}", *(f"name{n}-{k}" for k in range(2, N_PROCESSES + 1))]
+        assert sorted(path.name for path in tmp_path.glob(f"runs/name{n}*")) == names
+        seeds = {RunFolder.open(tmp_path / "runs" / name).config().seed for name in names}
+        assert seeds == set(range(N_PROCESSES))
+        for kind in ("new", "empty"):
+            outcomes = [(tmp_path / "outcomes" / f"{kind}-{n}-{k}").read_text() for k in range(N_PROCESSES)]
+            assert outcomes.count("won") == 1
+            assert RunFolder.open(tmp_path / kind / str(n)).config().seed == outcomes.index("won")
+            refused = f"{tmp_path / kind / str(n)} is not an empty folder; choose another --out, or --resume it"
+            assert outcomes.count(refused) == N_PROCESSES - 1
+
+
+def test_a_folder_that_cannot_be_claimed_is_one_line(tmp_path):
+    (tmp_path / "runs").write_text("a file")
+    with pytest.raises(InputError, match=r"^cannot create the folder .*/runs: File exists$"):
+        claim_folder(tmp_path / "runs" / "name")
+    with pytest.raises(InputError, match=r"^cannot create the folder .*: File name too long$"):
+        claim_folder(tmp_path / ("long" * 100))
+
+
+def test_what_is_there_is_left_alone(tmp_path):
+    (tmp_path / "name").write_text("a file")
+    (tmp_path / "name-2").symlink_to("nowhere")
+    assert claim_folder(tmp_path / "name") == tmp_path / "name-3"
+    assert (tmp_path / "name").read_text() == "a file"

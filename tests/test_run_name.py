@@ -1,0 +1,119 @@
+"""What a run is called: what it trains and what differs from its preset, as the name of a folder anywhere."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+from hierroom.train import parse
+from hierroom.training.config import META_PPO, TrainConfig
+from hierroom.training.presets import PRESETS
+from hierroom.training.run_name import MAX_LENGTH, run_name
+
+FEATURES = TrainConfig().agents.features
+
+
+def named(arguments: str) -> str:
+    return run_name(parse(arguments.split()).config)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        ("", "hippo-fixed-dfs-c-seed0"),
+        ("--method ppo --graph g --seed 3", "ppo-g-seed3"),
+        ("--preset long", "hippo-fixed-dfs-c-seed0-long"),
+        ("--preset long --steps 5_000_000", "hippo-fixed-dfs-c-seed0-long"),
+        ("--meta learned", "hippo-learned-c-seed0"),
+        ("--preset learned", "hippo-learned-c-seed0"),
+        ("--preset learned --meta random", "hippo-random-c-seed0-learned"),
+        ("--meta learned --preset default", "hippo-learned-c-seed0-default"),
+        ("--num-envs 8 --gamma 0.9", "hippo-fixed-dfs-c-seed0-gamma0.9-num_envs8"),
+        ("--gamma 1", "hippo-fixed-dfs-c-seed0-gamma1"),
+        ("--preset paper --gamma 0.9", "hippo-fixed-dfs-c-seed0-paper"),  # it does not differ
+        ("--learning-rate 1e-5", "hippo-fixed-dfs-c-seed0-learning_rate1e-05"),
+        ("--steps 2_000_000", "hippo-fixed-dfs-c-seed0-steps2M"),
+        ("--steps 1_250_000", "hippo-fixed-dfs-c-seed0-steps1.25M"),
+        ("--steps 300000", "hippo-fixed-dfs-c-seed0-steps300k"),
+        ("--steps 4096", "hippo-fixed-dfs-c-seed0-steps4096"),
+        ("--drop-key --no-normalize-advantages", "hippo-fixed-dfs-c-seed0-drop_key-no-normalize_advantages"),
+        ("--goal-mask existing --subgoal-horizon 50", "hippo-fixed-dfs-c-seed0-subgoal_horizon50-goal_mask-existing"),
+        ("--preset learned --subgoal-horizon None", "hippo-learned-c-seed0-subgoal_horizon-None"),
+        ("--meta-ppo.gamma 0.99", "hippo-fixed-dfs-c-seed0-meta_ppo.gamma0.99"),
+        ("--meta mine.own:Nearest --network nets:Gated", "hippo-Nearest-c-seed0-network-Gated"),
+        ("--warm-start runs/before", "hippo-fixed-dfs-c-seed0-warm_start-before"),
+        ("--graph graphs/mine.toml", "hippo-fixed-dfs-mine-seed0"),
+        ("--graph hitting_time:20..30", "hippo-fixed-dfs-hitting_time-20..30-seed0"),
+        ("--graph expected_steps:100..140", "hippo-fixed-dfs-expected_steps-100..140-seed0"),
+        ("--method ppo --graph expected_steps:100.25..140", "ppo-expected_steps-100.-c56d-seed0"),
+        ("--threads 7 --device cuda:1", "hippo-fixed-dfs-c-seed0"),
+        (f"--features {' '.join(FEATURES[:-1])}", "hippo-fixed-dfs-c-seed0-features-without-frontier-places"),
+        (f"--features {' '.join(FEATURES)} symbol", "hippo-fixed-dfs-c-seed0-features-with-symbol"),
+        ("--features view goal", "hippo-fixed-dfs-c-seed0-features-view-goal"),
+    ],
+)
+def test_the_name_shows_what_differs_from_the_preset(arguments, name):
+    assert named(arguments) == name
+
+
+def test_many_differences_are_the_first_of_them_and_a_digest():
+    many = "--size 11 --max-steps 60 --sequence-length 16 --minibatches 2 --epochs 2 --hidden-size 32 --num-envs 8"
+    name = named(many)
+    assert re.fullmatch(r"hippo-fixed-dfs-c-seed0-size11-max_steps60-[\w-]*-and2-[0-9a-f]{6}", name)
+    assert name == named(many)
+    assert name != named(f"{many} --steps 4096")
+    assert name[:-6] == named(many[:-1] + "9")[:-6]
+    assert name != named(many[:-1] + "9")  # the digest tells what is not shown
+
+
+TEXTS = st.text(min_size=1, max_size=300)
+CHANGES = st.fixed_dictionaries(
+    {"seed": st.integers(0, 2**62)},
+    optional={
+        "preset": st.sampled_from([*PRESETS]),
+        "method": st.sampled_from(["hippo", "ppo-novelty"]),
+        "meta": TEXTS,
+        "graph": TEXTS | st.just(GoalGraph((0,) * 6, 3)),
+        "network": TEXTS,
+        "warm_start": TEXTS,
+        "steps": st.integers(1, 10**12),
+        "gamma": st.floats(0, 1),
+        "learning_rate": st.floats(1e-300, 1e300),
+        "drop_key": st.booleans(),
+        "num_envs": st.integers(1, 10**6),
+        "hidden_size": st.integers(1, 10**6),
+        "meta_ppo": st.floats(0, 1).map(lambda gamma: replace(META_PPO, gamma=gamma)),
+        "features": st.lists(st.sampled_from(FEATURES), unique=True).map(tuple),
+        "threads": st.integers(1, 64),
+        "device": st.sampled_from(["cpu", "cuda"]),
+    },
+)
+
+
+@settings(deadline=None)
+@given(CHANGES)
+def test_any_name_is_fit_for_a_folder_on_any_system(changes):
+    config = PRESETS[changes.get("preset", "default")].changed(**changes)
+    name = run_name(config)
+    assert 0 < len(name) <= MAX_LENGTH
+    assert re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*[A-Za-z0-9_-]", name), name
+    assert run_name(config.changed(threads=3, device="cuda:5")) == name
+    assert Path(name).name == name
+
+
+def test_a_preset_that_there_is_not_has_no_name():
+    with pytest.raises(InputError, match="the presets are"):
+        run_name(TrainConfig(preset="best"))
+
+
+def test_the_names_on_the_page_are_those_of_runs():
+    page = (Path(__file__).parents[1] / "docs" / "runs.md").read_text()
+    shown = [line.split()[0] for line in page.split("```\n")[1].splitlines()]
+    arguments = ("", "--method ppo --graph g --seed 3 --steps 10_000_000", "--preset long --graph f", "--meta learned")
+    own = "--meta own_meta_controller:NearestKeyFirst --gamma 0.9 --num-envs 8"
+    assert shown == [named(one) for one in (*arguments, own)]
