@@ -12,12 +12,12 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.difficulty import GraphSampler
+from hierroom.complexity.curriculum import GraphSampler
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.controller import REWARDS, Observation, observation_spaces
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.goals import N_GOALS, NO_GOAL
+from hierroom.goals import N_GOALS, NO_GOAL, GoalGraph
 from hierroom.meta import MetaController, choose_goals
 from hierroom.options import META, N_OUTCOMES, Ledger, Step, Transition, reset_values, transitions
 from hierroom.situation import GOAL_MASKS, Situation
@@ -65,7 +65,7 @@ class Turns:
         memories: Iterable[str] = (),
     ):
         horizon = config.subgoal_horizon
-        self._sampler = GraphSampler(config.graph, config.drop_key, num_envs, config.curriculum_stages)
+        self._sampler = GraphSampler(config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages)
         self.reward = replace(REWARDS[config.reward or "intrinsic"], novelty_bonus=config.novelty_bonus)
         self.world = world = World(
             self._sampler.graphs,
@@ -103,9 +103,14 @@ class Turns:
         return self.ledger.goals
 
     @property
+    def graphs(self) -> tuple[GoalGraph, ...]:
+        """All goal graphs that the environments may ever have, the easiest first."""
+        return self._sampler.everything
+
+    @property
     def complexity(self) -> ComplexityReport:
         """How hard the environments are to explore; of several goal graphs, the hardest."""
-        return analyze(self._sampler.everything[-1], drop_key=self.world.n_actions == 6)
+        return analyze(self.graphs[-1], drop_key=self.world.n_actions == 6)
 
     def reset(self, seed: int | None = None) -> None:
         """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
