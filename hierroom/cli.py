@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from hierroom.errors import InputError
@@ -26,6 +26,20 @@ def program(name: str) -> str:
     """
     script = f"hierroom-{name}"
     return script if Path(sys.argv[0]).stem == script else f"python -m hierroom.{name}"
+
+
+def words(argv: Sequence[str] | None = None) -> list[str]:
+    """The words of the command line, by default of this process.
+
+    Raises:
+        InputError: if an option is given twice, because the first would be dropped in silence.
+    """
+    given = [*(sys.argv[1:] if argv is None else argv)]
+    options = [word.partition("=")[0] for word in given if word.startswith("--")]
+    for option in options:
+        if options.count(option) > 1:
+            raise InputError(f"{option} is given twice; give it once, with all that belongs to it")
+    return given
 
 
 def run(command: Callable[[], int]) -> None:

@@ -33,7 +33,7 @@ GRAPHS = tyro.constructors.PrimitiveConstructorSpec(
     metavar="GRAPH [GRAPH ...]",
     instance_from_str=tuple,
     is_instance=lambda _: True,
-    str_from_instance=lambda specs: list(spec_names(specs)),
+    str_from_instance=lambda specs: list(spec_names(specs)) or ["none"],  # for help texts only
 )
 """How graphs are given on the command line: as texts, which `hierroom.complexity.GraphSet` reads."""
 

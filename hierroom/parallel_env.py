@@ -10,7 +10,6 @@ Version history: v0, the first.
 
 from __future__ import annotations
 
-
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray

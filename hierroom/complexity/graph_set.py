@@ -69,8 +69,11 @@ class GraphSet:
         for spec in graph_specs(exclude):
             unwanted = {graph.canonical() for graph in self._graphs_of(spec)}
             if unwanted.isdisjoint(chosen):
-                what, where = *spec_names(spec), " and ".join(spec_names(self.specs))
-                raise InputError(f"the exclusion of {what} excludes none of the goal graphs of {where}")
+                (name,), several = spec_names(spec), is_graph_set(spec)
+                raise InputError(
+                    f"cannot exclude {name}: {'none of its graphs' if several else 'it'} is "
+                    f"{'' if several else 'not '}among the goal graphs of {' and '.join(spec_names(self.specs))}"
+                )
             excluded |= unwanted
         self.graphs = tuple(graph for canonical, graph in chosen.items() if canonical not in excluded)
         if not self.graphs:

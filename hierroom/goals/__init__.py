@@ -12,7 +12,15 @@ from hierroom.goals.ids import (
     N_GOALS,
     NO_GOAL,
 )
-from hierroom.goals.specs import GraphSpec, GraphSpecs, as_goal_graph, graph_specs, is_graph_set, spec_names
+from hierroom.goals.specs import (
+    GraphSpec,
+    GraphSpecs,
+    as_goal_graph,
+    graph_specs,
+    is_graph_set,
+    plain_specs,
+    spec_names,
+)
 
 __all__ = [
     "COLOURS",
@@ -33,5 +41,6 @@ __all__ = [
     "graph_specs",
     "is_graph_set",
     "open_goals",
+    "plain_specs",
     "spec_names",
 ]

@@ -54,11 +54,16 @@ def graph_specs(specs: GraphSpecs) -> tuple[GoalGraph | str, ...]:
     Raises:
         InputError: if one of them is no graph.
     """
-    several = specs if isinstance(specs, (list, tuple)) else (specs,)
+    several = specs if isinstance(specs, Sequence) and not isinstance(specs, str) else (specs,)
     return tuple(
         spec if isinstance(spec, str) and (spec in NAMED_GRAPHS or is_graph_set(spec)) else as_goal_graph(spec)
         for spec in several
     )
+
+
+def plain_specs(specs: GraphSpecs) -> list[str | dict[str, Any]]:
+    """The specs as plain types, for JSON: a `GoalGraph` by its content, a letter and a set as they are given."""
+    return [spec.to_dict() if isinstance(spec, GoalGraph) else spec for spec in graph_specs(specs)]
 
 
 def spec_names(specs: GraphSpecs) -> tuple[str, ...]:

@@ -16,12 +16,15 @@ import tyro
 from hierroom.agents.config import AgentsConfig, Method
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.goals import GoalGraph
+from hierroom.goals import GraphSpecs, plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
 
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
 """For learning to choose goals: an update after 256 decisions, as there are few of them; a discount that lets the exit
 count 500 steps before it, as is needed while the controller is slow."""
+
+MAX_NAMED_GRAPHS = 4
+"""How many goal graphs the name of a run's folder tells; of more it tells their number."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,8 @@ class TrainConfig:
     def name(self) -> str:
         """A short name for the run, fit for a folder."""
         meta = self.resolved_method.meta
-        parts = [self.agents.method, meta if meta != "none" else "", self._graph_name, f"seed{self.seed}"]
+        graphs = "-".join([*_abbreviated(self.env.graph), *(f"no-{name}" for name in _abbreviated(self.env.exclude))])
+        parts = [self.agents.method, meta if meta != "none" else "", graphs, f"seed{self.seed}"]
         text = "-".join(part for part in parts if part)
         return "".join(c if c.isalnum() or c in "-_." else "-" for c in text)
 
@@ -71,13 +75,9 @@ class TrainConfig:
     def title(self) -> str:
         """What the run trains, in a sentence."""
         agents = f"{self.agents.method} with meta-controller {self.resolved_method.meta}"
-        where = f"graph {self._graph_name}, seed {self.seed}"
+        graphs, excluded = (", ".join(spec_names(specs)) for specs in (self.env.graph, self.env.exclude))
+        where = f"graph {graphs}{f' without {excluded}' if excluded else ''}, seed {self.seed}"
         return f"{agents} on {where}: {self.steps:,} steps in {self.num_envs} environments"
-
-    @property
-    def _graph_name(self) -> str:
-        graph = self.env.graph
-        return graph.name if isinstance(graph, GoalGraph) else str(graph)
 
     @property
     def entries(self) -> dict[str, Any]:
@@ -104,9 +104,9 @@ class TrainConfig:
         return config
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain types, for JSON."""
+        """As plain types, for JSON; goal graphs of one's own by their content, whatever becomes of their files."""
         table = dataclasses.asdict(self)
-        table["env"]["graph"] = self._graph_name
+        table["env"] |= {"graph": plain_specs(self.env.graph), "exclude": plain_specs(self.env.exclude)}
         return table
 
     @classmethod
@@ -123,6 +123,16 @@ class TrainConfig:
             return _whole(cls, {**table, **parts, **learners})
         except (TypeError, KeyError) as error:
             raise InputError(f"this is not the config of a training run: {error}") from error
+
+
+def _abbreviated(specs: GraphSpecs) -> list[str]:
+    """What some goal graphs are called in the name of a folder, which must stay short."""
+    names = spec_names(specs)
+    return (
+        [*names]
+        if len(names) <= MAX_NAMED_GRAPHS
+        else [*names[:MAX_NAMED_GRAPHS], f"and-{len(names) - MAX_NAMED_GRAPHS}-more"]
+    )
 
 
 def _whole(kind: type, table: Mapping[str, Any]) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,20 @@ from scipy.stats import binomtest
 from hierroom.agents.player import Player, play
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS
 from hierroom.turns import Turns
+
+
+class SuccessInterval(NamedTuple):
+    """A confidence interval of a success rate."""
+
+    low: float
+    high: float
+
+
+class GoalSteps(NamedTuple):
+    """The fraction of episodes that achieved a goal, and the mean step at which they first did."""
+
+    fraction: float
+    mean_step: float
 
 
 @dataclass(frozen=True)
@@ -31,10 +46,10 @@ class Evaluation:
 
     episodes: int
     success_rate: float
-    success_interval: tuple[float, float]
+    success_interval: SuccessInterval
     length: float
     length_over_shortest: float
-    steps_to_goals: dict[str, tuple[float, float]]
+    steps_to_goals: dict[str, GoalSteps]
 
 
 def evaluate(
@@ -68,7 +83,7 @@ def evaluate(
     return Evaluation(
         episodes=len(success),
         success_rate=float(success.mean()),
-        success_interval=(float(interval.low), float(interval.high)),
+        success_interval=SuccessInterval(float(interval.low), float(interval.high)),
         length=float(length.mean()),
         length_over_shortest=float(length[success].mean() / best[success].mean()) if success.any() else float("nan"),
         steps_to_goals=_goal_table(np.concatenate(goal_steps), n_rooms),
@@ -86,7 +101,7 @@ def _note_goals(firsts: NDArray, branches: NDArray, events: NDArray, lengths: ND
     firsts[envs[is_first], goals[is_first]] = lengths[envs[is_first]]
 
 
-def _goal_table(firsts: NDArray, n_rooms: int) -> dict[str, tuple[float, float]]:
+def _goal_table(firsts: NDArray, n_rooms: int) -> dict[str, GoalSteps]:
     columns = {f"key {r}": r - 1 for r in range(1, n_rooms)}
     columns |= {f"door {r}": FIRST_DOOR_GOAL + r - 1 for r in range(1, n_rooms)}
     columns["exit"] = EXIT_GOAL
@@ -94,5 +109,6 @@ def _goal_table(firsts: NDArray, n_rooms: int) -> dict[str, tuple[float, float]]
     for name, column in columns.items():
         steps = firsts[:, column]
         achieved = steps > 0
-        table[name] = (float(achieved.mean()), float(steps[achieved].mean()) if achieved.any() else float("nan"))
+        mean_step = float(steps[achieved].mean()) if achieved.any() else float("nan")
+        table[name] = GoalSteps(float(achieved.mean()), mean_step)
     return table

@@ -70,7 +70,7 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
     """Train until the end or an interrupt and print the results; returns the exit code of the command."""
     torch.set_num_threads(1)  # more threads gain nothing at these sizes
     console = Console()
-    console.print(f"{trainer.config.title}, into {escape(str(folder.path))}")
+    console.print(escape(f"{trainer.config.title}, into {folder.path}"))
     with Interrupt() as interrupt:
         train(trainer, folder, console, interrupt)
     if not trainer.is_done:
