@@ -32,13 +32,12 @@ def words(argv: Sequence[str] | None = None) -> list[str]:
     """The words of the command line, by default of this process.
 
     Raises:
-        InputError: if an option is given twice, because the first would be dropped in silence.
+        InputError: if an option of several graphs is given twice: the last would win, and both were meant.
     """
     given = [*(sys.argv[1:] if argv is None else argv)]
-    options = [word.partition("=")[0] for word in given if word.startswith("--")]
-    for option in options:
-        if options.count(option) > 1:
-            raise InputError(f"{option} is given twice; give it once, with all that belongs to it")
+    for option in ("--graph", "--exclude"):
+        if sum(word.partition("=")[0] == option for word in given) > 1:
+            raise InputError(f"{option} is given twice; give it once, with all its graphs: {option} a b")
     return given
 
 

@@ -38,7 +38,7 @@ class GoalGraph:
 
     key_rooms: tuple[int, ...]
     exit_room: int
-    label: str | None = field(default=None, compare=False)
+    label: str | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "key_rooms", _integers("key_rooms", self.key_rooms))
