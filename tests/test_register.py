@@ -79,8 +79,8 @@ def test_a_bad_name_is_one_clear_line(name):
     with pytest.raises(InputError) as caught:
         hierroom.register(name, FORK)
     assert str(caught.value) == (
-        "the name of an environment must be letters, digits, _, . and -, and not one of the letters a, b, c, d, e, f, g, "
-        f"which are the paper's graphs; not {name!r}"
+        "the name of an environment must be letters, digits, _, . and -, and not one of the letters "
+        f"a, b, c, d, e, f, g, which are the paper's graphs; not {name!r}"
     )
 
 
