@@ -32,7 +32,7 @@ __all__ = [
 ]
 __version__ = "0.1.0"
 
-_LETTERS = "abcdefg"
+_LETTERS = tuple("abcdefg")
 _HOMES = {
     "GoalGraph": "goals",
     "InputError": "errors",

@@ -27,7 +27,7 @@ class EvaluateArguments:
     """Evaluate a trained agent: success, length and steps to each goal, sampling its actions and greedily.
 
     Args:
-        run: the run's folder.
+        run: the run's folder, before --graph and --exclude, to which all words up to the next option belong.
         episodes: episodes to play, at least.
         num_envs: environments to play in side by side.
         seed: fixes the levels and the actions; by default levels that training seeds below a million never saw.

@@ -29,6 +29,7 @@ def unregistered():
 def test_a_graph_of_a_file_has_an_id(tmp_path):
     path = tmp_path / "fork.toml"
     FORK.to_toml(path)
+    assert hierroom.register("abc", path) == "hierroom/EscapeRoom-abc-v0"
     assert hierroom.register("my-fork_2.0", path) == "hierroom/EscapeRoom-my-fork_2.0-v0"
     path.unlink()  # it was read when it was registered
     env = gymnasium.make("hierroom/EscapeRoom-my-fork_2.0-v0", size=13)

@@ -24,7 +24,7 @@ META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, va
 count 500 steps before it, as is needed while the controller is slow."""
 
 MAX_NAMED_GRAPHS = 4
-"""How many goal graphs the name of a run's folder tells; of more it tells their number."""
+"""How many graphs or sets of them stand in the name of a run's folder; of the rest there is the number."""
 
 
 @dataclass(frozen=True)
@@ -127,12 +127,9 @@ class TrainConfig:
 
 def _abbreviated(specs: GraphSpecs) -> list[str]:
     """What some goal graphs are called in the name of a folder, which must stay short."""
-    names = spec_names(specs)
-    return (
-        [*names]
-        if len(names) <= MAX_NAMED_GRAPHS
-        else [*names[:MAX_NAMED_GRAPHS], f"and-{len(names) - MAX_NAMED_GRAPHS}-more"]
-    )
+    names = [*spec_names(specs)]
+    n_more = len(names) - MAX_NAMED_GRAPHS
+    return [*names[:MAX_NAMED_GRAPHS], f"and-{n_more}-more"] if n_more > 0 else names
 
 
 def _whole(kind: type, table: Mapping[str, Any]) -> Any:
