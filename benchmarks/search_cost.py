@@ -9,7 +9,6 @@ The table has mean lengths, first that of the shortest ways to the exit, for whi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import tyro
 from rich.console import Console
@@ -19,6 +18,7 @@ from success import Informed
 
 from hierroom.cli import run
 from hierroom.errors import InputError
+from hierroom.goals import spec_names
 from hierroom.meta import make_meta
 from hierroom.training.assembly import make_turns
 from hierroom.training.config import TrainConfig
@@ -50,8 +50,9 @@ def row_of(config: TrainConfig, episodes: int) -> str:
     turns = make_turns(config, num_envs, seed)
     searching = evaluate(Searching(make_meta(meta), turns), turns, episodes)
     shortest = informed.length / informed.length_over_shortest
+    (graph,) = spec_names(config.env.graph)
     return (
-        f"| {Path(str(config.env.graph)).stem} | {shortest:.1f} | {informed.length:.1f} | {searching.length:.1f} | "
+        f"| {graph} | {shortest:.1f} | {informed.length:.1f} | {searching.length:.1f} | "
         f"{searching.length / informed.length:.2f} | {searching.success_rate:.1%} |"
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import sys
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from hierroom import complexity
     from hierroom.aec_env import env, raw_env
     from hierroom.errors import InputError
-    from hierroom.goals import GoalGraph, enumerate_graphs
+    from hierroom.goals import GoalGraph, GraphSpecs, enumerate_graphs
     from hierroom.parallel_env import parallel_env
     from hierroom.wrappers import add_features, box_view
 
@@ -27,9 +28,11 @@ __all__ = [
     "env",
     "parallel_env",
     "raw_env",
+    "register",
 ]
 __version__ = "0.1.0"
 
+_LETTERS = tuple("abcdefg")
 _HOMES = {
     "GoalGraph": "goals",
     "InputError": "errors",
@@ -69,10 +72,53 @@ class _Package(ModuleType):
 
 sys.modules[__name__].__class__ = _Package
 
-for _id, _kwargs in {"EscapeRoom": {}, **{f"EscapeRoom-{letter}": {"graph": letter} for letter in "abcdefg"}}.items():
+
+def register(name: str, graph: GraphSpecs, exclude: GraphSpecs = ()) -> str:
+    """Register a Gymnasium id for goal graphs of your own: ``hierroom/EscapeRoom-NAME-v0``.
+
+    Save this as ``my_rooms.py``; then ``gymnasium.make("my_rooms:hierroom/EscapeRoom-fork-v0")`` finds the graph in
+    every process, and so does `gymnasium.make_vec`::
+
+        import hierroom
+
+        hierroom.register("fork", hierroom.GoalGraph(key_rooms=(0, 1, 1), exit_room=3, label="fork"))
+
+    Args:
+        name: letters, digits, ``_``, ``.`` and ``-``, but not the letter of one of the paper's graphs.
+        graph: the graphs, as every environment takes them. Files are read now.
+        exclude: graphs to leave out of them, likewise.
+
+    Returns:
+        the id. It takes all other arguments of the environments at `gymnasium.make`.
+
+    Raises:
+        InputError: if the name cannot be used, or a graph cannot be read.
+    """
+    from hierroom.errors import InputError
+    from hierroom.goals import plain_specs
+
+    if not isinstance(name, str) or not re.fullmatch(r"\w[\w.-]*", name, re.ASCII) or name in _LETTERS:
+        raise InputError(
+            "the name of an environment must be letters, digits, _, . and -, and not one of the letters "
+            f"{', '.join(_LETTERS)}, which are the paper's graphs; not {name!r}"
+        )
+    kwargs = {"graph": plain_specs(graph), "exclude": plain_specs(exclude)}  # an EnvSpec can be written as JSON
+    env_id = f"hierroom/EscapeRoom-{name}-v0"
+    known = gymnasium.registry.get(env_id)
+    if known is None or known.kwargs != kwargs:  # a module may be run twice; another graph overrides with a warning
+        _register(env_id, kwargs)
+    return env_id
+
+
+def _register(env_id: str, kwargs: dict[str, Any]) -> None:
     gymnasium.register(
-        f"hierroom/{_id}-v0",
+        env_id,
         entry_point="hierroom.gym_env:EscapeRoom",
         vector_entry_point="hierroom.gym_env:EscapeRooms",
-        kwargs=_kwargs,
+        kwargs=kwargs,
     )
+
+
+_register("hierroom/EscapeRoom-v0", {})
+for _letter in _LETTERS:
+    _register(f"hierroom/EscapeRoom-{_letter}-v0", {"graph": _letter})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from hierroom.errors import InputError
@@ -26,6 +26,19 @@ def program(name: str) -> str:
     """
     script = f"hierroom-{name}"
     return script if Path(sys.argv[0]).stem == script else f"python -m hierroom.{name}"
+
+
+def words(argv: Sequence[str] | None = None) -> list[str]:
+    """The words of the command line, by default of this process.
+
+    Raises:
+        InputError: if an option of several graphs is given twice: the last would win, and both were meant.
+    """
+    given = [*(sys.argv[1:] if argv is None else argv)]
+    for option in ("--graph", "--exclude"):
+        if sum(word.partition("=")[0] == option for word in given) > 1:
+            raise InputError(f"{option} is given twice; give it once, with all its graphs: {option} a b")
+    return given
 
 
 def run(command: Callable[[], int]) -> None:

@@ -11,14 +11,13 @@ import secrets
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import wraps
-from pathlib import Path
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args
 
 import numpy as np
 import tyro
 
 from hierroom.errors import InputError
-from hierroom.goals import GoalGraph
+from hierroom.goals import GraphSpecs, graph_specs, spec_names
 
 RewardName = Literal["extrinsic", "bonus", "intrinsic", "novelty"]
 GoalMaskName = Literal["reachable", "existing", "seen", "none"]
@@ -29,14 +28,14 @@ states that are left up to (1 - gamma) / gamma, 0.053 at the default discount.""
 FRAMES_PER_SECOND = 10
 P = ParamSpec("P")
 T = TypeVar("T")
-_GRAPH = tyro.constructors.PrimitiveConstructorSpec(
-    nargs=1,
-    metavar="GRAPH",
-    instance_from_str=lambda words: words[0],
+GRAPHS = tyro.constructors.PrimitiveConstructorSpec(
+    nargs="*",
+    metavar="GRAPH [GRAPH ...]",
+    instance_from_str=tuple,
     is_instance=lambda _: True,
-    str_from_instance=lambda graph: [str(graph)],
+    str_from_instance=lambda specs: list(spec_names(specs)) or ["none"],  # for help texts only
 )
-"""How a graph is given on the command line: as a text, which `as_goal_graph` or `parse_difficulty` reads."""
+"""How graphs are given on the command line: as texts, which `hierroom.complexity.GraphSet` reads."""
 
 
 _REWARD = tyro.constructors.PrimitiveConstructorSpec(
@@ -54,10 +53,11 @@ class EnvConfig:
     """What an environment is made of.
 
     Args:
-        graph: the goal graph: a letter from a to g, a path to a .toml file, or for all graphs in between
-            hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
-        curriculum_stages: parts into which such an interval is cut; one moves on after escaping in 80% of 200
-            episodes, and back below 20%. 1: all its graphs at once.
+        graph: goal graphs, of which each episode samples one: letters from a to g, paths to .toml files, rooms:N for
+            every graph of N rooms, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH for all in between.
+        exclude: goal graphs to leave out of these, given likewise and found however their rooms are numbered.
+        curriculum_stages: parts of equal width in difficulty into which several graphs are cut; one moves on after
+            escaping in 80% of 200 episodes, and back below 20%. 1: all graphs at once.
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated.
         drop_key: give the controller a sixth action that drops a key.
@@ -72,11 +72,12 @@ class EnvConfig:
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
 
     Raises:
-        InputError: if an entry is not of its kind or out of its range; the size and the graph are checked where levels
-            are made.
+        InputError: if an entry is not of its kind or out of its range, or a graph cannot be read; the size and whether
+            the graphs fit are checked where levels are made.
     """
 
-    graph: Annotated[GoalGraph | str | Path, _GRAPH] = "c"
+    graph: Annotated[GraphSpecs, GRAPHS] = "c"
+    exclude: Annotated[GraphSpecs, GRAPHS] = ()
     curriculum_stages: int = 1
     size: int = 19
     max_steps: int = 1000
@@ -88,6 +89,9 @@ class EnvConfig:
     env_index: Annotated[int, tyro.conf.Suppress] = 0
 
     def __post_init__(self) -> None:
+        specs = graph_specs(self.graph)
+        object.__setattr__(self, "graph", specs[0] if len(specs) == 1 else specs)
+        object.__setattr__(self, "exclude", graph_specs(self.exclude))
         self._require("drop_key", isinstance(self.drop_key, (bool, np.bool_)), "True or False")
         for name, low in (("curriculum_stages", 1), ("env_index", 0)):
             self._require(name, _is_whole(getattr(self, name), low), f"a whole number of at least {low}")

@@ -13,10 +13,11 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from hierroom.cli import program, run
-from hierroom.env_config import GoalMaskName
+from hierroom.cli import program, run, words
+from hierroom.env_config import GRAPHS, GoalMaskName
 from hierroom.errors import InputError
 from hierroom.files import to_json
+from hierroom.goals import GraphSpecs
 
 if TYPE_CHECKING:
     from hierroom.training.evaluation import Evaluation
@@ -27,11 +28,12 @@ class EvaluateArguments:
     """Evaluate a trained agent: success, length and steps to each goal, sampling its actions and greedily.
 
     Args:
-        run: the run's folder.
+        run: the run's folder, before --graph and --exclude, to which all words up to the next option belong.
         episodes: episodes to play, at least.
         num_envs: environments to play in side by side.
         seed: fixes the levels and the actions; by default levels that training seeds below a million never saw.
-        graph: another goal graph than the one trained on.
+        graph: other goal graphs than those trained on, given as in training, all of which are played at once.
+        exclude: goal graphs to leave out; those left out in training are left out only where --graph is not given.
         size: another grid size than the one trained on.
         meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point,
             package.module:Class or package.module:function.
@@ -44,7 +46,8 @@ class EvaluateArguments:
     episodes: int = 1000
     num_envs: int = 100
     seed: int = 1_000_000
-    graph: str | None = None
+    graph: Annotated[GraphSpecs, GRAPHS] = ()
+    exclude: Annotated[GraphSpecs, GRAPHS] = ()
     size: int | None = None
     meta: str | None = None
     goal_mask: GoalMaskName | None = None
@@ -54,7 +57,7 @@ class EvaluateArguments:
 
 def main() -> int:
     """The command."""
-    arguments = tyro.cli(EvaluateArguments, prog=program("evaluate"))
+    arguments = tyro.cli(EvaluateArguments, prog=program("evaluate"), args=words())
     for name in ("episodes", "num_envs"):
         if getattr(arguments, name) < 1:
             raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
@@ -67,8 +70,8 @@ def main() -> int:
 
     torch.set_num_threads(1)  # as in training
     folder, num_envs = RunFolder.open(arguments.run), min(arguments.num_envs, arguments.episodes)
-    named = {name: getattr(arguments, name) for name in ("graph", "size", "goal_mask")}
-    chosen: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
+    named = {name: getattr(arguments, name) for name in ("graph", "exclude", "size", "goal_mask")}
+    chosen: dict[str, Any] = {name: value for name, value in named.items() if value not in (None, ())}
     chosen |= {"seed": arguments.seed, "meta": arguments.meta, "steps": arguments.checkpoint}
     played = {name: load_run(folder, num_envs, is_greedy=name == "greedy", **chosen) for name in ("sampled", "greedy")}
     config = folder.config()

@@ -36,9 +36,13 @@ def write_atomically(path: str | Path, content: bytes) -> None:
 
 
 def to_json(value: Any) -> str:
-    """Plain types as JSON text; infinities and NaNs, which JSON cannot represent, become null."""
+    """Plain types as JSON text; infinities and NaNs, which JSON cannot represent, become null.
+
+    A named tuple becomes an object with its names, so that nobody has to know the order of its entries.
+    """
 
     def finite(value: Any) -> Any:
+        value = getattr(value, "_asdict", lambda: value)()
         if isinstance(value, Mapping):
             return {name: finite(entry) for name, entry in value.items()}
         if isinstance(value, (list, tuple)):

@@ -9,7 +9,6 @@ Version history: v0, the first.
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -26,7 +25,7 @@ from hierroom.env_config import (
     fresh_seed,
     known_arguments,
 )
-from hierroom.goals import NO_GOAL, GoalGraph
+from hierroom.goals import NO_GOAL, GraphSpecs
 from hierroom.meta import MetaController, make_meta, show_step
 from hierroom.options import CONTROLLER
 from hierroom.rewards import RewardSpec
@@ -43,8 +42,10 @@ class EscapeRoom(gymnasium.Env):
     """One EscapeRoom, and in it the controller.
 
     Args:
-        graph: a letter ``"a"`` to ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, or
-            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between: each episode draws one.
+        graph: one of these, or a list or tuple of them, of whose graphs each episode samples one: a letter ``"a"`` to
+            ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, ``"rooms:4"`` for every graph of 4 rooms,
+            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between.
+        exclude: graphs to leave out, given likewise and found however their rooms are numbered.
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated.
         drop_key: whether the controller has a sixth action that drops a key.
@@ -53,7 +54,7 @@ class EscapeRoom(gymnasium.Env):
         novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
-        curriculum_stages: parts into which an interval of graphs is cut, to go through from the easiest on.
+        curriculum_stages: parts into which several graphs are cut, to go through from the easiest on.
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
         meta: who picks the goals: a name, ``package.module:Class``, ``package.module:function``, or a
             meta-controller or function itself (see `hierroom.meta`).
@@ -68,8 +69,9 @@ class EscapeRoom(gymnasium.Env):
     @known_arguments
     def __init__(
         self,
-        graph: GoalGraph | str | Path = "c",
+        graph: GraphSpecs = "c",
         *,
+        exclude: GraphSpecs = (),
         size: int = 19,
         max_steps: int = 1000,
         drop_key: bool = False,
@@ -132,8 +134,10 @@ class EscapeRooms(VectorEnv):
 
     Args:
         num_envs: N.
-        graph: a letter ``"a"`` to ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, or
-            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between: each episode draws one.
+        graph: one of these, or a list or tuple of them, of whose graphs each episode samples one: a letter ``"a"`` to
+            ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, ``"rooms:4"`` for every graph of 4 rooms,
+            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between.
+        exclude: graphs to leave out, given likewise and found however their rooms are numbered.
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated.
         drop_key: whether the controller has a sixth action that drops a key.
@@ -142,7 +146,7 @@ class EscapeRooms(VectorEnv):
         novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
-        curriculum_stages: parts into which an interval of graphs is cut, to go through from the easiest on.
+        curriculum_stages: parts into which several graphs are cut, to go through from the easiest on.
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
         meta: who picks the goals, as for `EscapeRoom`.
         threads: most threads to step with.
@@ -157,8 +161,9 @@ class EscapeRooms(VectorEnv):
     def __init__(
         self,
         num_envs: int = 1,
-        graph: GoalGraph | str | Path = "c",
+        graph: GraphSpecs = "c",
         *,
+        exclude: GraphSpecs = (),
         size: int = 19,
         max_steps: int = 1000,
         drop_key: bool = False,

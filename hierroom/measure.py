@@ -30,7 +30,7 @@ from hierroom.complexity.measured import EpisodeCounts, MeasuredReport, counts_o
 from hierroom.complexity.report import analyze
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.goals import GoalGraph
+from hierroom.goals import GoalGraph, GraphSpec
 from hierroom.training.assembly import load_run
 from hierroom.training.run_folder import RunFolder
 from hierroom.turns import Turns
@@ -129,7 +129,7 @@ def measure(
     return MeasuredReport(assumed, counts, seed=seed)
 
 
-def measure_named(name: str, graph: str | None, drop_key: bool, episodes: int, seed: int) -> MeasuredReport:
+def measure_named(name: str, graph: GraphSpec | None, drop_key: bool, episodes: int, seed: int) -> MeasuredReport:
     """Measure the player that the command line names, with a progress bar.
 
     Args:
@@ -146,7 +146,7 @@ def measure_named(name: str, graph: str | None, drop_key: bool, episodes: int, s
         raise InputError(f"play at least one episode, not {episodes}")
     num_envs = min(MAX_ENVS, episodes)
     if name in ("random", "oracle"):
-        turns = Turns(EnvConfig(graph or "c", drop_key=drop_key), num_envs, seed=seed)
+        turns = Turns(EnvConfig("c" if graph is None else graph, drop_key=drop_key), num_envs, seed=seed)
         player: Player = OraclePlayer() if name == "oracle" else RandomPlayer(np.random.default_rng(seed))
     else:
         turns, player = _trained(name, graph, drop_key, num_envs, seed)
@@ -161,18 +161,18 @@ def graph_of(turns: Turns) -> GoalGraph:
     Raises:
         InputError: if they have several.
     """
-    records = turns.world.graph_records
-    if len(records) != 1:
-        raise InputError(f"a chain is measured in environments of one goal graph, not of {len(records)}")
-    return GoalGraph(tuple(records[0].key_rooms[: records[0].n_rooms - 1]), records[0].exit_room)
+    graph, *others = turns.sampler.everything
+    if others:
+        raise InputError(f"a chain is measured in environments of one goal graph, not of {1 + len(others)}")
+    return graph
 
 
-def _trained(name: str, graph: str | None, drop_key: bool, num_envs: int, seed: int) -> tuple[Turns, Player]:
+def _trained(name: str, graph: GraphSpec | None, drop_key: bool, num_envs: int, seed: int) -> tuple[Turns, Player]:
     other: dict[str, Any] = {} if graph is None else {"graph": graph}
     turns, pair = load_run(RunFolder.open(name), num_envs, seed=seed, **other)
     if drop_key and not turns.world.state.levels["can_drop"][0]:
         raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
-    n_graphs = len(turns.world.graph_records)
+    n_graphs = len(turns.sampler.everything)
     if n_graphs > 1:
         raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
     return turns, pair

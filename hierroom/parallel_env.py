@@ -10,8 +10,6 @@ Version history: v0, the first.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
@@ -19,7 +17,7 @@ from pettingzoo import ParallelEnv
 
 from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, GoalMaskName, known_arguments
 from hierroom.errors import InputError
-from hierroom.goals import GoalGraph
+from hierroom.goals import GraphSpecs
 from hierroom.options import AGENTS, CONTROLLER, META
 from hierroom.rewards import RewardSpec
 from hierroom.single_env import SingleEnv
@@ -30,8 +28,10 @@ class parallel_env(ParallelEnv):
     """The parallel environment.
 
     Args:
-        graph: a letter ``"a"`` to ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, or
-            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between: each episode draws one.
+        graph: one of these, or a list or tuple of them, of whose graphs each episode samples one: a letter ``"a"`` to
+            ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, ``"rooms:4"`` for every graph of 4 rooms,
+            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between.
+        exclude: graphs to leave out, given likewise and found however their rooms are numbered.
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated.
         drop_key: whether the controller has a sixth action that drops a key.
@@ -40,7 +40,7 @@ class parallel_env(ParallelEnv):
         novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
         subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
-        curriculum_stages: parts into which an interval of graphs is cut, to go through from the easiest on.
+        curriculum_stages: parts into which several graphs are cut, to go through from the easiest on.
         env_index: the index of the environment; with the seed it fixes the episodes.
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
 
@@ -57,8 +57,9 @@ class parallel_env(ParallelEnv):
     @known_arguments
     def __init__(
         self,
-        graph: GoalGraph | str | Path = "c",
+        graph: GraphSpecs = "c",
         *,
+        exclude: GraphSpecs = (),
         size: int = 19,
         max_steps: int = 1000,
         drop_key: bool = False,

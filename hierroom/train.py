@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from hierroom.cli import program, run
+from hierroom.cli import program, run, words
 from hierroom.errors import InputError
 from hierroom.training.config import TrainConfig
 from hierroom.training.config_file import read_config
@@ -41,6 +41,7 @@ def parse(argv: list[str] | None = None) -> TrainArguments:
     Raises:
         InputError: if the file, the preset or the run cannot be used, or a resumed run is given other options.
     """
+    argv = words(argv)
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
     for name in ("--preset", "--meta", "--config", "--resume", "--out"):
         first.add_argument(name)

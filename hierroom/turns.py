@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.difficulty import GraphSampler
+from hierroom.complexity.curriculum import GraphSampler
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.controller import Observation, observation_spaces
 from hierroom.env_config import EnvConfig
@@ -63,8 +63,7 @@ class Turns:
         memories: Iterable[str] = (),
     ):
         horizon = config.subgoal_horizon
-        self.sampler = GraphSampler(config.graph, config.drop_key, num_envs, config.curriculum_stages)
-        self._graph_names = {(graph.key_rooms, graph.exit_room): graph.name for graph in self.sampler.everything}
+        self.sampler = GraphSampler(config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages)
         self.reward = make_reward(config.reward or "intrinsic", config.novelty_bonus)
         self.world = world = World(
             self.sampler.graphs,
@@ -105,11 +104,6 @@ class Turns:
     def complexity(self) -> ComplexityReport:
         """How hard the environments are to explore; of several goal graphs, the hardest."""
         return analyze(self.sampler.everything[-1], drop_key=self.world.n_actions == 6)
-
-    def graph_names(self, levels: np.ndarray) -> list[str]:
-        """The names of the goal graphs of some levels, [M] records of `layout.LEVEL`."""
-        rooms = zip(levels["n_rooms"].tolist(), levels["key_rooms"].tolist(), levels["exit_room"].tolist(), strict=True)
-        return [self._graph_names[tuple(key_rooms[: n - 1]), exit_room] for n, key_rooms, exit_room in rooms]
 
     def reset(self, seed: int | None = None) -> None:
         """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.

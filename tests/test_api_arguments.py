@@ -11,7 +11,7 @@ import pytest
 
 import hierroom
 from hierroom import GoalGraph, InputError
-from hierroom.complexity import Curriculum, parse_difficulty
+from hierroom.complexity import GraphSet
 from hierroom.env_config import EnvConfig
 from hierroom.gym_env import EscapeRoom, EscapeRooms
 
@@ -98,14 +98,26 @@ def test_one_graph_can_be_given_in_every_way(api, row_file):
         env.close()
 
 
+@pytest.mark.parametrize("api", MADE)
+def test_several_graphs_can_be_given_as_a_list_or_a_tuple_less_those_excluded(api, row_file):
+    expected = graphs_of(hierroom.parallel_env(["a", "c", row_file, "f"], exclude="f"))
+    assert set(expected) == {GoalGraph.named("a"), GoalGraph.named("c"), ROW}
+    for graph, exclude in ((["a", "c", ROW], ()), (("c", "a", str(row_file), "rooms:3"), ["b", GoalGraph((0, 1), 1)])):
+        env = MADE[api](graph=graph, exclude=exclude)
+        assert graphs_of(env) == expected
+        assert turns_of(env).complexity.graph == ROW  # the hardest
+        assert [graph.name for graph in turns_of(env).graphs][:2] == ["a", "c"]
+        env.close()
+
+
 @pytest.fixture(
     scope="module", params=[("hitting_time:8..16", 1), ("expected_steps:20..70", 1), ("hitting_time:8..16", 2)]
 )
 def interval(request):
     """An interval, its stages, the graphs to begin with, all graphs, and those that the parallel environment draws."""
     spec, n_stages = request.param
-    whole = parse_difficulty(spec)
-    first = Curriculum(whole, n_stages).stages[0].graphs
+    whole = GraphSet(spec)
+    first = whole.stages(n_stages)[0]
     drawn = graphs_of(hierroom.parallel_env(spec, curriculum_stages=n_stages))
     return spec, n_stages, first, whole.graphs, drawn
 
@@ -133,7 +145,7 @@ def test_an_interval_of_graphs_gives_the_same_levels_everywhere(api, interval):
     [
         (
             {"graph": "hitting_time:16"},
-            "a difficulty must be hitting_time:LOW..HIGH or expected_steps:LOW..HIGH, not",
+            "a set of goal graphs must be rooms:N, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH, not",
         ),
         (
             {"graph": "expected_steps:1..2"},
@@ -141,8 +153,10 @@ def test_an_interval_of_graphs_gives_the_same_levels_everywhere(api, interval):
         ),
         (
             {"curriculum_stages": 2, "graph": "b"},
-            "a curriculum of 2 stages needs a graph like hitting_time:20..30, not",
+            "a curriculum of 2 stages needs several graphs, as of rooms:4, not b alone",
         ),
+        ({"graph": ["a", "z"]}, "a graph must be a letter from a to g"),
+        ({"graph": ["a", "b"], "exclude": "c"}, "cannot exclude c: it is not among the goal graphs of a and b"),
         (
             {"curriculum_stages": 0, "graph": "hitting_time:8..16"},
             "curriculum_stages must be a whole number of at least 1, not 0",

@@ -57,7 +57,7 @@ def test_one_graph_many_graphs_and_their_formats(printed):
     assert "hitting time    15.07" in command("--graph", "c").stdout
     assert json.loads(printed(graph="c", json=True))["nodes"] == 9
     assert [report["graph"] for report in json.loads(printed(all=True, json=True))] == list("abcdefg")
-    rows = list(csv.DictReader(io.StringIO(printed(rooms=4, drop=True, sort="hitting_time", csv=True))))
+    rows = list(csv.DictReader(io.StringIO(printed(graph="rooms:4", drop=True, sort="hitting_time", csv=True))))
     values = [float(row["hitting_time"]) for row in rows]
     assert len(rows) == 9
     assert values == sorted(values)
@@ -65,9 +65,9 @@ def test_one_graph_many_graphs_and_their_formats(printed):
 
 
 def test_a_toml_file_and_an_interval(tmp_path, printed):
-    path = tmp_path / "graph.toml"
+    path = tmp_path / "own.toml"
     path.write_text("key_rooms = [0, 1]\nexit_room = 2\n")
-    assert printed(graph=str(path)) == printed(graph="c")
+    assert printed(graph=str(path)) == printed(graph="c").replace("goal graph c", "goal graph own")
     assert "\n g " in printed(graph="hitting_time:27.4..27.6")
 
 
@@ -75,10 +75,41 @@ def test_an_interval_is_a_list_however_many_graphs_are_in_it(printed):
     assert [report["graph"] for report in json.loads(printed(graph="hitting_time:8..9", json=True))] == ["a"]
 
 
+def test_several_graphs_are_all_listed(tmp_path):
+    (tmp_path / "[red]own.toml").write_text("key_rooms = [0, 1, 1]\nexit_room = 3\n")
+    done = command("--graph", str(tmp_path / "[red]own.toml"), "c", "f", "c")
+    assert done.returncode == 0, done.stderr
+    rows = [line.split() for line in done.stdout.splitlines() if line.count(".") == 3]
+    assert [row[0] for row in rows] == ["[red]own", "c", "f"]
+    done = command("--graph", "expected_steps:90..150", "rooms:4", "--exclude", "f", "g", "--json")
+    names = [report["graph"] for report in json.loads(done.stdout)]
+    assert {"d", "e"} <= set(names)
+    assert not {"f", "g"} & set(names)
+
+
+def test_excluding_works_on_the_graphs_listed_by_default(printed):
+    assert [report["graph"] for report in json.loads(printed(exclude=("g", "b"), json=True))] == list("acdef")
+
+
+def test_json_says_what_each_number_is(printed):
+    """No list of bare numbers anywhere: where a number stands in an array, one would have to know the order."""
+
+    def arrays_of_numbers(value):
+        entries = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+        within = [found for entry in entries for found in arrays_of_numbers(entry)]
+        is_array = isinstance(value, list) and any(not isinstance(entry, (dict, str)) for entry in value)
+        return [value, *within] if is_array else within
+
+    report = json.loads(printed(graph="d", json=True))
+    assert report["key_rooms"] == {"key 1": 0, "key 2": 0, "key 3": 1}
+    assert arrays_of_numbers(report) == []
+    assert arrays_of_numbers(json.loads(printed(graph="rooms:3", json=True))) == []
+    assert arrays_of_numbers(json.loads(printed(from_play="oracle", graph="a", episodes=3, json=True))) == []
+
+
 def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setattr("hierroom.complexity.__main__._graphs", lambda _: [GoalGraph(tuple(range(7)), 7)] * 2)
-    text = printed(drop=True)
+    text = printed(drop=True, graph=(GoalGraph(tuple(range(7)), 7), "a"))
     row = next(line.split() for line in text.splitlines() if "exit-7" in line)
     assert row[:2] + row[5:7] == ["keys-0-1-2-3-4-5-6-exit-7", "14", "100.11", "132507.6"]
     assert "saturates near 100" in text
@@ -89,12 +120,15 @@ def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
     ("arguments", "message"),
     [
         (["--graph", "z"], "a graph must be a letter from a to g"),
-        (["--graph", "a", "--all"], "by only one of --graph, --all"),
-        (["--rooms", "40"], "--rooms must be from 2 to 8, not 40"),
+        (["--graph", "a", "--all"], "by only one of --graph and --all"),
+        (["--graph", "rooms:40"], "rooms:N takes a number of rooms from 2 to 8, not 40"),
+        (["--graph", "a", "--graph", "b"], "--graph is given twice; give it once, with all its graphs"),
+        (["--graph", "a", "b", "--exclude", "c"], "cannot exclude c"),
+        (["--graph", "a", "b", "--from-play", "random"], "--from-play measures one goal graph"),
         (["--json", "--csv"], "choose one of --json and --csv, not both"),
         (["--draw", "x.png"], "--draw draws one graph"),
         (["--graph", "a", "--seed", "3"], "--episodes and --seed go with --from-play"),
-        (["--graph", "hitting_time:9"], "a difficulty must be"),
+        (["--graph", "hitting_time:9"], "a set of goal graphs must be rooms:N, hitting_time:LOW..HIGH or"),
     ],
 )
 def test_a_wrong_input_is_one_line_and_exit_code_2(arguments, message):

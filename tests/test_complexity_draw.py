@@ -128,3 +128,10 @@ def test_one_clear_message(tmp_path, graph, name, message):
     with pytest.raises(InputError, match=message):
         draw_graph(AugmentedGraph(graph), tmp_path / name)
     assert not [*tmp_path.iterdir()]
+
+
+def test_a_name_is_no_formula(tmp_path):
+    """Matplotlib would read what stands between dollar signs as TeX, and fail."""
+    path = tmp_path / "graph.svg"
+    draw_graph(AugmentedGraph(GoalGraph((0,), 1, label=r"$\bad$")), path)
+    assert path.read_bytes()

@@ -33,9 +33,8 @@ def ended(*successes: bool, length: int = 10) -> Any:
 
 def places(n: int) -> Any:
     """Turns of which nothing is told but the levels that ended."""
-    return SimpleNamespace(
-        world=SimpleNamespace(finals=np.zeros(n, LEVEL)), graph_names=lambda levels: ["c"] * len(levels)
-    )
+    sampler = SimpleNamespace(names=lambda levels: ["c"] * len(levels))
+    return SimpleNamespace(world=SimpleNamespace(finals=np.zeros(n, LEVEL)), sampler=sampler)
 
 
 def test_milestones_are_first_crossings_of_a_full_window():
@@ -142,7 +141,7 @@ def test_the_graph_of_a_row_is_that_of_its_episode():
     turns, log = make("expected_steps:20..80", n=12, size=11, max_steps=15), EpisodeLog(12)
     seen = set()
     for t in range(60):
-        names = turns.graph_names(turns.world.state.levels)
+        names = turns.sampler.names(turns.world.state.levels)
         step = turns.step(np.ones(12, np.int64))
         log.begin_update()
         log.add(step, turns, t)

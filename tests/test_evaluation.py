@@ -4,7 +4,7 @@ import json
 import sys
 
 import pytest
-from turns_helpers import make_mixed
+from turns_helpers import make
 
 from hierroom import evaluate as command
 from hierroom.env_config import EnvConfig
@@ -33,7 +33,7 @@ def test_the_table_has_the_goals_of_every_level_that_was_played():
     tables = {}
     for seed in range(8):
         player.sizes.clear()
-        turns = make_mixed(graphs, 1, max_steps=3, seed=seed, measure_shortest=True)
+        turns = make(graphs, 1, max_steps=3, seed=seed, measure_shortest=True)
         table = evaluate(player, turns, 3).steps_to_goals
         largest = max(player.sizes)
         assert list(table) == [f"{kind} {r}" for kind in ("key", "door") for r in range(1, largest)] + ["exit"]
@@ -72,10 +72,25 @@ def test_an_earlier_checkpoint_is_worse(evaluated):
         evaluated("--checkpoint", "1")
 
 
+def test_other_graphs_replace_those_of_the_run(evaluated):
+    """Zero-shot: the agent of graph b in a set that has one room more, and without what is excluded."""
+    assert "key 2" in evaluated()["steps_to_goals"]
+    assert "key 2" not in evaluated("--graph", "a")["steps_to_goals"]
+    several = evaluated("--graph", "a", "rooms:4", "--exclude", "g")
+    assert "key 3" in several["steps_to_goals"]
+    assert several["length"] != evaluated("--graph", "a", "rooms:4")["length"]
+    with pytest.raises(InputError, match="cannot exclude g: it is not among the goal graphs of b"):
+        evaluated("--exclude", "g")
+    with pytest.raises(InputError, match="--exclude is given twice"):
+        evaluated("--graph", "rooms:4", "--exclude", "g", "--exclude", "e")
+
+
 def test_another_meta_controller_gives_other_goals(evaluated, capsys):
     """The oracle never asks for the key of the room without the exit, key 2; the fixed path does half the time."""
     fixed, oracle = evaluated(), evaluated("--meta", "oracle")
-    assert oracle["steps_to_goals"]["key 2"][0] < fixed["steps_to_goals"]["key 2"][0] - 0.2  # it is taken by mistake
+    assert (
+        oracle["steps_to_goals"]["key 2"]["fraction"] < fixed["steps_to_goals"]["key 2"]["fraction"] - 0.2
+    )  # by mistake
     assert oracle["length"] < fixed["length"]
     hindered = evaluated("--meta", "random", "--goal-mask", "existing")
     assert hindered["success_rate"] < fixed["success_rate"]

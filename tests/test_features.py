@@ -1,7 +1,7 @@
 """Where goals and doorways are said to be: what was seen or walked through this episode, and nothing else."""
 
 import numpy as np
-from turns_helpers import make_mixed
+from turns_helpers import make
 from views import shown_goals
 
 from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE
@@ -28,7 +28,7 @@ def place_of(level, cell):
 
 def test_the_goal_is_where_views_of_this_episode_showed_it_last():
     settings = {"size": 15, "max_steps": 300, "drop_key": True, "goal_mask": "none", "subgoal_horizon": 7}
-    turns = make_mixed([NAMED_GRAPHS["a"], NAMED_GRAPHS["f"]], N_ENVS, seed=3, **settings)
+    turns = make([NAMED_GRAPHS["a"], NAMED_GRAPHS["f"]], N_ENVS, seed=3, **settings)
     meta = make_meta("random")
     rng, memories = np.random.default_rng(0), [{} for _ in range(N_ENVS)]
     compared = {"no goal": 0, "not there": 0, "not seen yet": 0, "in view": 0, "remembered": 0, "dropped": 0}
@@ -60,7 +60,7 @@ def test_the_goal_is_where_views_of_this_episode_showed_it_last():
 
 
 def test_the_doorways_are_the_two_opened_or_walked_through_last():
-    turns = make_mixed([NAMED_GRAPHS["c"], NAMED_GRAPHS["e"]], N_ENVS, size=13, max_steps=500, seed=4)
+    turns = make([NAMED_GRAPHS["c"], NAMED_GRAPHS["e"]], N_ENVS, size=13, max_steps=500, seed=4)
     rng, histories = np.random.default_rng(1), [[] for _ in range(N_ENVS)]  # a cell each time a door is used
     compared = {"none yet": 0, "one": 0, "two": 0, "opened": 0, "walked through": 0}
     for _ in range(3000):

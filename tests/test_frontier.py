@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from turns_helpers import make_mixed
+from turns_helpers import make
 from views import in_view
 
 from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE
@@ -32,7 +32,7 @@ def is_inside(cell, rectangle):
     ("size", "graphs"), [(13, [NAMED_GRAPHS[letter] for letter in "cef"]), (63, [GoalGraph((0, 0, 0, 0, 0, 0), 6)])]
 )
 def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs):
-    turns = make_mixed(graphs, N_ENVS, size=size, max_steps=400, drop_key=True, seed=5)
+    turns = make(graphs, N_ENVS, size=size, max_steps=400, drop_key=True, seed=5)
     rng, seen, floor = np.random.default_rng(2), [set() for _ in range(N_ENVS)], [set() for _ in range(N_ENVS)]
     compared = {"here": 0, "elsewhere": 0, "none here": 0, "none elsewhere": 0}
     in_doorway = 0

@@ -1,10 +1,15 @@
 """Goal graphs: the paper's table, what is rejected and how it is said, files, enumeration, and which goals are open."""
 
+import json
 from itertools import product
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import networkx as nx
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hierroom.errors import InputError
 from hierroom.goals import (
@@ -104,6 +109,8 @@ def test_toml_round_trip(graph, tmp_path):
     [
         ("key_rooms = [0", "is not a TOML file"),
         ("", "must hold key_rooms .* and nothing else; it holds nothing"),
+        ("name = 3\nkey_rooms = [0]\nexit_room = 1", "graph.toml: the name of a goal graph must be a text of one line"),
+        ('name = "c"\nkey_rooms = [0]\nexit_room = 1', "graph.toml: c is the name of another goal graph"),
         ("key_rooms = [0]\nexit = 1", "nothing else; it holds exit, key_rooms"),
         ("key_rooms = [0]\nexit_room = 0", "graph.toml: the exit must lie behind a door"),
         ("key_rooms = 'c'\nexit_room = 1", "graph.toml: key_rooms takes whole numbers"),
@@ -117,6 +124,49 @@ def test_bad_files(text, message, tmp_path):
     with pytest.raises(InputError, match=message) as caught:
         as_goal_graph(path)
     assert "graph.toml" in str(caught.value)
+
+
+def test_a_graph_of_a_file_has_its_name(tmp_path):
+    """That of its entry, else that of the file, even where it is one of the paper's graphs."""
+    path = tmp_path / "mine.toml"
+    path.write_text("key_rooms = [0, 1]\nexit_room = 2\n")
+    assert GoalGraph.from_toml(path).name == "mine"
+    assert GoalGraph.from_toml(path) == GoalGraph.named("c")
+    path.write_text('name = "the \\"fork\\""\n' + path.read_text())
+    assert GoalGraph.from_toml(path).name == 'the "fork"'
+
+
+def test_a_file_called_as_a_graph_of_the_paper_is_not_taken_for_it(tmp_path):
+    path = tmp_path / "c.toml"
+    GoalGraph((0,), 1).to_toml(path)
+    assert GoalGraph.from_toml(path).name == "c.toml"
+    GoalGraph((0, 1), 2).to_toml(path)
+    assert GoalGraph.from_toml(path).name == "c"
+
+
+@settings(max_examples=25)
+@given(st.text(min_size=1).filter(lambda text: text.isprintable() and text.strip() and text not in NAMED_GRAPHS))
+def test_a_label_survives_files_and_json(label):
+    graph = GoalGraph((0, 1), 1, label)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "other.toml"
+        graph.to_toml(path)
+        assert GoalGraph.from_toml(path).name == label
+    assert as_goal_graph(json.loads(json.dumps(graph.to_dict()))).name == label
+
+
+def test_a_label_makes_no_other_graph():
+    assert GoalGraph((0,), 1, "x") == GoalGraph((0,), 1)
+    assert hash(GoalGraph((0,), 1, "x")) == hash(GoalGraph((0,), 1))
+    for wrong in ("", " ", "two\nlines", 3, "\x1b[31m"):
+        with pytest.raises(InputError, match="must be a text of one line"):
+            GoalGraph((0,), 1, wrong)
+
+
+def test_a_graph_as_a_table_is_a_graph():
+    assert as_goal_graph({"key_rooms": [0, 1], "exit_room": 2}) == GoalGraph.named("c")
+    with pytest.raises(InputError, match="a goal graph must hold key_rooms"):
+        as_goal_graph({"key_rooms": [0, 1]})
 
 
 def test_files_that_cannot_be_read(tmp_path):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from turns_helpers import make, make_mixed, well_or_wildly
+from turns_helpers import make, well_or_wildly
 from views import shown_goals
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS, NAMED_GRAPHS, GoalGraph
@@ -82,7 +82,7 @@ def check(level, turns, n, lay, seen):
 @pytest.mark.parametrize("mask", GOAL_MASKS)
 def test_a_level_says_what_the_state_holds(mask):
     settings = {"size": 15, "max_steps": 90, "drop_key": True, "goal_mask": mask, "subgoal_horizon": 6}
-    turns, rng = make_mixed(GRAPHS, N_ENVS, seed=7, **settings), np.random.default_rng(3)
+    turns, rng = make(GRAPHS, N_ENVS, seed=7, **settings), np.random.default_rng(3)
     lay, seen = [{} for _ in range(N_ENVS)], [set() for _ in range(N_ENVS)]
     met = dict.fromkeys(("held", "dropped", "open", "not there", "not seen", "reachable", "legal", "waiting"), 0)
     for step in range(270):

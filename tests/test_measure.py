@@ -4,14 +4,14 @@ import json
 
 import numpy as np
 import pytest
-from turns_helpers import make_mixed
+from turns_helpers import make
 
 from hierroom.agents.player import OraclePlayer, RandomPlayer
 from hierroom.complexity import AugmentedGraph, Node
 from hierroom.complexity.__main__ import ComplexityArguments, show
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.goals import NAMED_GRAPHS, enumerate_graphs
+from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
 from hierroom.measure import NodeMap, count_transitions, graph_of, measure
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
@@ -20,7 +20,7 @@ from hierroom.world.oracle import shortest_lengths
 
 
 def turns_in(*graphs, n=20, seed=3, **settings):
-    return make_mixed(graphs, n, seed=seed, **settings)
+    return make(graphs, n, seed=seed, **settings)
 
 
 def node_by_hand(level):
@@ -148,6 +148,8 @@ def test_from_play_on_the_command_line(capsys):
         (ComplexityArguments(from_play="no-such-run"), "no-such-run is not a run folder"),
         (ComplexityArguments(from_play="random", all=True), "measures one goal graph"),
         (ComplexityArguments(from_play="random", graph="hitting_time:8..9"), "measures one goal graph"),
+        (ComplexityArguments(from_play="random", graph=("a", "b")), "measures one goal graph"),
+        (ComplexityArguments(from_play="random", graph="a", exclude="b"), "measures one goal graph"),
         (ComplexityArguments(from_play="random", episodes=0), "at least one episode, not 0"),
     ],
 )
@@ -167,9 +169,14 @@ def test_a_trained_agent_is_measured_from_its_run_folder(tmp_path, capsys):
         show(ComplexityArguments(from_play=str(folder.path), drop=True))
 
 
-def test_an_agent_of_many_graphs_is_measured_in_one_of_them(tmp_path):
-    config = TrainConfig(EnvConfig("hitting_time:8..13", size=11, max_steps=60), num_envs=4)
+def test_an_agent_of_many_graphs_is_measured_in_one_of_them(tmp_path, capsys):
+    config = TrainConfig(EnvConfig("hitting_time:8..13", exclude="a", size=11, max_steps=60), num_envs=4)
     folder = RunFolder.create(tmp_path / "run", config)
     folder.save_checkpoint(Trainer(config).state_dict())
     with pytest.raises(InputError, match=r"trained on \d+ goal graphs; name one by --graph"):
         show(ComplexityArguments(from_play=str(folder.path)))
+    own = tmp_path / "own.toml"
+    GoalGraph((0, 1), 1).to_toml(own)
+    show(ComplexityArguments(from_play=str(folder.path), graph=(str(own),), episodes=4, json=True))
+    table = json.loads(capsys.readouterr().out)
+    assert (table["graph"], table["key_rooms"], table["exit_room"]) == ("own", {"key 1": 0, "key 2": 1}, 1)

@@ -40,6 +40,9 @@ def test_a_run_keeps_its_goal_graph(tmp_path):
     moved = RunFolder.open(folder.path.rename(tmp_path / "elsewhere"))
     assert as_goal_graph(moved.config().env.graph) == GoalGraph((0, 1), 2)
     assert moved.config().changed(graph="a") == SMALL
+    table = json.loads((moved.path / "config.json").read_text())
+    assert table["env"]["graph"] == [{"name": "own", "key_rooms": [0, 1], "exit_room": 2}]
+    assert not list(moved.path.glob("*.toml"))
 
 
 def test_a_file_that_is_called_as_a_named_graph_is_not_the_graph(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import hierroom
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.train import parse
@@ -48,6 +49,7 @@ def named(arguments: str) -> str:
         ("--meta mine.own:Nearest --network nets:Gated", "hippo-Nearest-c-seed0-network-Gated"),
         ("--warm-start runs/before", "hippo-fixed-dfs-c-seed0-warm_start-before"),
         ("--graph graphs/mine.toml", "hippo-fixed-dfs-mine-seed0"),
+        ("--graph a rooms:3 --exclude c", "hippo-fixed-dfs-a-rooms-3-no-c-seed0"),
         ("--graph hitting_time:20..30", "hippo-fixed-dfs-hitting_time-20..30-seed0"),
         ("--graph expected_steps:100..140", "hippo-fixed-dfs-expected_steps-100..140-seed0"),
         ("--method ppo --graph expected_steps:100.25..140", "ppo-expected_steps-100.-c56d-seed0"),
@@ -57,7 +59,10 @@ def named(arguments: str) -> str:
         ("--features view goal", "hippo-fixed-dfs-c-seed0-features-view-goal"),
     ],
 )
-def test_the_name_shows_what_differs_from_the_preset(arguments, name):
+def test_the_name_shows_what_differs_from_the_preset(arguments, name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "graphs").mkdir()
+    hierroom.GoalGraph((0, 1), 2).to_toml(tmp_path / "graphs" / "mine.toml")
     assert named(arguments) == name
 
 

@@ -97,7 +97,34 @@ def test_a_run_goes_on_naming_its_graph_as_it_was_named(tmp_path, monkeypatch):
     assert train.main(["--resume", "run", "--steps", "1024"]) == 0
     folder = RunFolder.open("run")
     assert folder.config().env.graph == GoalGraph((0, 1, 1), 3)
-    assert '"graph": "mine.toml"' in (folder.path / "config.json").read_text()
+    assert folder.config().title.startswith("hippo with meta-controller fixed-dfs on graph mine, seed 0")
+    assert folder.config().name == "hippo-fixed-dfs-mine-seed0"
+
+
+def test_a_run_on_a_set_of_graphs_goes_on_without_their_files(tmp_path, monkeypatch):
+    """The sets are equal turn by turn, though the file is gone and the folder another."""
+    monkeypatch.chdir(tmp_path)
+    own = GoalGraph((0, 1, 1), 3)
+    own.to_toml("mine.toml")
+    flags = ["--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2", "--out", "run"]
+    assert train.main(["--graph", "a", "mine.toml", "rooms:3", "--exclude", "c", *flags, "--steps", "512"]) == 0
+    (tmp_path / "mine.toml").write_text("something else")
+    (tmp_path / "else").mkdir()
+    monkeypatch.chdir(tmp_path / "else")
+    assert train.main(["--resume", "../run", "--steps", "1024"]) == 0
+    folder = RunFolder.open("../run")
+    assert folder.config().name == "hippo-fixed-dfs-a-mine-rooms-3-no-c-seed0"
+    assert "on graph a, mine, rooms:3 without c, seed 0" in folder.config().title
+    names = ["a", "keys-0-1-exit-1", "b", "mine"]
+    assert [graph.name for graph in load_run(folder, 2)[0].graphs] == names
+    assert [graph.name for graph in load_run(folder, 2, graph=["c", own])[0].graphs] == ["c", "keys-0-1-1-exit-3"]
+    assert [graph.name for graph in load_run(folder, 2, exclude="a")[0].graphs] == ["keys-0-1-exit-1", "b", "c", "mine"]
+
+
+def test_the_folder_of_a_run_on_many_graphs_has_a_short_name():
+    config = SMALL.changed(graph=list("abcdefg"))
+    assert config.name == "hippo-fixed-dfs-a-b-c-d-and-3-more-seed0"
+    assert "on graph a, b, c, d, e, f, g, seed 0" in config.title
 
 
 def test_an_interrupt_at_any_moment_is_saved(tmp_path, monkeypatch, capsys):

@@ -251,8 +251,8 @@ def test_evaluate_prints_a_table_and_json(trained, monkeypatch, capsys):
     assert evaluate.main() == 0
     results = json.loads(capsys.readouterr().out)
     for name in ("sampled", "greedy"):
-        low, high = results[name]["success_interval"]
-        assert low <= results[name]["success_rate"] <= high
+        interval = results[name]["success_interval"]
+        assert interval["low"] <= results[name]["success_rate"] <= interval["high"]
         assert set(results[name]["steps_to_goals"]) == {"key 1", "door 1", "exit"}
 
 
@@ -276,11 +276,15 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--graph", "cycle.toml"], "must form a tree"),
         (["--graph", "huge.toml"], "a grid holds at most 7 rooms"),
         (["--graph", "hitting_time:1000..2000"], "no goal graph"),
-        (["--curriculum-stages", "3"], "needs a graph like"),
         (["--reward", "none"], "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point"),
         (["--reward", "nowhere:Nothing"], "there is no module 'nowhere' for the reward"),
         (["--evaluations", "-1"], "evaluations must be at least 0"),
         (["--evaluation-episodes", "0"], "evaluation_episodes at least 1"),
+        (["--graph", "a", "huge.toml"], "a grid holds at most 7 rooms"),
+        (["--graph", "rooms:8"], "rooms:N takes a number of rooms from 2 to 7, not 8"),
+        (["--graph"], "give at least one goal graph"),
+        (["--graph", "a", "--graph", "b"], "--graph is given twice"),
+        (["--curriculum-stages", "3"], "needs several graphs"),
         (["--meta", "nobody"], "a meta-controller is one of"),
         (["--meta", "nowhere:Nobody"], "nowhere"),
         (["--network", "best"], "a network is one of"),
@@ -308,7 +312,7 @@ def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, m
     Path("huge.toml").write_text(f"key_rooms = {[0] * 7}\nexit_room = 1\n")
     before = sorted(Path().rglob("*"))
     with pytest.raises(InputError, match=said) as caught:
-        train.main([*FLAGS, "--steps", "512", *arguments])
+        train.main([*(FLAGS[2:] if "--graph" in arguments else FLAGS), "--steps", "512", *arguments])
     assert "\n" not in str(caught.value)
     assert sorted(Path().rglob("*")) == before
 
@@ -365,7 +369,7 @@ def test_a_broken_run_folder_is_refused_in_one_line(trained, tmp_path, monkeypat
 
 
 def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
-    command = f"{sys.executable} -m hierroom.complexity --rooms 6 --csv | head -1"
+    command = f"{sys.executable} -m hierroom.complexity --graph rooms:6 --csv | head -1"
     done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
     assert done.stdout.startswith("key_rooms")
     assert done.stderr == ""

@@ -5,7 +5,8 @@ import pytest
 from turns_helpers import make
 
 from hierroom.agents.player import OraclePlayer
-from hierroom.complexity.difficulty import EPISODES_PER_STAGE, Curriculum, parse_difficulty
+from hierroom.complexity import GraphSet
+from hierroom.complexity.curriculum import EPISODES_PER_STAGE
 from hierroom.errors import InputError
 from hierroom.world.kernels import LEFT
 
@@ -17,7 +18,7 @@ SETTINGS = {"curriculum_stages": 2, "max_steps": 120}
 @pytest.fixture(scope="module")
 def stages():
     """The goal graphs of the two stages."""
-    easy, hard = (set(stage.graphs) for stage in Curriculum(parse_difficulty(INTERVAL), 2).stages)
+    easy, hard = map(set, GraphSet(INTERVAL).stages(2))
     assert not easy & hard
     return easy, hard
 
@@ -142,7 +143,7 @@ def test_a_stage_that_does_not_exist_is_one_clear_line():
     with pytest.raises(InputError, match=r"^the stages are 0 to 1; there is no stage 2$"):
         turns.set_state(state)
     with pytest.raises(
-        InputError, match=r"^a curriculum of 2 stages needs a graph like hitting_time:20\.\.30, not 'c'$"
+        InputError, match=r"^a curriculum of 2 stages needs several graphs, as of rooms:4, not c alone$"
     ):
         make("c", **SETTINGS)
 

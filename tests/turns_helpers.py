@@ -30,14 +30,6 @@ def make(
     )
 
 
-def make_mixed(graphs, n, *, seed=0, **settings):
-    """Turns in n environments whose episodes draw their graph from several."""
-    turns = make(graphs[0], n, seed=None, **settings)
-    turns.world.set_graphs(graphs)
-    turns.reset(seed)
-    return turns
-
-
 def goal_ids(turns, *names):
     """Goal ids of ``k1`` (the key of room 1), ``d1`` (its door) and ``x`` (the exit)."""
     colours = turns.world.state.levels[0].colours

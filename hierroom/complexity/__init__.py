@@ -24,7 +24,8 @@ Differentiation of Pseudo-Inverses, 1973. The docstring of each function has its
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes
 from hierroom.complexity.chain import Chain, EdgeSensitivity
-from hierroom.complexity.difficulty import Curriculum, Difficulty, is_difficulty, parse_difficulty
+from hierroom.complexity.curriculum import Curriculum
+from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.hitting import (
     expected_visits,
     first_passage_variance,
@@ -42,8 +43,8 @@ __all__ = [
     "Chain",
     "ComplexityReport",
     "Curriculum",
-    "Difficulty",
     "EdgeSensitivity",
+    "GraphSet",
     "Node",
     "Reading",
     "Walk",
@@ -53,12 +54,10 @@ __all__ = [
     "expected_visits",
     "first_passage_variance",
     "hitting_probability",
-    "is_difficulty",
     "laplacian",
     "laplacian_hitting_time",
     "laplacian_sensitivity",
     "mean_first_passage_time",
-    "parse_difficulty",
     "passage_time_sensitivity",
     "reach_probability",
 ]

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import tyro
 
-from hierroom.cli import program, run
-from hierroom.complexity.difficulty import is_difficulty, parse_difficulty
+from hierroom.cli import program, run, words
+from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.env_config import GRAPHS
 from hierroom.errors import InputError
 from hierroom.files import to_json
-from hierroom.goals import NAMED_GRAPHS, GoalGraph, as_goal_graph, enumerate_graphs
+from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, graph_specs, is_graph_set
 
 MAX_LISTED_ROOMS = 8
 """There are 612 goal graphs of 8 rooms. The 1,747 of 9 rooms would take most of a minute."""
@@ -52,10 +53,10 @@ class ComplexityArguments:
     Give one graph for its full report, or several for a list. By default the paper's seven graphs are listed.
 
     Args:
-        graph: a letter from a to g, a path to a .toml file, or hitting_time:LOW..HIGH or expected_steps:LOW..HIGH for
-            all graphs in that interval.
+        graph: letters from a to g, paths to .toml files, rooms:N for every graph of N rooms, 2 to 8, and
+            hitting_time:LOW..HIGH or expected_steps:LOW..HIGH for all graphs in that interval.
+        exclude: goal graphs to leave out, given likewise and found however their rooms are numbered.
         all: list the paper's seven graphs.
-        rooms: list every goal graph with this number of rooms, 2 to 8.
         drop: let the controller drop keys.
         sort: sort the list by this column in ascending order.
         json: print everything that the reports contain as JSON.
@@ -68,9 +69,9 @@ class ComplexityArguments:
         seed: seed of the levels, the actions and the bootstrap.
     """
 
-    graph: str | None = None
+    graph: Annotated[GraphSpecs, GRAPHS] = ()
+    exclude: Annotated[GraphSpecs, GRAPHS] = ()
     all: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    rooms: int | None = None
     drop: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     sort: ColumnName | None = None
     json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
@@ -94,10 +95,12 @@ def show(options: ComplexityArguments) -> None:
         return
     if (options.episodes, options.seed) != (ComplexityArguments.episodes, ComplexityArguments.seed):
         raise InputError("--episodes and --seed go with --from-play, which is missing")
-    reports = [analyze(graph, options.drop) for graph in _graphs(options)]
+    specs = _specs(options)
+    graphs = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS).graphs
+    reports = [analyze(graph, options.drop) for graph in graphs]
     if options.sort is not None:
         reports.sort(key=COLUMNS[options.sort].value)
-    is_list = options.graph is None or is_difficulty(options.graph)
+    is_list = len(specs) > 1 or any(map(is_graph_set, specs))
     if options.draw is not None:
         _draw(reports, options.draw)
     if options.json:
@@ -113,23 +116,15 @@ def show(options: ComplexityArguments) -> None:
 
 def main() -> int:
     """Run the command."""
-    show(tyro.cli(ComplexityArguments, prog=program("complexity")))
+    show(tyro.cli(ComplexityArguments, prog=program("complexity"), args=words()))
     return 0
 
 
-def _graphs(options: ComplexityArguments) -> Iterable[GoalGraph]:
-    chosen = (options.graph is not None) + options.all + (options.rooms is not None)
-    if chosen > 1:
-        raise InputError("choose graphs by only one of --graph, --all and --rooms, not by several")
-    if options.rooms is not None:
-        if not 2 <= options.rooms <= MAX_LISTED_ROOMS:
-            raise InputError(f"--rooms must be from 2 to {MAX_LISTED_ROOMS}, not {options.rooms}")
-        return enumerate_graphs(options.rooms)
-    if options.graph is None:
-        return NAMED_GRAPHS.values()
-    if is_difficulty(options.graph):
-        return parse_difficulty(options.graph, options.drop).graphs
-    return [as_goal_graph(options.graph)]
+def _specs(options: ComplexityArguments) -> tuple[GoalGraph | str, ...]:
+    specs = graph_specs(options.graph)
+    if specs and options.all:
+        raise InputError("choose graphs by only one of --graph and --all, not by both")
+    return specs or tuple(NAMED_GRAPHS)
 
 
 def _draw(reports: list[ComplexityReport], path: Path) -> None:
@@ -141,14 +136,15 @@ def _draw(reports: list[ComplexityReport], path: Path) -> None:
 
 
 def _show_play(options: ComplexityArguments, player: str) -> None:
-    several = options.all or options.rooms is not None or options.csv or options.sort or options.draw is not None
-    if several or (options.graph is not None and is_difficulty(options.graph)):
+    specs = graph_specs(options.graph)
+    several = len(specs) > 1 or any(map(is_graph_set, specs)) or options.exclude or options.all
+    if several or options.csv or options.sort or options.draw is not None:
         raise InputError(
             "--from-play measures one goal graph and allows only --graph, --drop, --json, --episodes and --seed"
         )
     from hierroom.measure import measure_named  # imported here, because it loads the world and the learners
 
-    report = measure_named(player, options.graph, options.drop, options.episodes, options.seed)
+    report = measure_named(player, specs[0] if specs else None, options.drop, options.episodes, options.seed)
     if options.json:
         print(to_json(report.to_dict()))
     else:
@@ -167,6 +163,7 @@ def _print_csv(reports: list[ComplexityReport]) -> None:
 def _print_table(reports: list[ComplexityReport]) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     table = Table(
@@ -177,7 +174,7 @@ def _print_table(reports: list[ComplexityReport]) -> None:
     for name, column in COLUMNS.items():
         table.add_column(column.heading, justify="left" if name == "graph" else "right", no_wrap=name == "graph")
     for report in reports:
-        table.add_row(*(format(column.value(report), column.style) for column in COLUMNS.values()))
+        table.add_row(*(escape(format(column.value(report), column.style)) for column in COLUMNS.values()))
     Console().print(table)
     print("hitting time: the paper's (Table 2), saturates near 100")
     print("expected steps, std: first passage of the same walk to the exit")

@@ -209,7 +209,7 @@ def _limits(places: Iterable[Point]) -> tuple[Point, Point]:
 
 def _prepare(axes: Axes, title: str, places: Iterable[Point]) -> None:
     """Set the title and the limits of a drawing, with the same scale in both directions."""
-    axes.set_title(title, fontsize=11, color=INK)
+    axes.set_title(title, parse_math=False, fontsize=11, color=INK)
     axes.set_aspect("equal", anchor="N")
     horizontal, vertical = _limits(places)
     axes.set_xlim(*horizontal)

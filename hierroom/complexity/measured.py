@@ -202,6 +202,8 @@ class MeasuredReport:
         """The report as plain numbers, strings, lists and dicts."""
         return {
             "graph": self.assumed.graph.name,
+            "key_rooms": {f"key {room}": home for room, home in enumerate(self.assumed.graph.key_rooms, start=1)},
+            "exit_room": self.assumed.graph.exit_room,
             "drop_key": self.assumed.drop_key,
             "episodes": self.episodes,
             "success_rate": self.success_rate,

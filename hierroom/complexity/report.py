@@ -147,7 +147,7 @@ class ComplexityReport:
         """The whole report as plain numbers, strings, lists and dicts."""
         return {
             "graph": self.graph.name,
-            "key_rooms": list(self.graph.key_rooms),
+            "key_rooms": {f"key {room}": home for room, home in enumerate(self.graph.key_rooms, start=1)},
             "exit_room": self.graph.exit_room,
             "drop_key": self.drop_key,
             "walk": asdict(self.walk),

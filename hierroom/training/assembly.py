@@ -122,7 +122,8 @@ def load_run(
         meta: another meta-controller than the run's, as `make_meta` takes it.
         steps: which checkpoint, by its steps; None for the newest.
         **env: entries of the `EnvConfig` that are to be others than the run's, such as ``graph`` or ``size``; not
-            ``drop_key`` and ``reward``, which make another controller.
+            ``drop_key`` and ``reward``, which make another controller. Another ``graph`` comes without the run's
+            ``exclude``.
 
     Returns:
         the turns, whose shortest lengths are measured, and the pair: ``pair.step(turns)`` takes a step.
@@ -134,6 +135,8 @@ def load_run(
     refused = env.keys() - {entry.name for entry in fields(EnvConfig)} | env.keys() & {"drop_key", "reward"}
     if refused:
         raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
+    if "graph" in env:
+        env = {"exclude": (), **env}
     config, state = run.config().changed(device="cpu", **env), run.load_checkpoint(steps)["agents"]
     if meta is None:
         meta_agent, controller = make_agents(config)

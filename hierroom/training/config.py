@@ -16,7 +16,7 @@ import tyro
 from hierroom.agents.config import AgentsConfig, Method
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.goals import GoalGraph
+from hierroom.goals import plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
 
 PresetName = Literal["default", "long", "large", "learned", "paper"]
@@ -25,6 +25,9 @@ PresetName = Literal["default", "long", "large", "learned", "paper"]
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
 """For learning to choose goals: an update after 256 decisions, as there are few of them; a discount that lets the exit
 count 500 steps before it, as is needed while the controller is slow."""
+
+MAX_NAMED_GRAPHS = 4
+"""How many graphs or sets of them stand in the name of a run's folder; of the rest there is the number."""
 
 
 @dataclass(frozen=True)
@@ -75,13 +78,9 @@ class TrainConfig:
     def title(self) -> str:
         """What the run trains, in a sentence."""
         agents = f"{self.agents.method} with meta-controller {self.resolved_method.meta}"
-        where = f"graph {self._graph_name}, seed {self.seed}"
+        graphs, excluded = (", ".join(spec_names(specs)) for specs in (self.env.graph, self.env.exclude))
+        where = f"graph {graphs}{f' without {excluded}' if excluded else ''}, seed {self.seed}"
         return f"{agents} on {where}, preset {self.preset}: {self.steps:,} steps in {self.num_envs} environments"
-
-    @property
-    def _graph_name(self) -> str:
-        graph = self.env.graph
-        return graph.name if isinstance(graph, GoalGraph) else str(graph)
 
     @property
     def entries(self) -> dict[str, Any]:
@@ -108,7 +107,7 @@ class TrainConfig:
         return config
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain types, for JSON.
+        """As plain types, for JSON; goal graphs of one's own by their content, whatever becomes of their files.
 
         Raises:
             InputError: if the reward has no name that another process could find it by.
@@ -118,7 +117,7 @@ class TrainConfig:
                 f"the reward of a run is given by its name, such as package.module:Class, not as {self.env.reward!r}"
             )
         table = dataclasses.asdict(self)
-        table["env"]["graph"] = self._graph_name
+        table["env"] |= {"graph": plain_specs(self.env.graph), "exclude": plain_specs(self.env.exclude)}
         return table
 
     @classmethod

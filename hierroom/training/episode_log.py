@@ -66,7 +66,7 @@ class EpisodeLog:
         if not len(ended):
             return
         finals = turns.world.finals[ended]
-        for env, final, graph in zip(ended.tolist(), finals, turns.graph_names(finals), strict=True):
+        for env, final, graph in zip(ended.tolist(), finals, turns.sampler.names(finals), strict=True):
             achieved_return = round(float(self._returns[env]), 6)
             numbers = {
                 "success": int(step.terminated[env]),

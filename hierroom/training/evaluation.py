@@ -15,6 +15,20 @@ from hierroom.goals import EXIT_GOAL, N_COLOURS, ROOM_GOAL_NAMES, room_goals
 from hierroom.turns import Turns
 
 
+class SuccessInterval(NamedTuple):
+    """A confidence interval of a success rate."""
+
+    low: float
+    high: float
+
+
+class GoalSteps(NamedTuple):
+    """The fraction of episodes that achieved a goal, and the mean step at which they first did."""
+
+    fraction: float
+    mean_step: float
+
+
 @dataclass(frozen=True)
 class Score:
     """How well a player did in some episodes.
@@ -31,7 +45,7 @@ class Score:
 
     episodes: int
     success_rate: float
-    success_interval: tuple[float, float]
+    success_interval: SuccessInterval
     length: float
     length_over_shortest: float
     mean_return: float
@@ -42,12 +56,11 @@ class Evaluation(Score):
     """The results of a player over some episodes.
 
     Args:
-        steps_to_goals: for each goal (key and door of room 1, 2, ...; exit) the fraction of episodes that achieved it
-            and the mean step at which they first did.
+        steps_to_goals: for each goal (key and door of room 1, 2, ...; exit) how many achieved it, and when.
         graphs: the same numbers for each goal graph that was played, by its name, the easiest first.
     """
 
-    steps_to_goals: dict[str, tuple[float, float]]
+    steps_to_goals: dict[str, GoalSteps]
     graphs: dict[str, Score]
 
 
@@ -84,7 +97,7 @@ def evaluate(
         returns += step.rewards
         _note_goals(firsts, levels["branches"], step.events, step.lengths)
         if len(counted):
-            graphs = np.array(turns.graph_names(levels[counted]))
+            graphs = np.array(turns.sampler.names(levels[counted]))
             told = (step.terminated, step.lengths, step.shortest, returns, firsts)
             parts.append((graphs, *(values[counted] for values in told)))
             n_rooms = max(n_rooms, int(levels["n_rooms"][counted].max()))
@@ -110,7 +123,7 @@ def _score(episodes: _Episodes) -> Score:
     return Score(
         episodes=len(success),
         success_rate=float(success.mean()),
-        success_interval=(float(interval.low), float(interval.high)),
+        success_interval=SuccessInterval(float(interval.low), float(interval.high)),
         length=float(length.mean()),
         length_over_shortest=float(length[success].mean() / shortest) if success.any() else float("nan"),
         mean_return=float(episodes.returns.mean()),
@@ -125,12 +138,12 @@ def _note_goals(firsts: NDArray, branches: NDArray, events: NDArray, lengths: ND
     firsts[envs[is_first], goals[is_first]] = lengths[envs[is_first]]
 
 
-def _goal_table(firsts: NDArray, n_rooms: int) -> dict[str, tuple[float, float]]:
+def _goal_table(firsts: NDArray, n_rooms: int) -> dict[str, GoalSteps]:
     columns = [c for c in range(len(ROOM_GOAL_NAMES)) if c == EXIT_GOAL or c % N_COLOURS < n_rooms - 1]
     table = {}
     for column in columns:
         steps = firsts[:, column]
         achieved = steps > 0
-        mean = float(steps[achieved].mean()) if achieved.any() else float("nan")
-        table[ROOM_GOAL_NAMES[column]] = (float(achieved.mean()), mean)
+        mean_step = float(steps[achieved].mean()) if achieved.any() else float("nan")
+        table[ROOM_GOAL_NAMES[column]] = GoalSteps(float(achieved.mean()), mean_step)
     return table

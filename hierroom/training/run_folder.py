@@ -12,7 +12,6 @@ import torch
 
 from hierroom.errors import InputError
 from hierroom.files import to_json, write_atomically
-from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.training.config import TrainConfig
 from hierroom.training.csv_table import CSVTable
 
@@ -24,8 +23,8 @@ class RunFolder:
 
     The folder contains ``config.json``, ``provenance.json`` and ``modules/`` (see `training.provenance`), the tables
     ``metrics.csv``, ``evaluations.csv`` and ``episodes.csv``, ``checkpoints/`` (named by their steps),
-    ``summary.json``, TensorBoard events and pictures. If the goal graph is not a named one, ``graph.toml`` is a copy of
-    it, so that the run can continue even if the original file changes.
+    ``summary.json``, TensorBoard events and pictures. ``config.json`` holds goal graphs of one's own by their content,
+    so that the run can continue even if their files change.
 
     Args:
         path: the folder.
@@ -65,11 +64,6 @@ class RunFolder:
             raise InputError(f"{run.path} is not an empty folder; choose another --out, or --resume it") from None
         except OSError as error:
             raise InputError(f"cannot create the run folder {run.path}: {error.strerror}") from error
-        graph = config.env.graph
-        if isinstance(graph, GoalGraph):
-            write_atomically(run.graph_path, graph.to_toml().encode())
-        elif graph not in NAMED_GRAPHS and Path(graph).is_file():  # as in `as_goal_graph`
-            write_atomically(run.graph_path, Path(graph).read_bytes())
         run.save_config(config)
         return run
 
@@ -90,17 +84,9 @@ class RunFolder:
         """The folder of the checkpoints."""
         return self.path / "checkpoints"
 
-    @property
-    def graph_path(self) -> Path:
-        """Where a copy of the goal graph lies, if it is not a named one."""
-        return self.path / "graph.toml"
-
     def save_config(self, config: TrainConfig) -> None:
-        """Write config.json; it goes on naming the goal graph as it was named when the run began."""
-        table, path = config.to_dict(), self.path / "config.json"
-        if self.graph_path.is_file() and path.is_file():
-            table["env"]["graph"] = self._config_table()["env"]["graph"]
-        write_atomically(path, to_json(table).encode())
+        """Write config.json."""
+        write_atomically(self.path / "config.json", to_json(config.to_dict()).encode())
 
     def config(self) -> TrainConfig:
         """Read the config of the run.
@@ -108,16 +94,11 @@ class RunFolder:
         Raises:
             InputError: if config.json is broken.
         """
-        try:
-            config = TrainConfig.from_dict(self._config_table())
-        except InputError as error:
-            raise InputError(f"{self.path / 'config.json'}: {error}") from error
-        return config.changed(graph=GoalGraph.from_toml(self.graph_path)) if self.graph_path.is_file() else config
-
-    def _config_table(self) -> dict[str, Any]:
         path = self.path / "config.json"
         try:
-            return json.loads(path.read_text())
+            return TrainConfig.from_dict(json.loads(path.read_text()))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from error
         except (OSError, ValueError) as error:
             raise InputError(f"cannot read {path}: {error}") from error
 

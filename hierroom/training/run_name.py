@@ -7,13 +7,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from hierroom.goals import GraphSpecs, spec_names
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset, implied_preset
 
 MAX_LENGTH = 97
 """Characters of a name, so that with -2, -3, ... behind it, it stays within 100."""
+MAX_NAMED_GRAPHS = 4
 _META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
-_TOLD_SEPARATELY = frozenset({"env", "agents", "ppo", "method", "meta", "graph", "seed", "preset"})
+_TOLD_SEPARATELY = frozenset({"env", "agents", "ppo", "method", "meta", "graph", "exclude", "seed", "preset"})
 _CHANGED_WHEN_RESUMED = frozenset({"threads", "device"})
 
 
@@ -32,7 +34,7 @@ def run_name(config: TrainConfig) -> str:
     parts = (
         method,
         "" if meta == "none" else _shortened(_name_of(meta), _META_LENGTH),
-        _shortened(_graph(config), _GRAPH_LENGTH),
+        _shortened(_graphs(config), _GRAPH_LENGTH),
         _shortened(f"seed{config.seed}", _SEED_LENGTH),
         "" if config.preset == implied_preset(meta) else config.preset,
     )
@@ -49,11 +51,15 @@ def run_name(config: TrainConfig) -> str:
     return f"{name}-and{n_left_out}-{digest}"
 
 
-def _graph(config: TrainConfig) -> str:
-    """The goal graphs as config.json names them; of a file its stem."""
-    graph = config.to_dict()["env"]["graph"]
-    names = [graph] if isinstance(graph, str) else graph
-    return "-".join(Path(name).stem if name.endswith(".toml") else name for name in names)
+def _graphs(config: TrainConfig) -> str:
+    """The goal graphs, as far as there is room, and those that are left out."""
+    return "-".join([*_few(config.env.graph), *(f"no-{name}" for name in _few(config.env.exclude))])
+
+
+def _few(specs: GraphSpecs) -> list[str]:
+    names = [*spec_names(specs)]
+    n_more = len(names) - MAX_NAMED_GRAPHS
+    return [*names[:MAX_NAMED_GRAPHS], f"and-{n_more}-more"] if n_more > 0 else names
 
 
 def _differences(config: TrainConfig) -> Iterator[str]:

@@ -80,7 +80,7 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
     """Train until the end or an interrupt and print the results; returns the exit code of the command."""
     torch.set_num_threads(1)  # more threads gain nothing at these sizes
     console = Console()
-    console.print(f"{trainer.config.title}, into {escape(str(folder.path))}", soft_wrap=True)
+    console.print(escape(f"{trainer.config.title}, into {folder.path}"), soft_wrap=True)
     meta = trainer.agents[META]
     if isinstance(meta, ScriptedAgent) and (unsaved := unsaved_memory(meta.meta)):
         name = trainer.config.resolved_method.meta

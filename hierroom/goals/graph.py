@@ -1,16 +1,14 @@
-"""Goal graphs: the room in which each key lies, and the room that holds the exit.
-
-Goals have two numberings. On a **graph** with ``n`` rooms the ``2 (n - 1) + 1`` goals are ordered by room: the key of
-room ``r`` is ``r - 1``, its door is ``(n - 1) + r - 1``, and the exit is last. In a **level** the rooms have colours,
-and a goal is one of 13 ids: the key of colour ``c`` is ``c``, its door is ``6 + c``, and the exit is 12.
-"""
+"""Goal graphs: the room in which each key lies, and the room that holds the exit."""
 
 from __future__ import annotations
 
+import json
 import tomllib
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -18,36 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
-
-COLOURS = ("red", "green", "blue", "purple", "yellow", "grey")
-"""Colour names in the order of MiniGrid's colour ids."""
-N_COLOURS = len(COLOURS)
-FIRST_DOOR_GOAL = N_COLOURS
-EXIT_GOAL = 2 * N_COLOURS
-N_GOALS = 2 * N_COLOURS + 1
-NO_GOAL = -1
-"""The goal id of 'no goal'; as an index into `GOAL_VECTORS` it selects the row of zeros."""
-GOAL_NAMES = (*(f"{c} key" for c in COLOURS), *(f"{c} door" for c in COLOURS), "exit")
-
-ROOM_GOAL_NAMES = (*(f"key {r}" for r in range(1, 7)), *(f"door {r}" for r in range(1, 7)), "exit")
-"""The same by the room that a key or door opens, as `room_goals` numbers them: these do not change with the colours."""
-
-MAX_GRID_ROOMS = N_COLOURS + 1
-"""Number of rooms that a grid can hold: the centre room and a branch room for each colour."""
-
-
-def _goal_vectors() -> NDArray[np.float32]:
-    vectors = np.zeros((N_GOALS + 1, 3 + N_COLOURS), np.float32)
-    for colour in range(N_COLOURS):
-        vectors[colour, [0, 3 + colour]] = 1
-        vectors[FIRST_DOOR_GOAL + colour, [1, 3 + colour]] = 1
-    vectors[EXIT_GOAL, [2, 3 + COLOURS.index("green")]] = 1
-    vectors.setflags(write=False)
-    return vectors
-
-
-GOAL_VECTORS = _goal_vectors()
-"""[14, 9] float32: one-hot object (key, door, exit) and one-hot colour of each goal id; row -1 is 'no goal'."""
 
 
 @dataclass(frozen=True)
@@ -60,13 +28,17 @@ class GoalGraph:
         key_rooms: entry ``r - 1`` is the room in which the key of room ``r`` lies; the rooms must form a tree rooted at
             room 0.
         exit_room: the room that holds the exit, 1 to ``n_rooms - 1``.
+        label: the name that the graph has in every output; None for that of `name`. Graphs that differ by their label
+            only are equal.
 
     Raises:
-        InputError: if there is no branch room, a room does not exist, the exit is in room 0, or keys lie in a cycle.
+        InputError: if there is no branch room, a room does not exist, the exit is in room 0, keys lie in a cycle, or
+            the label is not printable or is the letter of another graph.
     """
 
     key_rooms: tuple[int, ...]
     exit_room: int
+    label: str | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "key_rooms", _integers("key_rooms", self.key_rooms))
@@ -87,6 +59,8 @@ class GoalGraph:
                     f"key_rooms must form a tree rooted at room 0, but the key of room {room} lies behind a cycle: "
                     f"{list(self.key_rooms)}"
                 )
+        if self.label is not None:
+            _check_label(self.label, self)
 
     @property
     def n_rooms(self) -> int:
@@ -115,12 +89,11 @@ class GoalGraph:
 
     @property
     def name(self) -> str:
-        """The letter in the paper's Table 1 of an isomorphic graph, else the key rooms and exit room."""
-        canonical = self.canonical()
-        for letter, named in NAMED_GRAPHS.items():
-            if named.canonical() == canonical:
-                return letter
-        return f"keys-{'-'.join(map(str, self.key_rooms))}-exit-{self.exit_room}"
+        """The label, or the letter in the paper's Table 1 of an isomorphic graph, else the key rooms and exit room."""
+        if self.label is not None:
+            return self.label
+        described = f"keys-{'-'.join(map(str, self.key_rooms))}-exit-{self.exit_room}"
+        return _letters().get(self.canonical(), described)
 
     def _depth(self, room: int) -> int | None:
         depth = 0
@@ -145,7 +118,7 @@ class GoalGraph:
         return open_goals(np.array(self.key_rooms), np.array(self.exit_room), held, is_open)
 
     def canonical(self) -> GoalGraph:
-        """The same graph with its rooms in a canonical order, so that isomorphic graphs become equal."""
+        """The same graph with its rooms in a canonical order and no label, so that isomorphic graphs become equal."""
         return GoalGraph(*_canonical(self.key_rooms, self.exit_room))
 
     def to_networkx(self) -> nx.DiGraph:
@@ -161,6 +134,24 @@ class GoalGraph:
         graph.add_edge(f"door {self.exit_room}", "exit")
         return graph
 
+    def to_dict(self) -> dict[str, Any]:
+        """The graph as plain types: ``name``, ``key_rooms`` and ``exit_room``."""
+        return {"name": self.name, "key_rooms": list(self.key_rooms), "exit_room": self.exit_room}
+
+    @classmethod
+    def from_dict(cls, table: Mapping[str, Any]) -> GoalGraph:
+        """The graph of a table such as `to_dict` gives, whose ``name`` may be missing.
+
+        Raises:
+            InputError: if the table does not describe a goal graph.
+        """
+        if {*table} - {"name"} != {"key_rooms", "exit_room"}:
+            raise InputError(
+                "a goal graph must hold key_rooms (a list of rooms), exit_room (a room) and, if it is to have one, a "
+                f"name, and nothing else; it holds {', '.join(sorted(map(str, table))) or 'nothing'}"
+            )
+        return cls(table["key_rooms"], table["exit_room"], table.get("name"))
+
     def to_toml(self, path: str | Path | None = None) -> str:
         """Return the graph as TOML text, and write it to ``path`` if one is given.
 
@@ -168,30 +159,34 @@ class GoalGraph:
             InputError: if the file cannot be written.
         """
         text = f"key_rooms = {list(self.key_rooms)}\nexit_room = {self.exit_room}\n"
+        if self.label is not None:
+            text = f"name = {json.dumps(self.label, ensure_ascii=False)}\n{text}"  # printable, so TOML reads it too
         if path is not None:
             write_atomically(path, text.encode())
         return text
 
     @classmethod
     def from_toml(cls, path: str | Path) -> GoalGraph:
-        """Read a graph from a TOML file with the two entries ``key_rooms`` and ``exit_room``.
+        """Read a graph from a TOML file with the entries ``key_rooms`` and ``exit_room``, and ``name`` if it has one.
+
+        Without a ``name`` its label is the file's name, without the suffix unless that is the letter of another graph.
 
         Raises:
             InputError: if the file cannot be read, is not TOML, or does not describe a goal graph.
         """
+        path = Path(path)
         try:
-            table = tomllib.loads(Path(path).read_text())
+            table = tomllib.loads(path.read_text())
         except OSError as error:
             raise InputError(f"cannot read the goal graph {path}: {error.strerror}") from error
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise InputError(f"{path} is not a TOML file: {error}") from error
-        if set(table) != {"key_rooms", "exit_room"}:
-            raise InputError(
-                f"{path} must hold key_rooms (a list of rooms) and exit_room (a room), and nothing else; "
-                f"it holds {', '.join(sorted(table)) or 'nothing'}"
-            )
         try:
-            return cls(table["key_rooms"], table["exit_room"])
+            graph = cls.from_dict(table)
+            if graph.label is not None:
+                return graph
+            is_letter = path.stem in NAMED_GRAPHS and path.stem != graph.name
+            return cls(graph.key_rooms, graph.exit_room, path.name if is_letter else path.stem)
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
 
@@ -222,19 +217,17 @@ NAMED_GRAPHS = {
 """The goal graphs of the paper's Table 1."""
 
 
-def as_goal_graph(graph: GoalGraph | str | Path) -> GoalGraph:
-    """Return the goal graph given as a letter ``"a"`` to ``"g"``, a `GoalGraph`, or a path to a TOML file.
+@cache
+def _letters() -> Mapping[GoalGraph, str]:
+    """The letter of each canonical graph that has one."""
+    return {graph.canonical(): letter for letter, graph in NAMED_GRAPHS.items()}
 
-    Raises:
-        InputError: if it is none of the three.
-    """
-    if isinstance(graph, GoalGraph):
-        return graph
-    if isinstance(graph, str) and graph in NAMED_GRAPHS:
-        return NAMED_GRAPHS[graph]
-    if isinstance(graph, (str, Path)) and (Path(graph).suffix == ".toml" or Path(graph).is_file()):
-        return GoalGraph.from_toml(graph)
-    raise InputError(f"a graph must be a letter from a to g, a GoalGraph or a path to a .toml file, not {graph!r}")
+
+def _check_label(label: object, graph: GoalGraph) -> None:
+    if not isinstance(label, str) or not label.strip() or not label.isprintable():
+        raise InputError(f"the name of a goal graph must be a text of one line, not {label!r}")
+    if label in NAMED_GRAPHS and _letters().get(graph.canonical()) != label:
+        raise InputError(f"{label} is the name of another goal graph, the paper's; give yours another")
 
 
 def open_goals(
@@ -260,20 +253,6 @@ def open_goals(
     keys_in_reach = ~keys & ~doors & np.take_along_axis(enterable, homes, axis=-1)
     exit_in_reach = np.take_along_axis(enterable, exits, axis=-1)
     return np.concatenate([keys_in_reach, keys & ~doors, exit_in_reach], axis=-1)
-
-
-def room_goals(goals: NDArray[np.integer], branches: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Goals of levels by room instead of by colour.
-
-    Args:
-        goals: [M] int, goal ids of levels.
-        branches: [M, 6] int, or [6] for one level, the branch room - 1 of each colour.
-
-    Returns:
-        [M] int indices into `ROOM_GOAL_NAMES`.
-    """
-    rooms = np.broadcast_to(branches, (len(goals), N_COLOURS))[np.arange(len(goals)), goals % N_COLOURS]
-    return np.where(goals == EXIT_GOAL, EXIT_GOAL, goals // N_COLOURS * N_COLOURS + rooms)
 
 
 def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:

@@ -1,0 +1,165 @@
+"""The curriculum through a set of goal graphs, and the sampler of what N environments play."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.complexity.graph_set import GraphSet
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph, GraphSpecs
+
+EPISODES_PER_STAGE = 200
+"""Least number of episodes that must begin and end in a stage before the curriculum decides about the next stage."""
+
+
+class Curriculum:
+    """Moves through a set of goal graphs depending on how often the agent escapes.
+
+    The only state of a curriculum is the number of the current stage, which the caller keeps.
+
+    Args:
+        graphs: the whole set.
+        n_stages: number of parts into which it is divided, at least 1; see `GraphSet.stages`.
+        promote_at: the next stage begins at this success rate or above.
+        demote_at: the previous stage returns below this success rate; 0 <= demote_at < promote_at <= 1.
+
+    Attributes:
+        stages: the graphs of each stage, from the easiest on; together they are the whole set, each graph once.
+
+    Raises:
+        InputError: if an argument is not valid.
+    """
+
+    def __init__(self, graphs: GraphSet, n_stages: int = 5, promote_at: float = 0.8, demote_at: float = 0.2):
+        if n_stages < 1:
+            raise InputError(f"a curriculum needs at least one stage, not {n_stages}")
+        if not 0 <= demote_at < promote_at <= 1:
+            raise InputError(
+                "a curriculum needs 0 <= demote_at < promote_at <= 1, "
+                f"not demote_at {demote_at:g} and promote_at {promote_at:g}"
+            )
+        self.stages: tuple[tuple[GoalGraph, ...], ...] = graphs.stages(n_stages)
+        self._promote_at, self._demote_at = promote_at, demote_at
+
+    def advance(self, stage: int, success_rate: float) -> int:
+        """Return the stage that follows.
+
+        Args:
+            stage: the current stage, 0 to ``len(stages) - 1``; a curriculum begins at 0.
+            success_rate: fraction of its most recent episodes in which the agent escaped, 0..1.
+
+        Returns:
+            The next, the current or the previous stage, limited to the stages that exist.
+
+        Raises:
+            InputError: if there is no such stage, or the rate is not in 0..1.
+        """
+        last = len(self.stages) - 1
+        if not 0 <= stage <= last:
+            raise InputError(f"the stages are 0 to {last}; there is no stage {stage}")
+        if not 0 <= success_rate <= 1:
+            raise InputError(f"a success rate must be in 0..1, not {success_rate:g}")
+        step = int(success_rate >= self._promote_at) - int(success_rate < self._demote_at)
+        return min(max(stage + step, 0), last)
+
+
+class GraphSampler:
+    """The goal graphs of N environments: one graph, or a set of them, all at once or stage by stage.
+
+    Args:
+        graph: the graphs, as `GraphSet` takes them.
+        exclude: graphs to leave out of them, likewise.
+        drop_key: whether keys can be dropped, which makes every graph harder.
+        num_envs: number of environments N that sample from these graphs.
+        n_stages: number of stages of the `Curriculum` into which the set is divided, at least 1.
+
+    Attributes:
+        everything: all graphs that may ever be sampled, the easiest first.
+
+    Raises:
+        InputError: if there is no such graph, or a single one is to be divided into several stages.
+    """
+
+    def __init__(self, graph: GraphSpecs, exclude: GraphSpecs, drop_key: bool, num_envs: int, n_stages: int = 1):
+        chosen = GraphSet(graph, exclude, drop_key)
+        if len(chosen.graphs) == 1 and n_stages != 1:
+            name = chosen.graphs[0].name
+            raise InputError(f"a curriculum of {n_stages} stages needs several graphs, as of rooms:4, not {name} alone")
+        self._curriculum = Curriculum(chosen, n_stages)
+        self.everything: tuple[GoalGraph, ...] = sum(self._curriculum.stages, ())
+        self._names = {(graph.key_rooms, graph.exit_room): graph.name for graph in self.everything}
+        self._counts = np.zeros(3, np.int64)  # the stage, and the number of its episodes and successes so far
+        self._is_older = np.zeros(num_envs, bool)  # whether the current episode began in another stage
+
+    @property
+    def stage(self) -> int:
+        """The current stage of the curriculum, counted from 0."""
+        return int(self._counts[0])
+
+    @property
+    def n_stages(self) -> int:
+        """Number of stages; those without a graph are left out."""
+        return len(self._curriculum.stages)
+
+    @property
+    def graphs(self) -> tuple[GoalGraph, ...]:
+        """The graphs to sample from in the current stage."""
+        return self._curriculum.stages[self.stage]
+
+    def names(self, levels: np.ndarray) -> list[str]:
+        """The names of the goal graphs of levels.
+
+        Args:
+            levels: [M] records with the fields ``n_rooms``, ``key_rooms`` and ``exit_room``.
+        """
+        rooms = zip(levels["n_rooms"].tolist(), levels["key_rooms"].tolist(), levels["exit_room"].tolist(), strict=True)
+        return [self._names[tuple(key_rooms[: n_rooms - 1]), exit_room] for n_rooms, key_rooms, exit_room in rooms]
+
+    def add(self, ended: NDArray[np.bool_], escaped: NDArray[np.bool_]) -> bool:
+        """Count the episodes of the current stage that a step ended, and change the stage if it is time.
+
+        Args:
+            ended: [N] bool, whether the episode ended.
+            escaped: [N] bool, whether it ended at the exit.
+
+        Returns:
+            Whether `graphs` has changed.
+        """
+        if self.n_stages == 1:
+            return False
+        self._counts[1:] += (ended & ~self._is_older).sum(), (escaped & ~self._is_older).sum()
+        self._is_older &= ~ended
+        before, n_episodes, n_successes = self._counts.tolist()
+        if n_episodes < EPISODES_PER_STAGE:
+            return False
+        stage = self._curriculum.advance(before, n_successes / n_episodes)
+        self._counts[:] = stage, 0, 0
+        if stage == before:
+            return False
+        self._is_older[:] = True  # also where this step began a new episode, whose graph is already sampled
+        return True
+
+    def reset(self) -> None:
+        """Note that episodes of the current stage begin in every environment."""
+        self._is_older[:] = False
+
+    def get_state(self) -> dict[str, NDArray]:
+        """The state of the curriculum as new arrays."""
+        return {"curriculum": self._counts.copy(), "is_older": self._is_older.copy()}
+
+    def check_state(self, state: Mapping[str, NDArray]) -> None:
+        """Check a state before `set_state`.
+
+        Raises:
+            InputError: if there is no such stage.
+        """
+        if not 0 <= state["curriculum"][0] < self.n_stages:
+            raise InputError(f"the stages are 0 to {self.n_stages - 1}; there is no stage {state['curriculum'][0]}")
+
+    def set_state(self, state: Mapping[str, NDArray]) -> None:
+        """Restore what `get_state` returned, after `check_state`."""
+        self.check_state(state)
+        self._counts[:], self._is_older[:] = state["curriculum"], state["is_older"]

@@ -1,0 +1,186 @@
+"""Sets of goal graphs: named, your own, of a number of rooms or of a difficulty, less those that are excluded."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from hierroom.complexity.report import analyze
+from hierroom.errors import InputError
+from hierroom.goals import (
+    MAX_GRID_ROOMS,
+    GoalGraph,
+    GraphSpecs,
+    as_goal_graph,
+    enumerate_graphs,
+    graph_specs,
+    is_graph_set,
+    spec_names,
+)
+
+_INTERVAL = re.compile(r"(hitting_time|expected_steps):(\d+(?:\.\d+)?)\.\.(\d+(?:\.\d+)?)", re.ASCII)
+_ROOMS = re.compile(r"rooms:(\d{1,4})", re.ASCII)
+
+
+class GraphSet:
+    """Goal graphs, each once: two graphs that differ in the numbers of their rooms only are the same graph.
+
+    Args:
+        specs: one of these, or a list or tuple of them: a letter, a `GoalGraph`, a path to a TOML file, ``rooms:N``
+            for every goal graph of N rooms, and ``hitting_time:LOW..HIGH`` or ``expected_steps:LOW..HIGH`` for every
+            goal graph of up to 7 rooms in between. The hitting time, the paper's, saturates near 100 and hardly
+            separates the hardest graphs; the expected steps, the true mean, do not saturate.
+        exclude: the same for graphs to leave out, however their rooms are numbered.
+        drop_key: whether keys can be dropped, which makes every graph harder.
+        max_rooms: largest N of ``rooms:N``; by default the most rooms that a grid can hold.
+
+    Attributes:
+        specs: as a tuple, files being read.
+        graphs: the graphs in the order of the specs, those of an interval from the easiest on. What is given by itself
+            keeps its name and its numbers of rooms.
+
+    Raises:
+        InputError: if a spec cannot be read, the set or an interval is empty, an exclusion excludes nothing, or two
+            different graphs have the same name.
+    """
+
+    def __init__(
+        self,
+        specs: GraphSpecs,
+        exclude: GraphSpecs = (),
+        drop_key: bool = False,
+        max_rooms: int = MAX_GRID_ROOMS,
+    ):
+        self.specs = graph_specs(specs)
+        if not self.specs:
+            raise InputError("give at least one goal graph, or a set of them such as rooms:4")
+        self._drop_key, self._max_rooms = bool(drop_key), max_rooms
+        own = {}
+        for spec in self.specs:
+            if not is_graph_set(spec):
+                own.setdefault(as_goal_graph(spec).canonical(), as_goal_graph(spec))
+        given = [graph.canonical() for spec in self.specs for graph in self._graphs_of(spec)]
+        chosen = {canonical: own.get(canonical, canonical) for canonical in given}
+        excluded: set[GoalGraph] = set()
+        for spec in graph_specs(exclude):
+            unwanted = {graph.canonical() for graph in self._graphs_of(spec)}
+            if unwanted.isdisjoint(chosen):
+                (name,), several = spec_names(spec), is_graph_set(spec)
+                raise InputError(
+                    f"cannot exclude {name}: {'none of its graphs' if several else 'it'} is "
+                    f"{'' if several else 'not '}among the goal graphs of {' and '.join(spec_names(self.specs))}"
+                )
+            excluded |= unwanted
+        self.graphs = tuple(graph for canonical, graph in chosen.items() if canonical not in excluded)
+        if not self.graphs:
+            raise InputError(f"no goal graph is left of {' and '.join(spec_names(self.specs))}: all are excluded")
+        self._check_names()
+
+    @cached_property
+    def difficulties(self) -> tuple[tuple[float, GoalGraph], ...]:
+        """Each graph with its difficulty, the easiest first.
+
+        The difficulty is what a single interval measures; for any other set the expected steps.
+        """
+        return _ranked(self.graphs, self._interval.quantity if self._interval else "expected_steps", self._drop_key)
+
+    def stages(self, n_stages: int) -> tuple[tuple[GoalGraph, ...], ...]:
+        """Cut the set into parts of equal width in difficulty; parts without a graph are left out.
+
+        A single interval is cut from its low to its high end, any other set from its easiest to its hardest graph.
+
+        Args:
+            n_stages: number of parts, at least 1.
+
+        Returns:
+            The graphs of each part from the easiest on; together they are all graphs, each once.
+        """
+        if len(self.graphs) == 1:
+            return (self.graphs,)  # however large its augmented graph would be
+        values = np.array([value for value, _ in self.difficulties])
+        low, high = (self._interval.low, self._interval.high) if self._interval else (values[0], values[-1])
+        stage_of = np.searchsorted(np.linspace(low, high, n_stages + 1)[1:-1], values, side="right")
+        return tuple(
+            tuple(graph for (_, graph), its in zip(self.difficulties, stage_of, strict=True) if its == stage)
+            for stage in np.unique(stage_of)
+        )
+
+    @cached_property
+    def _interval(self) -> _Interval | None:
+        """The interval, if the set is given by a single one."""
+        spec = self.specs[0]
+        return _interval_of(spec) if len(self.specs) == 1 and isinstance(spec, str) else None
+
+    def _graphs_of(self, spec: GoalGraph | str) -> Iterable[GoalGraph]:
+        if not isinstance(spec, str) or not is_graph_set(spec):
+            return [as_goal_graph(spec)]
+        interval, rooms = _interval_of(spec), _ROOMS.fullmatch(spec.strip())
+        if interval is not None:
+            return _graphs_between(interval, self._drop_key)
+        if rooms is None:
+            raise InputError(
+                "a set of goal graphs must be rooms:N, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH, "
+                f"not {spec!r}"
+            )
+        n_rooms = int(rooms[1])
+        if not 2 <= n_rooms <= self._max_rooms:
+            raise InputError(f"rooms:N takes a number of rooms from 2 to {self._max_rooms}, not {n_rooms}")
+        return enumerate_graphs(n_rooms)
+
+    def _check_names(self) -> None:
+        named: set[str] = set()
+        for graph in self.graphs:
+            if graph.name in named:
+                raise InputError(
+                    f"two different goal graphs are named {graph.name}; name one of them otherwise, by an entry like "
+                    f'name = "{graph.name}-2" in its file'
+                )
+            named.add(graph.name)
+
+
+class _Interval(NamedTuple):
+    """The goal graphs with a quantity from ``low`` to ``high``, both included."""
+
+    quantity: str
+    low: float
+    high: float
+
+
+def _interval_of(spec: str) -> _Interval | None:
+    match = _INTERVAL.fullmatch(spec.strip())
+    return None if match is None else _Interval(match[1], float(match[2]), float(match[3]))
+
+
+def _graphs_between(interval: _Interval, drop_key: bool) -> tuple[GoalGraph, ...]:
+    quantity, low, high = interval
+    if low > high:
+        raise InputError(f"an interval must go from low to high, not from {low:g} to {high:g}")
+    ranked = _every_graph(quantity, drop_key)
+    graphs = tuple(graph for value, graph in ranked if low <= value <= high)
+    if not graphs:
+        raise InputError(
+            f"no goal graph of up to {MAX_GRID_ROOMS} rooms has a {quantity} in {low:g}..{high:g}; "
+            f"the values go from {ranked[0][0]:.2f} to {ranked[-1][0]:.2f}"
+        )
+    return graphs
+
+
+@lru_cache
+def _every_graph(quantity: str, drop_key: bool) -> tuple[tuple[float, GoalGraph], ...]:
+    """Every goal graph of 2 to 7 rooms with its difficulty, the easiest first: 328 graphs, which take a second."""
+    graphs = [graph for n_rooms in range(2, MAX_GRID_ROOMS + 1) for graph in enumerate_graphs(n_rooms)]
+    return _ranked(graphs, quantity, drop_key)
+
+
+def _ranked(graphs: Iterable[GoalGraph], quantity: str, drop_key: bool) -> tuple[tuple[float, GoalGraph], ...]:
+    ranked = [(_difficulty(graph, quantity, drop_key), graph) for graph in graphs]
+    return tuple(sorted(ranked, key=lambda pair: (pair[0], pair[1].key_rooms, pair[1].exit_room)))
+
+
+@lru_cache(maxsize=2048)
+def _difficulty(graph: GoalGraph, quantity: str, drop_key: bool) -> float:
+    return float(getattr(analyze(graph, drop_key), quantity))

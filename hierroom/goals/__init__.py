@@ -1,0 +1,50 @@
+"""Goal graphs, how users give them, and the ids of the goals in a level."""
+
+from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, enumerate_graphs, open_goals
+from hierroom.goals.ids import (
+    COLOURS,
+    EXIT_GOAL,
+    FIRST_DOOR_GOAL,
+    GOAL_NAMES,
+    GOAL_VECTORS,
+    MAX_GRID_ROOMS,
+    N_COLOURS,
+    N_GOALS,
+    NO_GOAL,
+    ROOM_GOAL_NAMES,
+    room_goals,
+)
+from hierroom.goals.specs import (
+    GraphSpec,
+    GraphSpecs,
+    as_goal_graph,
+    graph_specs,
+    is_graph_set,
+    plain_specs,
+    spec_names,
+)
+
+__all__ = [
+    "COLOURS",
+    "EXIT_GOAL",
+    "FIRST_DOOR_GOAL",
+    "GOAL_NAMES",
+    "GOAL_VECTORS",
+    "MAX_GRID_ROOMS",
+    "NAMED_GRAPHS",
+    "NO_GOAL",
+    "N_COLOURS",
+    "N_GOALS",
+    "ROOM_GOAL_NAMES",
+    "GoalGraph",
+    "GraphSpec",
+    "GraphSpecs",
+    "as_goal_graph",
+    "enumerate_graphs",
+    "graph_specs",
+    "is_graph_set",
+    "open_goals",
+    "plain_specs",
+    "room_goals",
+    "spec_names",
+]

@@ -1,0 +1,71 @@
+"""How users give goal graphs: one, or a set of them, in the same words wherever a graph is taken."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from hierroom.errors import InputError
+from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph
+
+SET_KINDS = ("rooms", "hitting_time", "expected_steps")
+"""What stands before the colon where a text means a set of graphs, see `hierroom.complexity.GraphSet`."""
+
+GraphSpec = GoalGraph | str | Path | Mapping[str, Any]
+"""How one goal graph, or a set of them, is given: a letter, a `GoalGraph`, a path to a TOML file, what
+`GoalGraph.to_dict` gives, or ``rooms:4``, ``hitting_time:20..30`` or ``expected_steps:90..150``."""
+
+GraphSpecs = GraphSpec | Sequence[GraphSpec]
+"""One `GraphSpec`, or a list or tuple of them for all their graphs."""
+
+
+def as_goal_graph(graph: GraphSpec) -> GoalGraph:
+    """Return the goal graph given as a letter, a `GoalGraph`, a path to a TOML file, or what `GoalGraph.to_dict` gives.
+
+    Raises:
+        InputError: if it is none of these.
+    """
+    if isinstance(graph, GoalGraph):
+        return graph
+    if isinstance(graph, Mapping):
+        return GoalGraph.from_dict(graph)
+    if isinstance(graph, str) and graph in NAMED_GRAPHS:
+        return NAMED_GRAPHS[graph]
+    if isinstance(graph, (str, Path)) and (Path(graph).suffix == ".toml" or Path(graph).is_file()):
+        return GoalGraph.from_toml(graph)
+    raise InputError(
+        "a graph must be a letter from a to g, a GoalGraph or a path to a .toml file (where several are taken, also "
+        f"rooms:N, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH), not {graph!r}"
+    )
+
+
+def is_graph_set(spec: object) -> bool:
+    """Whether a text means a set of graphs, even a malformed one, and not one graph."""
+    return isinstance(spec, str) and spec.partition(":")[0].strip() in SET_KINDS
+
+
+def graph_specs(specs: GraphSpecs) -> tuple[GoalGraph | str, ...]:
+    """The specs one by one; files are read, so that what comes of them does not depend on where and when it is used.
+
+    Returns:
+        letters and sets of graphs as they are, everything else as a `GoalGraph`.
+
+    Raises:
+        InputError: if one of them is no graph.
+    """
+    several = specs if isinstance(specs, Sequence) and not isinstance(specs, str) else (specs,)
+    return tuple(
+        spec if isinstance(spec, str) and (spec in NAMED_GRAPHS or is_graph_set(spec)) else as_goal_graph(spec)
+        for spec in several
+    )
+
+
+def plain_specs(specs: GraphSpecs) -> list[str | dict[str, Any]]:
+    """The specs as plain types, for JSON: a `GoalGraph` by its content, a letter and a set as they are given."""
+    return [spec.to_dict() if isinstance(spec, GoalGraph) else spec for spec in graph_specs(specs)]
+
+
+def spec_names(specs: GraphSpecs) -> tuple[str, ...]:
+    """What each spec is called: a set and a letter as they are given, a `GoalGraph` by its name."""
+    return tuple(spec.name if isinstance(spec, GoalGraph) else spec for spec in graph_specs(specs))

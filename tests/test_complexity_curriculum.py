@@ -1,0 +1,84 @@
+"""The curriculum over a set of goal graphs, and from which of them training samples its levels."""
+
+import numpy as np
+import pytest
+
+from hierroom.complexity import Curriculum, GraphSet
+from hierroom.complexity.curriculum import EPISODES_PER_STAGE, GraphSampler
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+
+EASY = GraphSet("rooms:3")
+N_ENVS = 8
+
+
+def test_advancing():
+    curriculum = Curriculum(GraphSet("hitting_time:8..50"), n_stages=3, promote_at=0.8, demote_at=0.2)
+    assert [curriculum.advance(0, rate) for rate in (0.0, 0.5, 0.8, 1.0)] == [0, 0, 1, 1]
+    assert [curriculum.advance(1, rate) for rate in (0.0, 0.19, 0.2, 0.79, 0.8)] == [0, 0, 1, 1, 2]
+    assert curriculum.advance(2, 1.0) == 2
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Curriculum(EASY, n_stages=0), "at least one stage"),
+        (lambda: Curriculum(EASY, promote_at=0.1), "demote_at < promote_at"),
+        (lambda: Curriculum(EASY).advance(5, 0.5), "there is no stage 5"),
+        (lambda: Curriculum(EASY).advance(0, 1.5), "a success rate must be in 0..1"),
+        (lambda: GraphSampler("g", (), False, 2, n_stages=3), "of 3 stages needs several graphs.*not g alone"),
+    ],
+)
+def test_one_clear_message(make, message):
+    with pytest.raises(InputError, match=message) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+def end(sampler, is_escape, envs=range(N_ENVS)):
+    """A step that ends the episodes of some environments."""
+    ended = np.isin(np.arange(N_ENVS), envs)
+    return sampler.add(ended, ended & is_escape)
+
+
+def test_episodes_that_began_in_another_stage_say_nothing_of_this_one():
+    sampler = GraphSampler("hitting_time:8..50", (), False, N_ENVS, n_stages=3)
+    first = sampler.graphs
+    moves = [end(sampler, True) for _ in range(EPISODES_PER_STAGE // N_ENVS)]
+    assert moves == [False] * (len(moves) - 1) + [True]
+    second = sampler.graphs
+    assert second != first
+    assert not end(sampler, True, [0, 1])  # begun in the first stage, as the six below
+    for _ in range((EPISODES_PER_STAGE - 2) // 2):
+        assert not end(sampler, False, [0, 1])
+    again = GraphSampler("hitting_time:8..50", (), False, N_ENVS, n_stages=3)
+    again.set_state(sampler.get_state())
+    for each in (sampler, again):
+        assert not end(each, True, range(2, N_ENVS))
+        assert each.graphs == second
+        assert end(each, False, [2, 3])  # 200 of this stage, none of them an escape
+        assert each.graphs == first
+
+
+def test_one_graph_has_no_stages():
+    sampler = GraphSampler("c", (), False, N_ENVS)
+    assert not any(end(sampler, True) for _ in range(EPISODES_PER_STAGE))
+    assert sampler.graphs == sampler.everything
+
+
+def test_a_mixture_of_graphs_goes_through_its_stages():
+    """By expected steps: b 62.9 and c 73.8, the graph of one's own 127.1, and g 154.5 excluded."""
+    own = GoalGraph((0, 1, 1), 2, label="own")
+    sampler = GraphSampler(["c", own, "g", "b"], "g", False, N_ENVS, n_stages=2)
+    assert [graph.name for graph in sampler.everything] == ["b", "c", "own"]
+    assert (sampler.stage, sampler.n_stages) == (0, 2)
+    assert [graph.name for graph in sampler.graphs] == ["b", "c"]
+    while not end(sampler, True):
+        pass
+    assert sampler.stage == 1
+    assert sampler.graphs == (own,)
+
+
+def test_levels_do_not_depend_on_the_order_in_which_graphs_are_named():
+    one, other = (GraphSampler(graphs, (), False, N_ENVS).graphs for graphs in (["f", "a", "c"], ["c", "f", "a"]))
+    assert one == other

@@ -1,0 +1,175 @@
+"""Sets of goal graphs: every way to give one, each graph once, exclusions however rooms are numbered, and errors."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hierroom.complexity import GraphSet, analyze
+from hierroom.errors import InputError
+from hierroom.goals import MAX_GRID_ROOMS, NAMED_GRAPHS, GoalGraph, enumerate_graphs
+
+FORK = GoalGraph((0, 1, 1), 3)
+"""Two rooms behind one: no graph of the paper."""
+
+
+def canonical(graphs):
+    return {graph.canonical() for graph in graphs}
+
+
+def renumbered(graph, rng):
+    """The same graph with its rooms in another order."""
+    order = rng.permutation(graph.n_rooms - 1) + 1
+    new = {0: 0, **{old: int(position) for old, position in enumerate(order, start=1)}}
+    key_rooms = {new[room]: new[home] for room, home in enumerate(graph.key_rooms, start=1)}
+    return GoalGraph(tuple(key_rooms[room] for room in range(1, graph.n_rooms)), new[graph.exit_room])
+
+
+single_graphs = st.one_of(
+    st.sampled_from([*NAMED_GRAPHS]),
+    st.builds(
+        lambda index, seed: renumbered(enumerate_graphs(4)[index], np.random.default_rng(seed)),
+        st.integers(0, 8),
+        st.integers(0, 99),
+    ),
+)
+all_specs = st.one_of(
+    single_graphs,
+    st.sampled_from(["rooms:2", "rooms:3", "rooms:4", "hitting_time:8..16", "expected_steps:90..150"]),
+)
+
+
+@settings(deadline=None, max_examples=40)  # the first interval takes its time
+@given(st.lists(all_specs, min_size=1, max_size=4))
+def test_several_specs_are_the_union_of_each(specs):
+    graphs = GraphSet(specs).graphs
+    assert canonical(graphs) == set().union(*(canonical(GraphSet(spec).graphs) for spec in specs))
+    assert len(canonical(graphs)) == len(graphs)  # each once
+    assert canonical(graphs) == canonical(GraphSet(specs[::-1] + specs).graphs)
+
+
+@settings(deadline=None, max_examples=40)  # the first interval takes its time
+@given(st.lists(all_specs, min_size=1, max_size=3), st.lists(all_specs, min_size=1, max_size=2))
+def test_an_exclusion_is_the_difference_of_sets_or_refused(specs, exclude):
+    whole, parts = canonical(GraphSet(specs).graphs), [canonical(GraphSet(spec).graphs) for spec in exclude]
+    left = whole - set().union(*parts)
+    if left and all(part & whole for part in parts):
+        assert canonical(GraphSet(specs, exclude).graphs) == left
+    else:
+        with pytest.raises(InputError, match=r"cannot exclude|no goal graph is left"):
+            GraphSet(specs, exclude)
+
+
+@settings(deadline=None, max_examples=40)  # the first interval takes its time
+@given(st.integers(0, 8), st.integers(0, 99))
+def test_a_graph_is_excluded_however_its_rooms_are_numbered(index, seed):
+    graph = enumerate_graphs(4)[index]
+    other = renumbered(graph, np.random.default_rng(seed))
+    assert set(GraphSet("rooms:4", other).graphs) == set(enumerate_graphs(4)) - {graph}
+
+
+@settings(deadline=None, max_examples=40)  # the first interval takes its time
+@given(st.lists(all_specs, min_size=1, max_size=3), st.integers(1, 6))
+def test_stages_hold_every_graph_once_and_get_harder(specs, n_stages):
+    graphs = GraphSet(specs)
+    stages = graphs.stages(n_stages)
+    assert len(stages) <= n_stages
+    assert sorted(sum(stages, ()), key=repr) == sorted(graphs.graphs, key=repr)
+    values = {graph: value for value, graph in graphs.difficulties}
+    for easier, harder in pairwise(stages):
+        assert max(values[graph] for graph in easier) < min(values[graph] for graph in harder)
+
+
+def test_one_graph_keeps_the_numbers_of_its_rooms():
+    odd = GoalGraph((3, 0, 0), 2)
+    assert odd.canonical() == GoalGraph.named("d").canonical()
+    assert GraphSet(odd).graphs == (odd,)
+    assert odd in GraphSet(["rooms:4", odd]).graphs  # also where a set holds it too
+    assert GraphSet(["d", odd]).graphs == (GoalGraph.named("d"),)  # of several the first
+
+
+def test_graphs_come_in_the_order_of_their_specs():
+    assert GraphSet(("f", "a", "c")).graphs == tuple(GoalGraph.named(letter) for letter in "fac")
+
+
+def test_every_graph_of_an_interval_and_no_other_the_easiest_first():
+    everything = [graph for n_rooms in range(2, MAX_GRID_ROOMS + 1) for graph in enumerate_graphs(n_rooms)]
+    found = GraphSet("hitting_time:20..30").graphs
+    assert set(found) == {graph for graph in everything if 20 <= analyze(graph).hitting_time <= 30}
+    values = [analyze(graph).hitting_time for graph in found]
+    assert values == sorted(values)
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_an_interval_measures_graphs_as_they_are_played(drop_key):
+    found = GraphSet("expected_steps:100..150", drop_key=drop_key).graphs
+    assert found
+    assert all(100 <= analyze(graph, drop_key).expected_steps <= 150 for graph in found)
+
+
+def test_an_interval_is_cut_from_its_low_to_its_high_end():
+    """As the stages were before sets of graphs: by the interval's own quantity, and not from the easiest graph on."""
+    graphs = GraphSet("hitting_time:8..90")
+    value = {graph: analyze(graph).hitting_time for graph in graphs.graphs}
+    edges = np.linspace(8, 90, 8)
+    parts = [tuple(g for g in graphs.graphs if low <= value[g] < high) for low, high in pairwise(edges)]
+    assert graphs.stages(7) == tuple(part for part in parts if part)
+    less = GraphSet("hitting_time:8..90", "c").stages(7)
+    assert less == tuple(tuple(g for g in part if g != GoalGraph.named("c").canonical()) for part in graphs.stages(7))
+
+
+def test_other_sets_are_cut_by_expected_steps_from_their_easiest_to_their_hardest_graph():
+    graphs = GraphSet(["g", "a", "c", "e"])  # 154.5, 28.0, 73.8 and 112.7 expected steps
+    letters = [[graph.name for graph in stage] for stage in graphs.stages(2)]
+    assert letters == [["a", "c"], ["e", "g"]]
+    assert [[graph.name for graph in stage] for stage in graphs.stages(5)] == [["a"], ["c"], ["e"], ["g"]]
+
+
+def test_graphs_are_named_as_users_named_them(tmp_path):
+    own = tmp_path / "fork.toml"
+    FORK.to_toml(own)
+    names = [graph.name for graph in GraphSet(["c", own, "rooms:4"]).graphs]
+    assert names[:2] == ["c", "fork"]
+    assert "keys-0-1-1-exit-3" not in names
+    assert {"d", "e", "f", "g"} <= set(names)
+
+
+def test_two_files_of_one_name_are_told_apart_or_refused(tmp_path):
+    paths = [tmp_path / folder / "own.toml" for folder in ("one", "two")]
+    for path, graph in zip(paths, (FORK, GoalGraph((0, 0, 1), 2)), strict=True):
+        path.parent.mkdir()
+        graph.to_toml(path)
+    with pytest.raises(InputError, match="two different goal graphs are named own; name one of them otherwise"):
+        GraphSet(paths)
+    paths[1].write_text(f'name = "other"\n{paths[1].read_text()}')
+    assert [graph.name for graph in GraphSet(paths).graphs] == ["own", "other"]
+    FORK.to_toml(paths[1])
+    assert GraphSet(paths).graphs == (FORK,)  # the same graph twice
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["hitting_time:20-30"], "must be rooms:N, hitting_time:LOW..HIGH or .*not 'hitting_time:20-30'"),
+        (["hitting_time:-3..2"], "a set of goal graphs must be"),
+        (["width:1..2"], "a graph must be a letter .*not 'width:1..2'"),
+        (["hitting_time:30..20"], "from low to high, not from 30 to 20"),
+        (["hitting_time:1..2"], r"up to 7 rooms has a hitting_time in 1\.\.2; the values go from 8.36"),
+        (["rooms:8"], "rooms:N takes a number of rooms from 2 to 7, not 8"),
+        (["rooms:1"], "from 2 to 7, not 1"),
+        (["rooms:four"], "a set of goal graphs must be rooms:N"),
+        ([["a", "z"]], "a graph must be a letter from a to g.*not 'z'"),
+        ([["a", 3]], "not 3"),
+        ([[]], "give at least one goal graph"),
+        ([["a", "b"], "c"], "cannot exclude c: it is not among the goal graphs of a and b"),
+        (["g", "rooms:3"], "cannot exclude rooms:3: none of its graphs is among the goal graphs of g"),
+        (["rooms:2", "a"], "no goal graph is left of rooms:2: all are excluded"),
+        (["rooms:3", "width:1..2"], "not 'width:1..2'"),
+    ],
+)
+def test_one_clear_message(arguments, message):
+    with pytest.raises(InputError, match=message) as caught:
+        GraphSet(*arguments)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,90 @@
+"""Gymnasium ids for goal graphs of one's own, found in every process."""
+
+import sys
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+
+import hierroom
+from hierroom import GoalGraph, InputError
+
+FORK = GoalGraph((0, 1, 1), 3, label="fork")
+MODULE = """import hierroom
+
+hierroom.register("fork", hierroom.GoalGraph((0, 1, 1), 3, label="fork"))
+"""
+
+
+@pytest.fixture(autouse=True)
+def unregistered():
+    """No test leaves an id behind."""
+    before = dict(gymnasium.registry)
+    yield
+    gymnasium.registry.clear()
+    gymnasium.registry.update(before)
+
+
+def test_a_graph_of_a_file_has_an_id(tmp_path):
+    path = tmp_path / "fork.toml"
+    FORK.to_toml(path)
+    assert hierroom.register("abc", path) == "hierroom/EscapeRoom-abc-v0"
+    assert hierroom.register("my-fork_2.0", path) == "hierroom/EscapeRoom-my-fork_2.0-v0"
+    path.unlink()  # it was read when it was registered
+    env = gymnasium.make("hierroom/EscapeRoom-my-fork_2.0-v0", size=13)
+    assert env.unwrapped.complexity.graph == FORK
+    assert env.unwrapped.complexity.graph.name == "fork"
+    env.reset(seed=0)
+    envs = gymnasium.make_vec("hierroom/EscapeRoom-my-fork_2.0-v0", num_envs=3)
+    assert envs.unwrapped.complexity.graph == FORK
+    assert '"name": "fork"' in env.spec.to_json()
+
+
+def test_a_set_has_an_id_less_what_is_excluded():
+    env = gymnasium.make(hierroom.register("four-rooms", ["a", "rooms:4"], exclude=["g", FORK]))
+    names = {graph.name for graph in env.unwrapped.single.turns.sampler.everything}
+    assert len(names) == 8
+    assert {"a", "d", "e", "f"} <= names
+
+
+def test_a_module_that_registers_is_found_in_other_processes(tmp_path, monkeypatch):
+    (tmp_path / "rooms_of_mine.py").write_text(MODULE)
+    monkeypatch.syspath_prepend(tmp_path)  # a spawned process has the same path
+    env_id = "rooms_of_mine:hierroom/EscapeRoom-fork-v0"
+    envs = gymnasium.make_vec(
+        env_id, num_envs=2, size=11, vectorization_mode="async", vector_kwargs={"context": "spawn"}
+    )
+    try:
+        observations, _ = envs.reset(seed=3)
+    finally:
+        envs.close()
+    sync = gymnasium.make_vec(env_id, num_envs=2, size=11, vectorization_mode="sync")
+    expected, _ = sync.reset(seed=3)
+    np.testing.assert_array_equal(observations["observation"], expected["observation"])
+    assert sync.envs[0].unwrapped.complexity.graph == FORK
+    sys.modules.pop("rooms_of_mine")
+
+
+def test_registering_the_same_again_is_silent_and_another_graph_warns():
+    hierroom.register("fork", FORK)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        hierroom.register("fork", FORK)
+    with pytest.warns(UserWarning, match="Overriding environment hierroom/EscapeRoom-fork-v0"):
+        hierroom.register("fork", "a")
+
+
+@pytest.mark.parametrize("name", ["", "a", "g", "my rooms", "my/rooms", "my:rooms", "-x", "ü", 3, None])
+def test_a_bad_name_is_one_clear_line(name):
+    with pytest.raises(InputError) as caught:
+        hierroom.register(name, FORK)
+    assert str(caught.value) == (
+        "the name of an environment must be letters, digits, _, . and -, and not one of the letters "
+        f"a, b, c, d, e, f, g, which are the paper's graphs; not {name!r}"
+    )
+
+
+def test_a_bad_graph_is_refused_at_once():
+    with pytest.raises(InputError, match="a graph must be a letter"):
+        hierroom.register("fork", ["a", "z"])
