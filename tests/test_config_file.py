@@ -119,7 +119,7 @@ def test_a_file_and_the_command_line_mean_the_same(numbers):
         ("steps = 1e6", "steps must be a whole number, not 1000000.0"),
         ("drop_key = 1", "drop_key must be true or false, not 1"),
         ("graph = 3", "graph must be a text"),
-        ("graph = {a = 1}", "graph must be a text"),
+        ("graph = {a = 1}", "a goal graph must hold key_rooms"),
         ("reward = 3", 'reward must be a text or "None", not 3'),
         ('method = "pop"', "method must be one of ppo, "),
         ('features = "view"', "features must be a list of view, "),

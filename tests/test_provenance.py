@@ -292,7 +292,8 @@ def test_a_run_from_before_or_without_it_is_no_error(tmp_path):
 def test_the_page_tells_of_every_file_of_a_run():
     load("mine", {"mine.py": META})
     GoalGraph((0, 1, 1), 3).to_toml("graph.toml")
-    assert train.main([*FLAGS, "--meta", "mine:First", "--graph", "graph.toml", "--out", "run"]) == 0
+    flags = [*FLAGS[FLAGS.index("--size") :], "--meta", "mine:First", "--graph", "graph.toml"]
+    assert train.main([*flags, "--out", "run"]) == 0
     page = (Path(hierroom.__file__).parents[1] / "docs" / "runs.md").read_text()
     for path in Path("run").iterdir():
         told = "events.out.tfevents.*" if path.name.startswith("events") else f"{path.name}{'/' * path.is_dir()}"

@@ -83,7 +83,14 @@ CHANGES = st.fixed_dictionaries(
         "preset": st.sampled_from([*PRESETS]),
         "method": st.sampled_from(["hippo", "ppo-novelty"]),
         "meta": TEXTS,
-        "graph": TEXTS | st.just(GoalGraph((0,) * 6, 3)),
+        "graph": st.lists(
+            st.sampled_from(["a", "g", "rooms:7", "hitting_time:1.5..90"])
+            | TEXTS.filter(lambda text: text.isprintable() and text.strip() and text not in "abcdefg").map(
+                lambda text: GoalGraph((0,) * 6, 3, label=text)
+            ),
+            min_size=1,
+        ),
+        "exclude": st.lists(st.sampled_from(["a", "rooms:3"]), max_size=9),
         "network": TEXTS,
         "warm_start": TEXTS,
         "steps": st.integers(1, 10**12),

@@ -18,6 +18,8 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset, implied_preset
 
 _META_PPO = "meta_ppo"
+_GRAPHS = str | dict | tuple[str | dict, ...]
+"""What a file may hold for goal graphs: how they are named, or what they are in a table."""
 
 
 def read_config(path: str | Path, **entries: Any) -> TrainConfig:
@@ -68,6 +70,7 @@ def _read_entries(path: Path) -> dict[str, Any]:
     types = {name: kind for part in (*parts.values(), TrainConfig) for name, kind in get_type_hints(part).items()}
     # Python takes any object as a reward; a file, like the command line, can only name one.
     types = {name: str | None if kind is Any else kind for name, kind in types.items() if name not in parts}
+    types |= {"graph": _GRAPHS, "exclude": _GRAPHS}
     for part in parts.keys() & table.keys():
         raise InputError(f"{path}: entries stand alone, as on the command line; leave out the table [{part}]")
     return {name: _entry(path, name, value, types) for name, value in table.items()}
@@ -127,5 +130,12 @@ def _kinds(kind: Any) -> list[str]:
         return [f"one of {', '.join(members)}"]
     if origin is tuple:
         return [f"a list of {', '.join(_kinds(members[0]))}".replace("a list of one of", "a list of")]
-    words = {NoneType: '"None"', bool: "true or false", int: "a whole number", float: "a number", str: "a text"}
+    words = {
+        NoneType: '"None"',
+        bool: "true or false",
+        int: "a whole number",
+        float: "a number",
+        str: "a text",
+        dict: "a table",
+    }
     return [words[kind]] if kind in words else []  # a type of Python's that no file can hold
