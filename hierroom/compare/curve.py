@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +26,7 @@ class Curve:
         return np.interp(steps, self.steps, self.values)
 
     def between(self, start: float, end: float) -> Curve:
-        """The part of the curve from ``start`` to ``end`` steps, which lie between its first evaluation and its last."""
+        """The part of the curve from ``start`` to ``end`` steps; both lie between its first and its last evaluation."""
         inside = self.steps[(start < self.steps) & (self.steps < end)]
         steps = np.array([start, *inside, end], float)
         return Curve(steps, self.at(steps))
@@ -49,3 +50,16 @@ class Curve:
             return float(self.steps[after])
         (low, high), (start, end) = self.values[after - 1 : after + 1], self.steps[after - 1 : after + 1]
         return float(start + (level - low) / (high - low) * (end - start))
+
+
+def shared_steps(curves: Sequence[Curve]) -> NDArray[np.float64]:
+    """[Q] all steps at which one of the curves was evaluated, from where all have begun to where the first ends."""
+    start, end = max(curve.steps[0] for curve in curves), min(curve.steps[-1] for curve in curves)
+    steps = np.unique(np.concatenate([curve.steps for curve in curves]))
+    return steps[(start <= steps) & (steps <= end)]
+
+
+def mean_curve(curves: Sequence[Curve]) -> Curve:
+    """The mean of some curves, over the steps that all of them have."""
+    steps = shared_steps(curves)
+    return Curve(steps, np.mean([curve.at(steps) for curve in curves], axis=0))

@@ -1,10 +1,10 @@
 """Estimates over few runs, with intervals (Agarwal et al. 2021, "Deep RL at the edge of the statistical precipice").
 
-Scores come in strata. A stratum is an array [R, K, Q]: R runs that were evaluated on the same K graphs, and Q scores of each
-run on each graph. Runs are what is independent: they are resampled, each with all that was measured of it, and within
-their stratum. Where each run has one graph, as usual, this is the stratified bootstrap of that paper; where a run is
-evaluated on several graphs, its scores are not mistaken for those of several runs. All estimates take further axes in
-front, for resamples.
+Scores come in strata. A stratum is an array [R, K, Q]: R runs that were evaluated on the same K graphs, and Q scores of
+each run on each graph. Runs are independent, so runs are resampled, within their stratum, each with all of its scores.
+Where each run has one graph, as usual, this is the stratified bootstrap of that paper; where a run is evaluated on
+several graphs, its scores do not count as those of several runs. All statistics take further axes in front, for
+resamples.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def estimate(strata: Strata, statistic: Callable[[Strata], Scores], resamples: i
         vectorized=True,
         confidence_level=LEVEL,
         method="percentile",
-        random_state=np.random.default_rng(seed),
+        rng=np.random.default_rng(seed),
     )
     lows, highs = unknown.copy(), unknown.copy()
     lows[is_known], highs[is_known] = result.confidence_interval

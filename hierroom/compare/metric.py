@@ -17,11 +17,13 @@ class Metric:
         label: what it is called in tables and figures.
         is_higher_better: whether more of it is an improvement.
         is_rate: whether it is a fraction, which is shown in percent.
+        digits: how many of them are shown after the point.
     """
 
     label: str
     is_higher_better: bool = True
     is_rate: bool = False
+    digits: int = 1
 
     @property
     def axis_label(self) -> str:
@@ -36,7 +38,7 @@ class Metric:
 
 METRICS: Mapping[MetricName, Metric] = {
     "success_rate": Metric("success rate", is_rate=True),
-    "return": Metric("return of the controller"),
+    "return": Metric("return of the controller", digits=2),
     "length": Metric("episode length (steps)", is_higher_better=False),
-    "length_over_shortest": Metric("length / shortest", is_higher_better=False),
+    "length_over_shortest": Metric("length / shortest", is_higher_better=False, digits=2),
 }
