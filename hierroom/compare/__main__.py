@@ -41,7 +41,9 @@ class CompareArguments:
         json: print comparison.json instead of tables.
     """
 
-    runs: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    runs: Annotated[
+        tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUNS", help_behavior_hint="(required)")
+    ]
     by: str | None = None
     metric: MetricName = "success_rate"
     out: Path = Path("compare")

@@ -36,7 +36,9 @@ class GroupSummary:
     Args:
         group: the group.
         graph: the graph, or `ALL`.
-        n_scores: number of curves: of the runs on the graph, or of runs times graphs.
+        n_runs: number of its runs that were evaluated there.
+        n_seeds: number of their seeds.
+        n_scores: number of their curves, one for each run and graph.
         steps: [Q] the steps trained.
         curve: [Q] the interquartile mean of the metric there.
         final_mean: [1] the mean of the metric at the last of them.
@@ -49,6 +51,8 @@ class GroupSummary:
 
     group: Group
     graph: str
+    n_runs: int
+    n_seeds: int
     n_scores: int
     steps: NDArray[np.float64]
     curve: Estimate
@@ -151,10 +155,13 @@ def _summarize(
     values = tasks.strata(group, metric, lambda curve: curve.at(steps), graphs)
     areas = tasks.strata(group, metric, lambda curve: [curve.between(steps[0], steps[-1]).area], graphs)
     successes = [curve.between(steps[0], steps[-1]) for curve in tasks.curves(group, "success_rate", graphs)]
+    there = [run for run in group.runs if set(tasks.on(run)) & set(graphs)]
     reaching = {level: np.array([curve.steps_to(level) for curve in successes]) for level in SUCCESS_LEVELS}
     return GroupSummary(
         group=group,
         graph=graph,
+        n_runs=len(there),
+        n_seeds=len({run.seed for run in there}),
         n_scores=len(successes),
         steps=steps,
         curve=estimate(values, interquartile_mean, resamples, seed),

@@ -125,5 +125,5 @@ def _finish(axes: Axes, title: str, comparison: Comparison) -> None:
 
 
 def _label(summary: GroupSummary) -> str:
-    n = len(summary.group.seeds)
+    n = summary.n_seeds
     return f"{summary.group.label} ({n} {'seed' if n == 1 else 'seeds'})"

@@ -36,11 +36,6 @@ class Group:
         ]
         return ", ".join(named)
 
-    @property
-    def seeds(self) -> frozenset[int]:
-        """The seeds of its runs."""
-        return frozenset(run.seed for run in self.runs)
-
 
 def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
     """The fewest entries that tell apart whatever is compared; ``method`` where nothing differs.

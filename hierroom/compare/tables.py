@@ -11,7 +11,7 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
-from hierroom.compare.comparison import ALL, SUCCESS_LEVELS, Comparison
+from hierroom.compare.comparison import ALL, SUCCESS_LEVELS, Comparison, GroupSummary
 from hierroom.compare.estimates import Estimate
 from hierroom.compare.metric import METRICS, Metric
 from hierroom.compare.tasks import OWN
@@ -26,11 +26,13 @@ def curve_rows(comparison: Comparison) -> list[Row]:
     """A row for each group, graph (or all) and number of steps: the interquartile mean and its interval."""
     return [
         {
-            **summary.group.choices,
+            **_group(summary),
             "graph": summary.graph,
             "steps": int(steps),
-            **_columns("iqm", summary.curve, n),
-            "n_runs": summary.n_scores,
+            "iqm": _rounded(summary.curve.values[n]),
+            "low": _rounded(summary.curve.lows[n]),
+            "high": _rounded(summary.curve.highs[n]),
+            "n_runs": summary.n_runs,
         }
         for summary in comparison.summaries
         for n, steps in enumerate(summary.steps)
@@ -41,17 +43,18 @@ def summary_rows(comparison: Comparison) -> list[Row]:
     """A row for each group and graph (or all): final score, area under the curve, steps to levels of success."""
     return [
         {
-            **summary.group.choices,
+            **_group(summary),
             "graph": summary.graph,
-            "n_runs": summary.n_scores,
-            "n_seeds": len(summary.group.seeds),
+            "n_runs": summary.n_runs,
+            "n_seeds": summary.n_seeds,
+            "n_scores": summary.n_scores,
             "steps": int(summary.steps[-1]),
             **_columns("final_iqm", summary.curve, -1),
             **_columns("final_mean", summary.final_mean),
             **_columns("auc_iqm", summary.auc),
             **_columns("auc_mean", summary.auc_mean),
-            **{f"steps_to_{100 * level:.0f}": summary.steps_to[level] for level in SUCCESS_LEVELS},
-            **{f"reached_{100 * level:.0f}": summary.reached[level] for level in SUCCESS_LEVELS},
+            **{f"steps_to_{100 * level:.0f}": _rounded(summary.steps_to[level]) for level in SUCCESS_LEVELS},
+            **{f"reached_{100 * level:.0f}": _rounded(summary.reached[level]) for level in SUCCESS_LEVELS},
         }
         for summary in comparison.summaries
     ]
@@ -108,7 +111,7 @@ def summary_table(comparison: Comparison) -> Table:
     for summary in comparison.of_graph(ALL):
         table.add_row(
             escape(summary.group.label),
-            str(len(summary.group.runs)),
+            str(summary.n_runs),
             _with_interval(summary.curve, metric, -1),
             _with_interval(summary.auc, metric),
             *(_censored(summary.steps_to[level], summary.reached[level], end) for level in SUCCESS_LEVELS),
@@ -135,9 +138,26 @@ def improvement_table(comparison: Comparison) -> Table:
     return table
 
 
+def _group(summary: GroupSummary) -> Row:
+    """The group's name and choices; ``graph`` and ``steps`` of the config are told from those of the row."""
+    choices = summary.group.choices.items()
+    return {
+        "group": summary.group.label,
+        **{f"config_{name}" if name in ("graph", "steps") else name: value for name, value in choices},
+    }
+
+
 def _columns(name: str, estimate: Estimate, n: int = 0) -> Row:
-    low, high = ("low", "high") if name == "iqm" else (f"{name}_low", f"{name}_high")
-    return {name: float(estimate.values[n]), low: float(estimate.lows[n]), high: float(estimate.highs[n])}
+    return {
+        name: _rounded(estimate.values[n]),
+        f"{name}_low": _rounded(estimate.lows[n]),
+        f"{name}_high": _rounded(estimate.highs[n]),
+    }
+
+
+def _rounded(value: float) -> float:
+    """To six digits, of which few runs decide two."""
+    return float(f"{value:.6g}")
 
 
 def _is_unknown(value: object) -> bool:
@@ -148,12 +168,8 @@ def _with_interval(estimate: Estimate, metric: Metric, n: int = 0) -> str:
     value, low, high = (metric.scale * float(part[n]) for part in (estimate.values, estimate.lows, estimate.highs))
     if math.isnan(value):
         return "-"
-    digits = metric.digits
-    return (
-        f"{value:.{digits}f}"
-        + ("%" if metric.is_rate else "")
-        + ("" if math.isnan(low) else f"\n\\[{low:.{digits}f}, {high:.{digits}f}]")
-    )
+    text = f"{value:.{metric.digits}f}" + ("%" if metric.is_rate else "")
+    return text if math.isnan(low) else f"{text}\n\\[{low:.{metric.digits}f}, {high:.{metric.digits}f}]"
 
 
 def _probability(estimate: Estimate) -> str:
