@@ -411,10 +411,13 @@ def test_broken_evaluations(runs, compare, change, match):
 def test_a_folder_of_something_else_is_not_touched(runs, compare):
     Path("mine").mkdir()
     Path("mine/curves.csv").write_text("precious")
-    refused(compare, "mine is neither empty nor the folder of an earlier comparison", runs, out="mine")
+    refused(compare, "mine is neither an empty folder nor that of an earlier comparison", runs, out="mine")
     Path("file").touch()
-    refused(compare, "cannot write to the folder file", runs, out="file")
+    refused(compare, "file is neither an empty folder", runs, out="file")
+    refused(compare, "cannot create the folder file.below", runs, by="meta", out="file/below")
     assert Path("mine/curves.csv").read_text() == "precious"
+    refused(compare, "nowhere is neither", "nowhere", out="unused")
+    assert not Path("unused").exists()
     compare(runs, by="meta", out="again")
     compare(runs, by="method", out="again")  # its own is replaced
     assert "method" in rows("again/summary.csv")[0]

@@ -74,13 +74,9 @@ def main() -> int:
 
 def _check_out(out: Path) -> None:
     """Refuse a folder with files that are not of a comparison, before anything is computed."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        is_free = (out / REPORT).is_file() or not any(out.iterdir())
-    except OSError as error:
-        raise InputError(f"cannot write to the folder {out}: {error.strerror}") from error
+    is_free = not out.exists() or (out.is_dir() and ((out / REPORT).is_file() or not any(out.iterdir())))
     if not is_free:
-        raise InputError(f"{out} is neither empty nor the folder of an earlier comparison; choose another --out")
+        raise InputError(f"{out} is neither an empty folder nor that of an earlier comparison; choose another --out")
 
 
 def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
@@ -93,7 +89,8 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     from hierroom.compare.grouping import differing_entries, group_runs
     from hierroom.compare.tasks import Tasks
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         paths, left_out = find_runs(arguments.runs)
         if not paths:
             raise InputError(f"no run in {', '.join(map(str, arguments.runs))} has evaluations")
@@ -153,6 +150,10 @@ def _write(comparison: Comparison, report: dict[str, Any], out: Path) -> list[Pa
     from hierroom.compare.figure import draw_comparison
     from hierroom.compare.tables import curve_rows, improvement_rows, summary_rows, to_csv
 
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot create the folder {out}: {error.strerror}") from error
     files = {
         out / REPORT: to_json(report).encode(),  # first: it marks the folder as one that may be replaced
         out / "curves.csv": to_csv(curve_rows(comparison)),

@@ -65,7 +65,7 @@ def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
 
 def _figure(comparison: Comparison) -> Figure:
     panels = _panels(comparison)
-    n_columns = min(4, len(panels)) if len(panels) != 6 else 3
+    n_columns = 3 if len(panels) in (5, 6, 9) else min(4, len(panels))
     n_rows = -(-len(panels) // n_columns)
     labels = [_label(summary) for summary in comparison.of_graph(ALL)]
     width = _COLUMN if len(panels) == 1 else _PAGE
@@ -84,7 +84,8 @@ def _figure(comparison: Comparison) -> Figure:
         lowest = (len(panels) - 1 - column) // n_columns
         axes[lowest, column].tick_params(labelbottom=True)
         axes[lowest, column].set_xlabel("training steps (millions)")
-    figure.supylabel(METRICS[comparison.metric].axis_label, fontsize=8)
+    for first in axes[:, 0]:
+        first.set_ylabel(METRICS[comparison.metric].axis_label)
     lines, _ = axes[0, 0].get_legend_handles_labels()
     figure.legend(lines, labels, loc="outside lower center", ncols=min(n_legend, len(labels)), handlelength=1.8)
     return figure

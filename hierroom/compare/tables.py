@@ -101,7 +101,7 @@ def summary_table(comparison: Comparison) -> Table:
         + "; steps until the success rate is that high, medians of the runs",
         caption_justify="left",
         box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),  # so that names of groups fit into 80 columns
+        padding=0,  # so that names of groups fit into 80 columns
     )
     table.add_column("group", overflow="fold", min_width=14)
     for heading in ("runs", f"after {_steps(end, end)}", "area under\nthe curve"):
