@@ -256,6 +256,22 @@ def test_an_unfinished_run_ends_the_comparison(runs, compare):
     assert (found["steps_to_50"], found["reached_50"]) == ("", "0.0")  # 0.8 is there after 625,000
 
 
+def test_what_comes_after_the_shortest_run_does_not_count(tmp_path, compare):
+    """The second group overtakes the first, but only after 500,000 steps, where a run of it ends."""
+    for seed in range(2):
+        make_run(tmp_path / "r" / f"a{seed}", {"c": line(0.6)}, meta="oracle", seed=seed)
+        late = make_run(
+            tmp_path / "r" / f"b{seed}",
+            {"c": lambda steps: 1.0 if steps > 500_000 else 0.1},
+            steps=(0, 500_000) if seed else (0, 500_000, 500_001, 1_000_000),
+            meta="random",
+            seed=seed,
+        )
+    assert f"the end of {late}; what others have after that is not used" in compare(tmp_path / "r", by="meta")
+    pairs = rows("compare/improvement.csv")
+    assert [float(pair["probability"]) for pair in pairs] == [1, 1]
+
+
 def test_unequal_lengths_and_episodes_are_told(runs, compare):
     path = make_run(runs / "random-9", {"c": line(0.8)}, (0, 10**6), episodes=50, meta="random", seed=9)
     text = (path / "config.json").read_text()
