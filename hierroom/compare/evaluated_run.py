@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -112,7 +113,11 @@ def read_run(path: Path) -> EvaluatedRun:
         InputError: if the folder holds no run, the run has no evaluations, or they are broken.
     """
     folder = RunFolder.open(path)
-    config, rows = folder.config(), folder.evaluations.read()
+    config = folder.config()
+    try:
+        rows = folder.evaluations.read()
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"cannot read {path / _TABLE}: {error}") from error
     if not rows:
         raise InputError(f"{path} has no {_TABLE}; the run was made without evaluations, or none has been written yet")
     missing = [name for name in ("steps", "graph", "episodes", *METRICS) if name not in rows[0]]
@@ -122,9 +127,11 @@ def read_run(path: Path) -> EvaluatedRun:
     steps: dict[str, list[float]] = {}
     episodes: dict[float, float] = {}
     for row in rows:
-        at, graph = number(row, "steps"), row["graph"]
+        at, graph, count = number(row, "steps"), row["graph"], number(row, "episodes")
+        if not (np.isfinite(count) and count >= 1):
+            raise InputError(f"{path / _TABLE} is broken: episodes is a number of at least 1, not {row['episodes']!r}")
         steps.setdefault(graph, []).append(at)
-        episodes[at] = episodes.get(at, 0) + number(row, "episodes")
+        episodes[at] = episodes.get(at, 0) + count
     curves = {}
     for graph, points in steps.items():
         if not (np.diff(points) > 0).all() or not np.isfinite(points).all():
