@@ -11,7 +11,7 @@ from hierroom.compare.tasks import OWN, Tasks
 
 _SHOWN = 3
 _FEW_RUNS = 5
-"""Below so many runs on one graph a 95% interval covers the true value in clearly fewer cases: with three in 74%, with five in 89%."""
+"""Below so many runs on a graph 95% intervals hold the true value clearly too rarely: with three in 74% of cases."""
 
 
 def caveats(comparison: Comparison) -> list[str]:
