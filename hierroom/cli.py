@@ -12,6 +12,7 @@ from hierroom.errors import InputError
 COMMANDS: Mapping[str, str] = {
     "train": "train an agent and write a run folder",
     "evaluate": "success, length and steps to each goal of a trained agent",
+    "compare": "learning curves of several runs, with intervals, as tables and a figure",
     "complexity": "how hard goal graphs are to explore, before anybody trains",
     "paper": "the paper's tables, ours beside its own numbers",
 }

@@ -1,0 +1,81 @@
+"""What a reader of a comparison must know: lines on runs that are not quite alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from hierroom.compare.comparison import Comparison
+from hierroom.compare.evaluated_run import EvaluatedRun
+from hierroom.compare.grouping import Group, describe_differences
+from hierroom.compare.tasks import OWN, Tasks
+
+_SHOWN = 3
+_FEW_RUNS = 5
+"""Below so many runs on a graph 95% intervals hold the true value clearly too rarely: with three in 74% of cases."""
+
+
+def caveats(comparison: Comparison) -> list[str]:
+    """Lines on how far the groups of a comparison can be compared."""
+    groups, tasks = comparison.groups, comparison.tasks
+    runs = [run for group in groups for run in group.runs]
+    lines = [
+        *describe_differences(groups, comparison.by),
+        *_on_lengths(runs, comparison.summaries[0].steps[-1]),
+        *_on_graphs(groups, tasks),
+        *_on_seeds(groups, tasks),
+        *_on_episodes(runs),
+    ]
+    if comparison.metric == "return" and len({run.reward for run in runs}) > 1:
+        rewards = ", ".join(sorted({run.reward for run in runs}))
+        lines.append(f"returns of different rewards ({rewards}) are not comparable; success_rate is")
+    return lines
+
+
+def _on_lengths(runs: Sequence[EvaluatedRun], end: float) -> Iterable[str]:
+    unfinished = [run for run in runs if run.last_steps < run.entries["steps"]]
+    if unfinished:
+        told = [f"{run.path} ({run.last_steps:,.0f} of {run.entries['steps']:,} steps)" for run in unfinished]
+        yield f"unfinished: {_shortened(told)}"
+    planned = [run.entries["steps"] for run in runs]
+    if min(planned) < max(planned):
+        yield f"the runs are to train for {min(planned):,} to {max(planned):,} steps"
+    if max(run.last_steps for run in runs) > 1.01 * end:  # whole updates end at slightly different steps
+        shortest = min(runs, key=lambda run: run.last_steps)
+        yield f"compared up to {end:,.0f} steps, the end of {shortest.path}; what others have after that is not used"
+
+
+def _on_graphs(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
+    if tasks.graphs == (OWN,):
+        yield "the groups have no goal graph in common: each run is compared on its own, as --by graph wants it"
+        return
+    left_out = sorted({graph for group in groups for run in group.runs for graph in run.curves} - set(tasks.graphs))
+    if left_out:
+        yield f"left out, as not every group has it: graph {_shortened(left_out)}"
+
+
+def _on_seeds(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
+    few = []
+    for group in groups:
+        counts = {graph: sum(graph in tasks.on(run) for run in group.runs) for graph in tasks.graphs}
+        single = [graph for graph, count in counts.items() if count == 1]
+        if single:
+            where = "" if len(counts) == 1 else f" on graph {_shortened(single)}"
+            yield f"{group.label} has a single run{where}: no interval, as nothing tells how much seeds differ"
+        elif min(counts.values()) < _FEW_RUNS:
+            few.append(f"{group.label} ({min(counts.values())})")
+        if len(set(counts.values())) > 1:
+            told = _shortened([f"{count} on {graph}" for graph, count in counts.items()])
+            yield f"{group.label} has unequal numbers of runs ({told}); graphs with more runs weigh more over all"
+    if few:
+        yield f"intervals from fewer than {_FEW_RUNS} runs on a graph are too narrow: {_shortened(few)}"
+
+
+def _on_episodes(runs: Sequence[EvaluatedRun]) -> Iterable[str]:
+    counts = {count for run in runs for count in run.episodes}
+    if len(counts) > 1:
+        yield f"the evaluations are not alike: they have {min(counts):,} to {max(counts):,} episodes each"
+
+
+def _shortened(words: Sequence[str]) -> str:
+    more = len(words) - _SHOWN
+    return ", ".join(words[:_SHOWN]) + (f" and {more} more" if more > 0 else "")

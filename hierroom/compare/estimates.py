@@ -1,0 +1,107 @@
+"""Estimates over few runs, with intervals (Agarwal et al. 2021, "Deep RL at the edge of the statistical precipice").
+
+Scores come in strata. A stratum is an array [R, K, Q]: R runs that were evaluated on the same K graphs, and Q scores of
+each run on each graph. Runs are independent, so runs are resampled, within their stratum, each with all of its scores.
+Where each run has one graph, as usual, this is the stratified bootstrap of that paper; where a run is evaluated on
+several graphs, its scores do not count as those of several runs. All statistics take further axes in front, for
+resamples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+Scores = NDArray[np.float64]
+Strata = Sequence[Scores]
+
+LEVEL = 0.95
+_ENTRIES_AT_ONCE = 4_000_000
+"""Numbers that a batch of resamples may have in all."""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimates with their 95% intervals.
+
+    Args:
+        values: [Q] the estimates from all runs; NaN where a run has no score.
+        lows: [Q] lower ends of the intervals; NaN where there is no interval, because a stratum has a single run.
+        highs: [Q] their upper ends.
+    """
+
+    values: Scores
+    lows: Scores
+    highs: Scores
+
+
+def interquartile_mean(strata: Strata) -> Scores:
+    """[..., Q] the mean of the middle half of all scores: a quarter of them, rounded down, is dropped at either end."""
+    return stats.trim_mean(_pooled(strata), 0.25, axis=-2)
+
+
+def mean(strata: Strata) -> Scores:
+    """[..., Q] the mean of all scores."""
+    return _pooled(strata).mean(axis=-2)
+
+
+def probability_of_improvement(ours: Sequence[Scores], theirs: Sequence[Scores]) -> Scores:
+    """[..., Q] the probability that a run of ours has a higher score than one of theirs, the mean over the graphs.
+
+    ``P(X > Y) = mean over graphs g of mean over pairs (i, j) of [x[g, i] > y[g, j]] + [x[g, i] = y[g, j]] / 2``
+    (Agarwal et al. 2021, section 4.3: the statistic of Mann & Whitney 1947).
+
+    Args:
+        ours: for each graph [..., R, Q] the scores of our runs on it.
+        theirs: for each graph likewise [..., S, Q]; in the same order.
+    """
+    by_graph = []
+    for x, y in zip(ours, theirs, strict=True):
+        x, y = x[..., :, None, :], y[..., None, :, :]  # [..., R, S, Q]
+        by_graph.append((x > y).mean(axis=(-3, -2)) + (x == y).mean(axis=(-3, -2)) / 2)
+    return np.mean(by_graph, axis=0)
+
+
+def estimate(strata: Strata, statistic: Callable[[Strata], Scores], resamples: int, seed: int) -> Estimate:
+    """A statistic of all runs, and the interval between the 2.5% and 97.5% quantiles of its stratified bootstrap.
+
+    Args:
+        strata: the scores, each [R, K, Q].
+        statistic: from strata [..., R, K, Q] to [..., Q].
+        resamples: how often the runs are resampled.
+        seed: fixes the resamples.
+    """
+    values = statistic(strata)
+    unknown = np.full_like(values, np.nan)
+    is_known = np.isfinite(_pooled(strata)).all(axis=-2)
+    values = np.where(is_known, values, np.nan)
+    if min(map(len, strata)) < 2 or not is_known.any():
+        return Estimate(values, unknown, unknown)
+    known = [stratum[..., is_known] for stratum in strata]
+
+    def resampled(*runs: NDArray[np.int64], axis: int) -> Scores:
+        """[Q, B] the statistic where the runs of each stratum are replaced by B samples [B, R] of them."""
+        return statistic([stratum[sample] for stratum, sample in zip(known, runs, strict=True)]).T
+
+    result = stats.bootstrap(
+        [np.arange(len(stratum)) for stratum in known],
+        resampled,
+        n_resamples=resamples,
+        batch=max(1, _ENTRIES_AT_ONCE // sum(stratum.size for stratum in known)),
+        vectorized=True,
+        confidence_level=LEVEL,
+        method="percentile",
+        rng=np.random.default_rng(seed),
+    )
+    lows, highs = unknown.copy(), unknown.copy()
+    lows[is_known], highs[is_known] = result.confidence_interval
+    return Estimate(values, lows, highs)
+
+
+def _pooled(strata: Strata) -> Scores:
+    """[..., N, Q] the scores of all runs on all graphs."""
+    return np.concatenate([s.reshape(*s.shape[:-3], -1, s.shape[-1]) for s in strata], axis=-2)

@@ -1,0 +1,163 @@
+"""Runs with the evaluations that were made while they trained, read from their folders."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hierroom.compare.curve import Curve
+from hierroom.compare.metric import METRICS
+from hierroom.errors import InputError
+from hierroom.training.config import TrainConfig
+from hierroom.training.run_folder import RunFolder
+
+_TABLE = "evaluations.csv"
+
+
+@dataclass(frozen=True)
+class EvaluatedRun:
+    """A training run and how it fared at its evaluations.
+
+    Args:
+        path: its folder.
+        entries: the entries of its config, named as on the command line; ``meta`` and ``reward`` as they are named in
+            the config, so None where they are those of the method.
+        meta: its meta-controller.
+        reward: the controller's reward.
+        curves: for each goal graph that it was evaluated on, and each metric, the learning curve.
+        episodes: of each evaluation, over all of its graphs; several numbers where these differ.
+    """
+
+    path: Path
+    entries: Mapping[str, Any]
+    meta: str
+    reward: str
+    curves: Mapping[str, Mapping[str, Curve]]
+    episodes: frozenset[int]
+
+    @property
+    def seed(self) -> int:
+        """The seed it was trained with."""
+        return self.entries["seed"]
+
+    @property
+    def first_steps(self) -> float:
+        """Steps trained at the first evaluation that all its graphs have."""
+        return max(curve.steps[0] for metrics in self.curves.values() for curve in metrics.values())
+
+    @property
+    def last_steps(self) -> float:
+        """Steps trained at the last evaluation that all its graphs have."""
+        return min(curve.steps[-1] for metrics in self.curves.values() for curve in metrics.values())
+
+    def choice(self, name: str) -> str:
+        """What was chosen for an entry of the config, as text.
+
+        Args:
+            name: of the entry. ``meta`` and ``reward`` are the method's where the config names none; ``warm_start`` is
+                the name of that run without its seed.
+
+        Raises:
+            InputError: if there is no such entry.
+        """
+        if name not in self.entries:
+            known = ", ".join(sorted(self.entries))
+            raise InputError(f"--by takes entries of a run's config, joined by commas, not {name!r}; they are {known}")
+        if name in ("meta", "reward"):
+            return str(getattr(self, name))
+        value = self.entries[name]
+        if name == "warm_start" and value:
+            return re.sub(r"-seed\d+(-\d+)?$", "", Path(value).name)
+        return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
+
+
+def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
+    """The folders of runs among some paths.
+
+    Args:
+        paths: folders of runs, or folders that contain them.
+
+    Returns:
+        The folders of runs, each once; and the runs without evaluations that lay in a folder, which are left out.
+
+    Raises:
+        InputError: if a path is neither.
+    """
+    found: dict[Path, Path] = {}
+    left_out = []
+    for path in paths:
+        if (path / "config.json").is_file():
+            found.setdefault(path.resolve(), path)
+            continue
+        inside = sorted(one.parent for one in path.glob("*/config.json")) if path.is_dir() else []
+        if not inside:
+            raise InputError(f"{path} is neither a run folder (it has no config.json) nor a folder that contains some")
+        for one in inside:
+            if (one / _TABLE).is_file():
+                found.setdefault(one.resolve(), one)
+            else:
+                left_out.append(one)
+    return list(found.values()), left_out
+
+
+def read_run(path: Path) -> EvaluatedRun:
+    """Read the config and the evaluations of a run.
+
+    Raises:
+        InputError: if the folder holds no run, the run has no evaluations, or they are broken.
+    """
+    folder = RunFolder.open(path)
+    config = folder.config()
+    try:
+        rows = folder.evaluations.read()
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"cannot read {path / _TABLE}: {error}") from error
+    if not rows:
+        raise InputError(f"{path} has no {_TABLE}; the run was made without evaluations, or none has been written yet")
+    missing = [name for name in ("steps", "graph", "episodes", *METRICS) if name not in rows[0]]
+    if missing:
+        raise InputError(f"{path / _TABLE} is broken: it has no column {', '.join(missing)}")
+    number = _reader(path / _TABLE)
+    steps: dict[str, list[float]] = {}
+    episodes: dict[float, float] = {}
+    for row in rows:
+        at, graph, count = number(row, "steps"), row["graph"], number(row, "episodes")
+        if not (np.isfinite(count) and count >= 1):
+            raise InputError(f"{path / _TABLE} is broken: episodes is a number of at least 1, not {row['episodes']!r}")
+        steps.setdefault(graph, []).append(at)
+        episodes[at] = episodes.get(at, 0) + count
+    curves = {}
+    for graph, points in steps.items():
+        if not (np.diff(points) > 0).all() or not np.isfinite(points).all():
+            raise InputError(f"{path / _TABLE} is broken: the steps of graph {graph} do not increase from row to row")
+        own = [row for row in rows if row["graph"] == graph]
+        curves[graph] = {
+            name: Curve(np.array(points), np.array([number(row, name) for row in own])) for name in METRICS
+        }
+    method = config.resolved_method
+    counts = frozenset(map(int, episodes.values()))
+    return EvaluatedRun(path, _entries(config), method.meta, str(method.controller.reward), curves, counts)
+
+
+def _reader(path: Path) -> Callable[[Mapping[str, str], str], float]:
+    def number(row: Mapping[str, str], name: str) -> float:
+        try:
+            return float(row[name] or "nan")  # what has no value may be left empty
+        except ValueError:
+            raise InputError(f"{path} is broken: {name} is a number, not {row[name]!r}") from None
+
+    return number
+
+
+def _entries(config: TrainConfig) -> dict[str, Any]:
+    """The entries of a config in plain types, flat; those of ``meta_ppo`` with its name in front."""
+    table = config.to_dict()
+    parts = [table.pop(name) for name in ("env", "agents", "ppo")]
+    meta_ppo = {f"meta_ppo.{name}": value for name, value in table.pop("meta_ppo").items()}
+    return {name: value for part in (*parts, table, meta_ppo) for name, value in part.items() if name != "env_index"}

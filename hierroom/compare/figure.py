@@ -1,0 +1,130 @@
+"""The figure of a comparison: learning curves with bands, a panel for all graphs and one for each, fit for a paper."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FormatStrFormatter, MaxNLocator
+
+from hierroom.compare.comparison import ALL, Comparison, GroupSummary
+from hierroom.compare.metric import METRICS
+from hierroom.compare.tasks import OWN
+from hierroom.files import write_atomically
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+"""Okabe & Ito's palette, told apart by the colour-blind, without its yellow, which is faint on white."""
+DASHES = ("-", "--", ":", "-.")
+"""How the lines of one colour are told apart."""
+MAX_GROUPS = len(COLOURS) * len(DASHES)
+MAX_PANELS = 12
+"""Of more graphs only the panel over all is drawn."""
+
+_COLUMN, _PAGE = 3.3, 6.8
+"""Inches: the width of a column and of a page of a paper in two columns."""
+_STYLE: dict[Any, Any] = {
+    "pdf.fonttype": 42,  # TrueType: editors and publishers refuse type 3
+    "font.size": 8,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "legend.frameon": False,
+}
+
+
+def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
+    """Draw the learning curves into ``curves.pdf`` and ``curves.png``.
+
+    Args:
+        comparison: of at most `MAX_GROUPS` groups.
+        folder: where the pictures are written.
+
+    Returns:
+        The files.
+
+    Raises:
+        InputError: if they cannot be written.
+    """
+    paths = []
+    with matplotlib.rc_context(_STYLE):
+        figure = _figure(comparison)
+        for suffix, metadata in (("pdf", {"CreationDate": None}), ("png", None)):  # without a date: the same every time
+            picture = io.BytesIO()
+            figure.savefig(picture, format=suffix, dpi=300, metadata=metadata)
+            paths.append(folder / f"curves.{suffix}")
+            write_atomically(paths[-1], picture.getvalue())
+    return paths
+
+
+def _figure(comparison: Comparison) -> Figure:
+    panels = _panels(comparison)
+    n_columns = 3 if len(panels) in (5, 6, 9) else min(4, len(panels))
+    n_rows = -(-len(panels) // n_columns)
+    labels = [_label(summary) for summary in comparison.of_graph(ALL)]
+    width = _COLUMN if len(panels) == 1 else _PAGE
+    n_legend = max(1, int(width * 12 / (max(map(len, labels)) + 6)))  # columns; about 12 letters to the inch
+    legend_height = 0.18 * -(-len(labels) // n_legend)
+    height = 2.3 if len(panels) == 1 else 1.55 * n_rows + 0.25
+    figure = Figure(figsize=(width, height + legend_height), layout="constrained")
+    axes = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True, sharey=METRICS[comparison.metric].is_rate)
+    for place, (graph, title) in zip(axes.flat, panels.items(), strict=False):
+        for summary in comparison.of_graph(graph):
+            _draw(place, summary, comparison)
+        _finish(place, title, comparison)
+    for place in axes.flat[len(panels) :]:
+        place.remove()
+    for column in range(n_columns):  # above a place without a panel the numbers belong to the upper one
+        lowest = (len(panels) - 1 - column) // n_columns
+        axes[lowest, column].tick_params(labelbottom=True)
+        axes[lowest, column].set_xlabel("training steps (millions)")
+    for first in axes[:, 0]:
+        first.set_ylabel(METRICS[comparison.metric].axis_label)
+    lines, _ = axes[0, 0].get_legend_handles_labels()
+    figure.legend(lines, labels, loc="outside lower center", ncols=min(n_legend, len(labels)), handlelength=1.8)
+    return figure
+
+
+def _panels(comparison: Comparison) -> dict[str, str]:
+    """The panels' graphs and titles; a panel alone needs none."""
+    graphs = comparison.tasks.graphs
+    if graphs == (OWN,):
+        return {ALL: ""}
+    if len(graphs) == 1:
+        return {graphs[0]: f"graph {graphs[0]}"}
+    if len(graphs) >= MAX_PANELS:
+        return {ALL: f"all {len(graphs)} graphs"}
+    return {ALL: f"all {len(graphs)} graphs", **{graph: f"graph {graph}" for graph in graphs}}
+
+
+def _draw(axes: Axes, summary: GroupSummary, comparison: Comparison) -> None:
+    number = comparison.groups.index(summary.group)
+    colour, dash = COLOURS[number % len(COLOURS)], DASHES[number // len(COLOURS)]
+    scale = METRICS[comparison.metric].scale
+    steps, curve = summary.steps / 1e6, summary.curve
+    axes.plot(steps, scale * curve.values, color=colour, linestyle=dash, linewidth=1.2, label=summary.group.label)
+    axes.fill_between(steps, scale * curve.lows, scale * curve.highs, color=colour, alpha=0.2, linewidth=0)
+
+
+def _finish(axes: Axes, title: str, comparison: Comparison) -> None:
+    steps = comparison.summaries[0].steps
+    axes.set_title(title, fontsize=8, pad=3)
+    axes.set_xlim(steps[0] / 1e6, steps[-1] / 1e6)
+    axes.xaxis.set_major_locator(MaxNLocator(4))
+    axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    axes.grid(alpha=0.25, linewidth=0.5)
+    if METRICS[comparison.metric].is_rate:
+        axes.set_ylim(-2, 102)
+        axes.set_yticks(np.arange(0, 101, 25))
+
+
+def _label(summary: GroupSummary) -> str:
+    n = summary.n_seeds
+    return f"{summary.group.label} ({n} {'seed' if n == 1 else 'seeds'})"

@@ -1,0 +1,138 @@
+"""Groups of runs: those whose configs agree in the entries compared by, and what else they differ in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from hierroom.compare.evaluated_run import EvaluatedRun
+from hierroom.errors import InputError
+
+_NAMED_BY_VALUE = ("method", "meta", "reward", "preset", "network", "warm_start")
+_NOT_THE_TREATMENT = ("seed", "graph", "threads", "device", "steps")
+_SHOWN = 6
+
+
+@dataclass(frozen=True)
+class Group:
+    """Runs that are compared as one.
+
+    Args:
+        choices: what they agree in: for each entry compared by, its value as text.
+        runs: the runs.
+    """
+
+    choices: dict[str, str]
+    runs: tuple[EvaluatedRun, ...]
+
+    @property
+    def label(self) -> str:
+        """A short name: ``hippo, random`` or ``gamma 0.95``."""
+        named = [
+            value if name in _NAMED_BY_VALUE else f"{name} {value}"
+            for name, value in self.choices.items()
+            if not (name == "meta" and value == "none" and "method" in self.choices)
+        ]
+        return ", ".join(named)
+
+
+def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
+    """The fewest entries that tell apart whatever is compared; ``method`` where nothing differs.
+
+    Seed, graph, steps, threads, device and the evaluations are not looked at. An entry that only differs where an
+    earlier one does, as the reward does where the method does, is left out.
+    """
+    names = [name for name in runs[0].entries if _is_treatment(name)]
+    first = [name for name in _NAMED_BY_VALUE if name in names]
+    by: tuple[str, ...] = ()
+    n_groups = 1
+    for name in dict.fromkeys([*first, *names]):
+        n_finer = len({_choices(run, (*by, name)) for run in runs})
+        if n_finer > n_groups:
+            by, n_groups = (*by, name), n_finer
+    return by or ("method",)
+
+
+def group_runs(runs: Sequence[EvaluatedRun], by: Sequence[str]) -> list[Group]:
+    """Gather the runs by some entries of their configs.
+
+    Args:
+        runs: the runs.
+        by: names of entries.
+
+    Returns:
+        Groups in the order of their first runs; where a single entry with numbers is compared by, in its order.
+
+    Raises:
+        InputError: if there is no such entry, or two runs of a group are the same one.
+    """
+    members: dict[tuple[str, ...], list[EvaluatedRun]] = {}
+    for run in runs:
+        members.setdefault(_choices(run, by), []).append(run)
+    order = list(members)
+    if all(len(values) == 1 and _is_number(values[0]) for values in order):
+        order.sort(key=lambda values: float(values[0]))
+    for same in members.values():
+        _refuse_copies(same)
+    return [Group(dict(zip(by, values, strict=True)), tuple(members[values])) for values in order]
+
+
+def describe_differences(groups: Sequence[Group], by: Sequence[str]) -> list[str]:
+    """Lines on what differs within and between groups besides what they are compared by."""
+    lines = []
+    all_mixed: set[str] = set()
+    for group in groups:
+        mixed = [name for name in _differing(group.runs) if name not in by]
+        all_mixed.update(mixed)
+        if mixed:
+            values = [f"{name} ({', '.join(sorted({run.choice(name) for run in group.runs}))})" for name in mixed]
+            lines.append(f"{group.label} mixes runs that differ in {_shortened(values)}")
+    firsts = [group.runs[0] for group in groups]
+    besides = [name for name in _differing(firsts) if name not in by and name not in all_mixed]
+    if besides:
+        lines.append(f"the groups differ also in {_shortened(besides)}")
+    return lines
+
+
+def _differing(runs: Sequence[EvaluatedRun]) -> list[str]:
+    """Entries in which configs differ; a meta-controller or reward that follows from the method is not told again."""
+
+    def chosen(run: EvaluatedRun, name: str) -> str:
+        return str(run.entries[name]) if name in ("meta", "reward") else run.choice(name)
+
+    return [name for name in runs[0].entries if _is_treatment(name) and len({chosen(run, name) for run in runs}) > 1]
+
+
+def _is_treatment(name: str) -> bool:
+    return name not in _NOT_THE_TREATMENT and not name.startswith("evaluation")
+
+
+def _choices(run: EvaluatedRun, by: Iterable[str]) -> tuple[str, ...]:
+    return tuple(run.choice(name) for name in by)
+
+
+def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
+    """A run counted twice would make intervals too narrow; the same config and seed give the same run."""
+    seen: dict[tuple[str, ...], EvaluatedRun] = {}
+    for run in runs:
+        names = [name for name in run.entries if _is_treatment(name) or name in ("seed", "graph")]
+        key = tuple(str(run.entries[name]) for name in names if name != "preset")
+        if key in seen:
+            raise InputError(
+                f"{seen[key].path} and {run.path} are the same run, with the same config and seed {run.seed}; give one "
+                "of them"
+            )
+        seen[key] = run
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def _shortened(words: Sequence[str]) -> str:
+    more = len(words) - _SHOWN
+    return ", ".join(words[:_SHOWN]) + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,56 @@
+"""Folders of runs that were never trained, with curves of known shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hierroom.training.config import TrainConfig
+from hierroom.training.run_folder import RunFolder
+
+STEPS = (0, *(round(s) for s in np.geomspace(0.01, 1, 20) * 1_000_000))
+
+
+def make_run(
+    path: Path,
+    curves: Mapping[str, Callable[[float], float]],
+    steps: Sequence[int] = STEPS,
+    episodes: int = 200,
+    **entries: Any,
+) -> Path:
+    """Write a run whose success rate on each graph is a function of the steps; a failed episode takes 1000 steps."""
+    graph = {} if len(curves) > 1 or "graph" in entries else {"graph": next(iter(curves))}
+    folder = RunFolder.create(path, TrainConfig().changed(**{**graph, **entries}))
+    rows = []
+    for at in steps:
+        for name, curve in curves.items():
+            success = curve(at)
+            rows.append(
+                {
+                    "steps": at,
+                    "seconds": at / 5000,
+                    "graph": name,
+                    "episodes": episodes,
+                    "success_rate": success,
+                    "success_low": max(success - 0.05, 0),
+                    "success_high": min(success + 0.05, 1),
+                    "length": 1000 - 950 * success,
+                    "length_over_shortest": 3 - 1.9 * success if success else float("nan"),
+                    "return": 2 * success,
+                }
+            )
+    folder.evaluations.append(rows)
+    return path
+
+
+def line(end: float, start: float = 0.0) -> Callable[[float], float]:
+    """A success rate that rises in a straight line until a million steps."""
+    return lambda steps: start + (end - start) * steps / 1_000_000
+
+
+def rise(middle: float, top: float = 1.0) -> Callable[[float], float]:
+    """A success rate that is half its top after ``middle`` steps, on a curve that looks like learning."""
+    return lambda steps: top * steps**3 / (steps**3 + middle**3)
