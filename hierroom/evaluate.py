@@ -27,7 +27,7 @@ class EvaluateArguments:
 
     Args:
         run: the run's folder.
-        episodes: episodes to play, at least.
+        episodes: episodes to play.
         num_envs: environments to play in side by side.
         seed: fixes the levels and the actions; by default levels that training seeds below a million never saw.
         graph: another goal graph than the one trained on.

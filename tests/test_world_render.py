@@ -88,8 +88,13 @@ def test_text_says_where_everything_is(world):
         assert lines[row][2 * col : 2 * col + 2] == letters
     agent = lines[level.row - kernels.MARGIN][2 * (level.col - kernels.MARGIN) :][:2]
     assert agent == (">>", "vv", "<<", "^^")[level.direction]
-    assert lines[19:] == [f"step {len(path)} of 1000, keys: {names[0]}", f"subgoal: {names[0]} door"]
-    assert text(world.state).count("\n") == 19
+    assert lines[19:] == [
+        f"keys and doors: {', '.join(f'{name} {room}' for room, name in enumerate(names[:2], start=1))}; "
+        f"the exit is in room {level.exit_room}",
+        f"step {len(path)} of 1000, keys held: {names[0]} key 1",
+        f"subgoal: {names[0]} door 1",
+    ]
+    assert text(world.state).count("\n") == 20
 
 
 def test_animation_holds_every_frame(world, tmp_path):
