@@ -59,7 +59,7 @@ def main() -> int:
             raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
     import torch  # it takes its time, and --help needs none of it
 
-    from hierroom.training.assembly import load_run
+    from hierroom.training.trained_agent import load_run
     from hierroom.training.evaluation import evaluate
     from hierroom.training.run_folder import RunFolder
 

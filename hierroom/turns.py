@@ -44,6 +44,7 @@ class Turns:
         memories: what levels remember of their episode beside what the reward needs, names in `layout.MEMORIES`.
 
     Attributes:
+        config: what the environments are made of.
         world: the environments.
         ledger: who is to act in each environment, and what else there is to know of the turns.
         reward: how the controller is rewarded.
@@ -64,7 +65,7 @@ class Turns:
         threads: int = 1,
         memories: Iterable[str] = (),
     ):
-        horizon = config.subgoal_horizon
+        self.config, horizon = config, config.subgoal_horizon
         self._sampler = GraphSampler(config.graph, config.drop_key, num_envs, config.curriculum_stages)
         self.reward = replace(REWARDS[config.reward or "intrinsic"], novelty_bonus=config.novelty_bonus)
         self.world = world = World(

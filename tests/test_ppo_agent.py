@@ -16,11 +16,12 @@ from hierroom.gym_env import EscapeRoom
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.ppo import in_hindsight
 from hierroom.options import CONTROLLER, META, OTHER, REACHED, TIMED_OUT, transitions
-from hierroom.training.assembly import load_run, make_agents, make_turns
+from hierroom.training.assembly import make_agents, make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
+from hierroom.training.trained_agent import load_run
 from hierroom.world.oracle import shortest_actions
 
 META_PPO = PPOConfig(sequence_length=4, sequences_per_update=4, minibatches=2, epochs=2, hidden_size=8)

@@ -8,7 +8,7 @@ from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.meta import make_meta
-from hierroom.training.assembly import load_run
+from hierroom.training.trained_agent import load_run
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer

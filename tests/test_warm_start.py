@@ -14,10 +14,11 @@ from hierroom.learners import ppo
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.torch_backend import TorchBackend
 from hierroom.options import CONTROLLER
-from hierroom.training.assembly import load_run, make_turns
+from hierroom.training.assembly import make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
+from hierroom.training.trained_agent import load_run
 
 OWN = "own_network:GatedMemory"
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
