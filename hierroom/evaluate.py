@@ -59,9 +59,9 @@ def main() -> int:
             raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
     import torch  # it takes its time, and --help needs none of it
 
-    from hierroom.training.trained_agent import load_run
     from hierroom.training.evaluation import evaluate
     from hierroom.training.run_folder import RunFolder
+    from hierroom.training.trained_agent import load_run
 
     torch.set_num_threads(1)  # as in training
     folder, num_envs = RunFolder.open(arguments.run), min(arguments.num_envs, arguments.episodes)

@@ -31,8 +31,8 @@ from hierroom.complexity.report import analyze
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
-from hierroom.training.trained_agent import load_run
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.trained_agent import load_run
 from hierroom.turns import Turns
 
 MAX_ENVS = 100

@@ -36,7 +36,7 @@ def test_every_part_is_told_of():
 def test_few_floors_and_few_files():
     floors, files = len(architecture.floors()), len(list(architecture.PACKAGE.glob("*.py")))
     assert floors <= 12
-    assert files <= 22
+    assert files <= 23
     assert f"There are {floors} floors (17 before the parts were drawn so), {files} files" in PAGE
 
 

@@ -100,5 +100,11 @@ def test_a_shell_completes_the_options_of_the_script(name):
     done = subprocess.run([script, "--tyro-print-completion", "bash"], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     assert f"complete -F _tyro_hierroom_{name} " in done.stdout
-    option = {"train": "--method", "evaluate": "--goal-mask", "complexity": "--graph", "paper": "table2"}[name]
+    option = {
+        "train": "--method",
+        "evaluate": "--goal-mask",
+        "watch": "--failures",
+        "complexity": "--graph",
+        "paper": "table2",
+    }[name]
     assert option in done.stdout

@@ -12,12 +12,13 @@ import pytest
 from run_contents import check_escape, check_run
 from same_state import equal
 
-from hierroom import cli, evaluate, train
+from hierroom import cli, evaluate
 from hierroom.agents.config import METHODS
 from hierroom.controller import REWARDS
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
+from hierroom.train import main as train
 from hierroom.training import session
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import CHECKPOINT_FORMAT, RunFolder
@@ -48,7 +49,7 @@ def without_clock(state: dict) -> dict:
 def trained(tmp_path_factory) -> Path:
     """The folder of a short run."""
     out = tmp_path_factory.mktemp("trained") / "run"
-    assert train.main([*FLAGS, "--steps", "4096", "--out", str(out)]) == 0
+    assert train([*FLAGS, "--steps", "4096", "--out", str(out)]) == 0
     return out
 
 
@@ -123,8 +124,8 @@ def test_every_method_runs_and_rewards_as_its_row_says(method):
 
 def test_resume_goes_on_and_keeps_the_metrics_in_order(trained, tmp_path):
     out = tmp_path / "run"
-    assert train.main([*FLAGS, "--steps", "2048", "--out", str(out)]) == 0
-    assert train.main(["--resume", str(out), "--steps", "4096"]) == 0
+    assert train([*FLAGS, "--steps", "2048", "--out", str(out)]) == 0
+    assert train(["--resume", str(out), "--steps", "4096"]) == 0
     steps = [row["steps"] for row in RunFolder.open(out).metrics.numbers()]
     assert steps == sorted(set(steps))
     assert steps[-1] == 4096
@@ -134,13 +135,13 @@ def test_resume_goes_on_and_keeps_the_metrics_in_order(trained, tmp_path):
 @pytest.mark.parametrize("option", [["--graph", "b"], ["--preset", "paper"], ["--out", "elsewhere"]])
 def test_resume_takes_no_other_options(trained, option):
     with pytest.raises(InputError, match="keeps its config"):
-        train.main(["--resume", str(trained), *option])
+        train(["--resume", str(trained), *option])
 
 
 def test_resume_with_fewer_steps_than_taken_changes_nothing(trained):
     config = (trained / "config.json").read_text()
     with pytest.raises(InputError, match=r"has taken [\d,]+ steps; --steps must be more, not 1$"):
-        train.main(["--resume", str(trained), "--steps", "1"])
+        train(["--resume", str(trained), "--steps", "1"])
     assert (trained / "config.json").read_text() == config
 
 
@@ -150,7 +151,7 @@ def test_resume_of_a_checkpoint_that_does_not_fit_is_one_line(change, tmp_path):
     folder.save_checkpoint(Trainer(SMALL).state_dict())
     folder.save_config(SMALL.changed(**change))
     with pytest.raises(InputError, match=r"does not fit its config\.json$|the state must hold"):
-        train.main(["--resume", str(folder.path)])
+        train(["--resume", str(folder.path)])
 
 
 @pytest.mark.parametrize(
@@ -175,18 +176,18 @@ def test_control_c_ends_the_update_saves_and_says_how_to_go_on(number, tmp_path,
     monkeypatch.setattr(Trainer, "advance", interrupted)
     before = signal.getsignal(number)
     out = tmp_path / "run"
-    assert train.main([*FLAGS, "--steps", "4096", "--out", str(out)]) == 130
+    assert train([*FLAGS, "--steps", "4096", "--out", str(out)]) == 130
     assert f"python -m hierroom.train --resume {out}" in capsys.readouterr().out
     assert RunFolder.open(out).load_checkpoint()["steps"] == 4 * 8 * 16
     assert signal.getsignal(number) is before
-    assert train.main(["--resume", str(out)]) == 0
+    assert train(["--resume", str(out)]) == 0
 
 
 def test_a_diverged_run_ends_in_one_line_and_keeps_its_checkpoint(tmp_path, monkeypatch, capsys):
     out = tmp_path / "run"
     wild = [*FLAGS, "--steps", "4096", "--learning-rate", "1e30", "--out", str(out)]
     with pytest.raises(SystemExit) as ended:
-        cli.run(lambda: train.main(wild))
+        cli.run(lambda: train(wild))
     assert ended.value.code == 1
     said = capsys.readouterr().err
     assert re.fullmatch(r"error: training diverged \(policy_loss .*\); a smaller learning rate may help\n", said)
@@ -255,7 +256,7 @@ def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, m
     Path("huge.toml").write_text(f"key_rooms = {[0] * 7}\nexit_room = 1\n")
     before = sorted(Path().rglob("*"))
     with pytest.raises(InputError, match=said) as caught:
-        train.main([*FLAGS, "--steps", "512", *arguments])
+        train([*FLAGS, "--steps", "512", *arguments])
     assert "\n" not in str(caught.value)
     assert sorted(Path().rglob("*")) == before
 
@@ -274,7 +275,7 @@ def test_a_name_that_is_none_of_a_few_is_refused_by_the_command_and_from_python(
 ):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit, match="2"):
-        train.main([*FLAGS, *arguments])
+        train([*FLAGS, *arguments])
     assert f"invalid choice '{arguments[1]}' for argument '{arguments[0]}'" in capsys.readouterr().err
     with pytest.raises(InputError, match=said) as caught:
         Trainer(SMALL.changed(**change))
@@ -335,5 +336,5 @@ def test_a_run_that_never_learned_once_can_be_resumed(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(Trainer, "advance", broken)
         with pytest.raises(InputError, match="full disk"):
-            train.main([*FLAGS, "--steps", "1024", "--out", str(out)])
-    assert train.main(["--resume", str(out)]) == 0
+            train([*FLAGS, "--steps", "1024", "--out", str(out)])
+    assert train(["--resume", str(out)]) == 0

@@ -62,7 +62,7 @@ class _Tape:
         self._turns = turns
         self._envs = np.arange(len(turns))
         self._steps = np.zeros((64, len(turns)), STEP)
-        self._starts: list[State] = [turns.world.get_state(env) for env in self._envs]
+        self._starts: list[State] = [turns.world.get_state(env) for env in range(len(turns))]
 
     def add(self, played: PlayedStep) -> Iterator[tuple[int, Episode]]:
         """Note a step of every environment; yields the counted episodes that it ended, with their environments."""

@@ -59,9 +59,8 @@ def rollout(
         return record(agent.turns(num_envs, seed=seed, env=config), agent.pair(num_envs, seed=seed), episodes, progress)
     player = make_player(agent, seed) if isinstance(agent, str) else agent
     if not hasattr(player, "step"):
-        raise InputError(
-            f"an agent to play is what hierroom.load gives, 'random', 'oracle' or has a method step(turns), not {agent!r}"
-        )
+        known = "what hierroom.load gives, 'random', 'oracle' or an object with a method step(turns)"
+        raise InputError(f"an agent to play is {known}, not {agent!r}")
     whole = replace(config or EnvConfig(), curriculum_stages=1)
     return record(Turns(whole, num_envs, seed=seed, measure_shortest=True), player, episodes, progress)
 

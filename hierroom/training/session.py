@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
 
 import torch
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from torch.utils.tensorboard import SummaryWriter
 
+from hierroom.agents.episode import Episode
+from hierroom.agents.playback import save_episodes
 from hierroom.errors import InputError
 from hierroom.options import META
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import MILESTONES, WINDOW
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.plots import plot_learning_curve
+from hierroom.training.rollout import rollout
 from hierroom.training.run_folder import RunFolder, unused_path
+from hierroom.training.trained_agent import TrainedAgent
 from hierroom.training.trainer import Trainer
-from hierroom.world.animation import animate
-from hierroom.world.render import draw_level
 
 ROWS_PER_RUN, CHECKPOINTS_PER_RUN = 500, 10
+N_PICTURED = 20
+"""Episodes that are played for the picture of one of them."""
 
 
 def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
@@ -119,7 +121,7 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     """Write the summary and pictures, and print the results."""
     summary = trainer.summary()
     folder.save_summary(summary)
-    curve, picture = folder.path / "learning_curve.png", folder.path / "escape.gif"
+    curve, quoted = folder.path / "learning_curve.png", shlex.quote(str(folder.path))
     plot_learning_curve(folder, curve)
     table = Table(title=escape(folder.path.name), show_header=False)
     table.add_column("")
@@ -134,29 +136,31 @@ def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     table.add_row("steps per second", f"{summary['steps_per_second']:,.0f}")
     table.add_row("memory of the rollout", f"{summary['rollout_bytes'] / 2**20:.1f} MiB")
     console.print(table)
-    frames = next(escapes(trainer), None)
-    if frames:
-        animate(frames, picture)
+    agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
+    episode = telling_episode(agent, trainer.config.seed + 1)
+    name, other = ("escape", "failure") if episode.success else ("failure", "escape")
+    picture = folder.path / f"{name}.gif"
+    save_episodes([episode], picture)
+    (folder.path / f"{other}.gif").unlink(missing_ok=True)  # of a run that has gone on since
     console.print(f"learning curve  {curve}", soft_wrap=True)
-    console.print(f"one escape      {picture if frames else 'none in 20 episodes'}", soft_wrap=True)
-    console.print(f"evaluate it     python -m hierroom.evaluate {shlex.quote(str(folder.path))}", soft_wrap=True)
+    none = "" if episode.success else f" (no escape in {N_PICTURED} episodes)"
+    console.print(f"{f'one {name}':<15} {picture}{none}", soft_wrap=True)
+    console.print(
+        f"watch it        python -m hierroom.watch {quoted}{'' if episode.success else ' --failures'}", soft_wrap=True
+    )
+    console.print(f"evaluate it     python -m hierroom.evaluate {quoted}", soft_wrap=True)
 
 
-def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
-    """Yield the pictures of each successful episode among the first ``episodes`` of a fresh environment."""
-    seed = trainer.config.seed
-    pair, turns = trainer.freeze(1, seed=seed), trainer.fresh_turns(1, seed + 1, autoreset=False)
-    for _ in range(episodes):
-        turns.reset()
-        moments = []
-        step = None
-        while step is None or not step.episode_ended[0]:
-            pair.choose(turns, META)
-            moments.append((turns.world.get_state(), int(turns.goals[0])))
-            step = pair.step(turns)
-        moments.append((turns.world.get_state(), int(step.goals[0])))
-        if step.terminated[0]:
-            yield [draw_level(state, goal, tile_size=16) for state, goal in moments]
+def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) -> Episode:
+    """The first episode of some in which an agent escapes, or the first of all if it never does.
+
+    Args:
+        agent: who plays, in environments like those it was trained in.
+        seed: of the levels and the actions.
+        episodes: how many are tried.
+    """
+    played = list(rollout(agent, None, episodes, num_envs=episodes, seed=seed))
+    return next((episode for episode in played if episode.success), played[0])
 
 
 def _load(trainer: Trainer, folder: RunFolder) -> None:
