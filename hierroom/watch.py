@@ -42,8 +42,8 @@ class WatchArguments:
             package.module:Class or package.module:function.
         goal_mask: other goals that may be chosen: reachable, existing, seen or none.
         seed: fixes the levels and the actions; by default levels that training seeds below a million never saw.
-        out: write a file instead: an animation (.gif, or .mp4, which needs PyAV), text (.txt), or data with labels
-            (.json). Of an episode of more than 200 steps a .gif shows the first and the last 100; an .mp4 shows all.
+        out: write a file instead: an animation, .gif or .mp4 (which needs PyAV), text, .txt, or labelled data, .json.
+            Of an episode of more than 200 steps a .gif shows the first and the last 100; an .mp4 shows all.
         text: print text even where a window could be opened.
     """
 

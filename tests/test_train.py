@@ -8,8 +8,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pictures
 import pytest
-from run_contents import check_escape, check_run
+from run_contents import check_picture, check_run
 from same_state import equal
 
 from hierroom import cli, evaluate
@@ -18,10 +19,12 @@ from hierroom.controller import REWARDS
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
+from hierroom.options import META
 from hierroom.train import main as train
 from hierroom.training import session
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import CHECKPOINT_FORMAT, RunFolder
+from hierroom.training.trained_agent import TrainedAgent
 from hierroom.training.trainer import Trainer
 from hierroom.world.kernels import EXIT
 
@@ -66,7 +69,7 @@ def test_a_run_leaves_everything_it_promises(trained):
     assert rows[-1]["steps"] == 4096
     assert [row["steps"] for row in rows] == sorted({row["steps"] for row in rows})
     assert check_run(trained) == summary
-    check_escape(trained)
+    check_picture(trained)
 
 
 def test_each_checkpoint_is_how_the_run_stood_after_its_steps(trained):
@@ -320,12 +323,30 @@ def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
     assert done.stderr == ""
 
 
-def test_the_escape_ends_with_the_agent_on_the_exit(monkeypatch):
-    monkeypatch.setattr(session, "draw_level", lambda state, goal, tile_size: state.copy())
-    states = next(session.escapes(Trainer(SMALL.changed(seed=3, max_steps=1000)), episodes=20))
-    under = [int(state.grids[0, state.levels[0].row, state.levels[0].col]) for state in states]
-    assert under[-1] == EXIT
-    assert EXIT not in under[:-1]
+def untrained(**changes) -> TrainedAgent:
+    trainer = Trainer(SMALL.changed(**changes))
+    return TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, 0)
+
+
+def test_the_picture_is_of_the_first_escape_or_of_the_first_failure():
+    *_, last = (escape := session.telling_episode(untrained(seed=3, max_steps=1000), 4)).states()
+    assert escape.success
+    assert int(last.grids[0, last.levels[0].row, last.levels[0].col]) == EXIT
+    failure = session.telling_episode(untrained(max_steps=5), 4)
+    assert not failure.success
+    assert (failure.env, failure.number) == (0, 0)
+
+
+def test_a_run_that_never_escaped_leaves_a_failure_to_look_at(tmp_path, capsys):
+    out = tmp_path / "run"
+    assert train([*FLAGS, "--max-steps", "5", "--steps", "128", "--out", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert f"one failure     {out / 'failure.gif'} (no escape in 20 episodes)" in said
+    assert f"watch it        python -m hierroom.watch {out} --failures" in said
+    assert len(pictures.frames(out / "failure.gif")) == 6 + 9
+    (out / "failure.gif").rename(out / "escape.gif")  # as if it had escaped before it was resumed
+    assert train(["--resume", str(out), "--steps", "256"]) == 0
+    assert {path.name for path in out.glob("*.gif")} == {"failure.gif"}
 
 
 def test_a_run_that_never_learned_once_can_be_resumed(tmp_path, monkeypatch):

@@ -115,7 +115,7 @@ def test_animation_holds_every_frame(world, tmp_path):
     for one, frame in zip(again, frames, strict=True):
         assert one.shape == frame.shape == (19 * 8, 19 * 8, 3)
         assert abs(one - frame).max() < 10
-    assert abs(shown[0][0].astype(int) - frames[0]).max() < 10  # 128 colours
+    assert abs(shown[0][0].astype(int) - frames[0]).max() < 10  # 256 colours
     assert abs(shown[-1][0].astype(int) - frames[-1]).max() < 10
     assert [file.name for file in tmp_path.iterdir()] == ["escape.gif"]
 

@@ -52,7 +52,7 @@ def require_format(path: str | Path) -> None:
 
 
 def _gif(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float) -> bytes:
-    images = [Image.fromarray(picture).quantize(128) for picture in pictures]
+    images = [Image.fromarray(picture).quantize(256) for picture in pictures]
     milliseconds = [round(1000 * seconds_per_frame)] * (len(images) - 1) + [1000]
     content = io.BytesIO()
     images[0].save(content, format="GIF", save_all=True, append_images=images[1:], duration=milliseconds, loop=0)
