@@ -36,7 +36,7 @@ def pictures(episode: Episode, tile_size: int | None = None, most: int | None = 
     """
     size, limit, length = episode.start.size, int(episode.start.levels[0].max_steps), len(episode)
     tile_size = tile_size or legible_tile_size(size)
-    first, last = (length, length) if most is None or length < most else (most // 2, length - most // 2)
+    first, last = (length, length) if most is None or length <= most + 1 else (most // 2, length - most // 2)
     for step, state in enumerate(episode.states()):
         if first < step < last:
             continue
