@@ -23,7 +23,7 @@ SAYS = {
     "aec.py": "turns: {'meta_0': ",
     "parallel.py": "returns: {'meta_0': ",
     "gymnasium_vector.py": "steps a second",
-    "trained_agent.py": "of the episode: exit",
+    "trained_agent.py": "of 100 episodes escaped, in ",
     "warm_start.py": "began with the weights of the first",
     "supersuit_sb3.py": "2048 turns of both agents in 4 environments",
 }

@@ -86,6 +86,11 @@ class Level:
     agent: LevelAgent
     graph: GoalGraph
 
+    def __str__(self) -> str:
+        agent, goals = self.agent, ", ".join(map(str, self.legal_goals)) or "none"
+        where = f"agent at row {agent.position[0]}, column {agent.position[1]} facing {agent.direction}"
+        return f"graph {self.graph.name}, step {agent.steps}, {where}; legal goals: {goals}"
+
     @property
     def legal_goals(self) -> tuple[Goal, ...]:
         """The goals that the meta-controller may choose; empty if only 'no goal' is legal."""
