@@ -1,23 +1,22 @@
-"""A trained agent plays in environments of its own, from Python, and one sees what each step achieves."""
+"""Train from Python, load what was trained, let it play, and look at what it did."""
 
 import tempfile
 from pathlib import Path
 
-import numpy as np
-
-from hierroom import train
-from hierroom.goals import GOAL_NAMES
-from hierroom.training.assembly import load_run
-from hierroom.training.run_folder import RunFolder
+import hierroom
 
 with tempfile.TemporaryDirectory() as folder:
-    train.main(["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "40000", "--out", f"{folder}/run"])
-    run = RunFolder.open(Path(folder) / "run")
-    turns, pair = load_run(run, num_envs=2, seed=1)
+    run = Path(folder) / "run"
+    hierroom.train(graph="a", size=11, num_envs=16, steps=40_000, out=run)
+    agent = hierroom.load(run)  # the same as train gave, in another process or on another day
 
-episodes = 0
-while episodes < 4:
-    step = pair.step(turns)
-    for env in np.flatnonzero(step.events >= 0):
-        print(f"environment {env}, step {step.lengths[env]} of the episode: {GOAL_NAMES[step.events[env]]}")
-    episodes += step.episode_ended.sum()
+lengths, n_escapes = [], 0
+for episode in hierroom.rollout(agent, episodes=100):
+    lengths.append(len(episode))
+    n_escapes += episode.success
+print(f"{n_escapes} of {len(lengths)} episodes escaped, in {sum(lengths) / len(lengths):.1f} steps on average")
+
+episode = next(hierroom.rollout(agent, hierroom.EnvConfig("c", size=13), episodes=1))  # where it was not trained
+print(episode)
+for subgoal in episode.subgoals:
+    print(f"step {subgoal.first_step}: {subgoal.name}, {subgoal.outcome} after {subgoal.steps} steps")

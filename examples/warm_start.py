@@ -3,13 +3,11 @@
 import tempfile
 from pathlib import Path
 
-from hierroom import train
+import hierroom
 
-settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "4000"]
+settings = {"graph": "a", "size": 11, "num_envs": 16, "steps": 4000}
 with tempfile.TemporaryDirectory() as folder:
     first, then = Path(folder) / "first", Path(folder) / "then"
-    train.main([*settings, "--meta", "fixed-dfs", "--out", str(first)])
-    train.main(
-        [*settings, "--meta", "random", "--goal-mask", "existing", "--warm-start", str(first), "--out", str(then)]
-    )
+    hierroom.train(meta="fixed-dfs", out=first, **settings)
+    hierroom.train(meta="random", goal_mask="existing", warm_start=str(first), out=then, **settings)
     print("the second run began with the weights of the first")

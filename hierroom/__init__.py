@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import re
 import sys
+from collections.abc import Callable
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -13,35 +14,55 @@ import gymnasium
 if TYPE_CHECKING:
     from hierroom import complexity
     from hierroom.aec_env import env, raw_env
+    from hierroom.env_config import EnvConfig
     from hierroom.errors import InputError
     from hierroom.goals import GoalGraph, GraphSpecs, enumerate_graphs
     from hierroom.parallel_env import parallel_env
+    from hierroom.train import train
+    from hierroom.training.config import TrainConfig
+    from hierroom.training.presets import find_preset
+    from hierroom.training.rollout import rollout
+    from hierroom.training.trained_agent import TrainedAgent, load
     from hierroom.wrappers import add_features, box_view
 
 __all__ = [
+    "EnvConfig",
     "GoalGraph",
     "InputError",
+    "TrainConfig",
+    "TrainedAgent",
     "add_features",
     "box_view",
     "complexity",
     "enumerate_graphs",
     "env",
+    "find_preset",
+    "load",
     "parallel_env",
     "raw_env",
     "register",
+    "rollout",
+    "train",
 ]
 __version__ = "0.1.0"
 
 _LETTERS = tuple("abcdefg")
 _HOMES = {
+    "EnvConfig": "env_config",
     "GoalGraph": "goals",
     "InputError": "errors",
+    "TrainConfig": "training.config",
+    "TrainedAgent": "training.trained_agent",
     "add_features": "wrappers",
     "box_view": "wrappers",
     "enumerate_graphs": "goals",
     "env": "aec_env",
+    "find_preset": "training.presets",
+    "load": "training.trained_agent",
     "parallel_env": "parallel_env",
     "raw_env": "aec_env",
+    "rollout": "training.rollout",
+    "train": "train",
 }
 
 
@@ -59,7 +80,7 @@ def __dir__() -> list[str]:
 
 
 class _Package(ModuleType):
-    """The package, in which ``parallel_env`` is the class and not the file of that name."""
+    """The package, in which ``parallel_env`` is the class and ``train`` the function, not the files of these names."""
 
     @property
     def parallel_env(self) -> type:
@@ -68,6 +89,14 @@ class _Package(ModuleType):
     @parallel_env.setter
     def parallel_env(self, module: ModuleType) -> None:
         """Keep the import system from putting the file there."""
+
+    @property
+    def train(self) -> Callable[..., Any]:
+        return __getattr__("train")
+
+    @train.setter
+    def train(self, module: ModuleType) -> None:
+        """Likewise."""
 
 
 sys.modules[__name__].__class__ = _Package

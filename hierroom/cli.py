@@ -11,6 +11,7 @@ from hierroom.errors import InputError
 
 COMMANDS: Mapping[str, str] = {
     "train": "train an agent and write a run folder",
+    "watch": "watch a trained agent, its failures too: in a window, as GIF, MP4 or text",
     "evaluate": "success, length and steps to each goal of a trained agent",
     "compare": "learning curves of several runs, with intervals, as tables and a figure",
     "complexity": "how hard goal graphs are to explore, before anybody trains",

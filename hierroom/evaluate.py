@@ -29,7 +29,7 @@ class EvaluateArguments:
 
     Args:
         run: the run's folder, before --graph and --exclude, to which all words up to the next option belong.
-        episodes: episodes to play, at least.
+        episodes: episodes to play.
         num_envs: environments to play in side by side.
         seed: fixes the levels and the actions; by default levels that training seeds below a million never saw.
         graph: other goal graphs than those trained on, given as in training, all of which are played at once.
@@ -63,10 +63,10 @@ def main() -> int:
             raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
     import torch  # it takes its time, and --help needs none of it
 
-    from hierroom.training.assembly import load_run
     from hierroom.training.evaluation import evaluate
     from hierroom.training.provenance import changed_modules
     from hierroom.training.run_folder import RunFolder
+    from hierroom.training.trained_agent import load_run
 
     torch.set_num_threads(1)  # as in training
     folder, num_envs = RunFolder.open(arguments.run), min(arguments.num_envs, arguments.episodes)

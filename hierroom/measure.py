@@ -24,15 +24,15 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import Progress
 
-from hierroom.agents.player import OraclePlayer, Player, RandomPlayer, play
+from hierroom.agents.player import Player, make_player, play, quotas
 from hierroom.complexity.augmented import AugmentedGraph
 from hierroom.complexity.measured import EpisodeCounts, MeasuredReport, counts_of
 from hierroom.complexity.report import analyze
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, GraphSpec
-from hierroom.training.assembly import load_run
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.trained_agent import load_run
 from hierroom.turns import Turns
 
 MAX_ENVS = 100
@@ -78,7 +78,7 @@ def count_transitions(
     Args:
         turns: N fresh environments of one goal graph, which begin their next episode by themselves.
         player: who plays.
-        episodes: at least so many in all.
+        episodes: how many in all.
         progress: called with the number of episodes done.
 
     Returns:
@@ -89,14 +89,15 @@ def count_transitions(
     """
     augmented = AugmentedGraph(graph_of(turns))
     node_of, n_nodes, n = NodeMap(augmented), len(augmented.nodes), len(turns)
-    per_env = -(-max(episodes, 1) // n)
-    lengths, escaped = np.zeros(n * per_env, np.int64), np.zeros(n * per_env, bool)
+    quota = quotas(episodes, n)
+    first = np.cumsum(quota) - quota
+    lengths, escaped = np.zeros(episodes, np.int64), np.zeros(episodes, bool)
     nodes, keys = node_of(turns.world.state.levels, np.zeros(n, bool)), []
     for played in play(turns, player, episodes, progress):
         step, counted, ended = played.step, played.envs, played.ended
         levels = np.where(step.episode_ended, turns.world.finals, turns.world.state.levels)
         after = node_of(levels, step.terminated)
-        episode = np.arange(n) * per_env + played.played
+        episode = first + played.played
         keys.append((episode[counted] * n_nodes + nodes[counted]) * n_nodes + after[counted])
         truncated = ended[~step.terminated[ended]]
         keys.append((episode[truncated] * n_nodes + after[truncated]) * n_nodes + augmented.start)
@@ -116,8 +117,8 @@ def measure(
 
     Args:
         turns: N fresh environments of one goal graph, which begin their next episode by themselves.
-        player: who plays: `RandomPlayer`, `OraclePlayer`, a trained `Pair`, or anything with their method ``step``.
-        episodes: at least so many in all.
+        player: who plays: what `make_player` gives, a trained `Pair`, or anything with their method ``step``.
+        episodes: how many in all.
         progress: called with the number of episodes done.
         seed: fixes the bootstrap.
 
@@ -136,7 +137,7 @@ def measure_named(name: str, graph: GraphSpec | None, drop_key: bool, episodes: 
         name: `"random"`, `"oracle"`, or the folder of a training run, whose settings the environments then have.
         graph: a goal graph as users name it; None for the run's, and for `"random"` and `"oracle"` graph c.
         drop_key: whether keys can be dropped; a run that trained so has it on anyway.
-        episodes: at least so many.
+        episodes: how many.
         seed: fixes the levels, the actions and the bootstrap.
 
     Raises:
@@ -147,7 +148,7 @@ def measure_named(name: str, graph: GraphSpec | None, drop_key: bool, episodes: 
     num_envs = min(MAX_ENVS, episodes)
     if name in ("random", "oracle"):
         turns = Turns(EnvConfig("c" if graph is None else graph, drop_key=drop_key), num_envs, seed=seed)
-        player: Player = OraclePlayer() if name == "oracle" else RandomPlayer(np.random.default_rng(seed))
+        player: Player = make_player(name, seed)
     else:
         turns, player = _trained(name, graph, drop_key, num_envs, seed)
     with Progress(console=Console(stderr=True), transient=True) as bar:

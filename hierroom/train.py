@@ -1,11 +1,11 @@
-"""Train an agent: ``python -m hierroom.train --meta fixed-dfs``."""
+"""Train an agent: ``python -m hierroom.train --meta fixed-dfs``, or from Python `train`."""
 
 from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
@@ -14,6 +14,9 @@ from hierroom.errors import InputError
 from hierroom.training.config import TrainConfig
 from hierroom.training.config_file import read_config
 from hierroom.training.presets import find_preset, implied_preset
+
+if TYPE_CHECKING:
+    from hierroom.training.trained_agent import TrainedAgent
 
 _ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
 
@@ -65,6 +68,43 @@ def parse(argv: list[str] | None = None) -> TrainArguments:
     if known.resume and kept != default:
         raise InputError(_ONLY_BESIDE_RESUME)
     return arguments
+
+
+def train(config: TrainConfig | None = None, *, out: str | Path | None = None, **entries: Any) -> TrainedAgent:
+    """Train an agent as the command does, with a progress bar and a run folder.
+
+    Ctrl-C saves, and then raises KeyboardInterrupt; the command line goes on with ``--resume``.
+
+    Args:
+        config: what to train, such as `hierroom.find_preset` gives. None: the ``preset`` among the
+            entries, else ``default``, or ``learned`` where ``meta="learned"``.
+        out: the run folder, new or empty; None: a new one in ``runs/`` whose name shows what differs from the preset.
+        **entries: entries of the config that are to be others, named as on the command line but with underscores:
+            ``graph="f"``, ``steps=2_000_000``, ``method="ppo"``.
+
+    Returns:
+        the trained agent, as `hierroom.load` gives it.
+
+    Raises:
+        InputError: if an entry is unknown or cannot be used, or the folder cannot be created.
+        KeyboardInterrupt: if it was interrupted.
+    """
+    import torch
+
+    from hierroom.training.session import begin, run_session
+    from hierroom.training.trained_agent import load
+
+    start = config
+    if start is None:
+        start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
+    trainer, folder = begin(start.changed(**entries), None if out is None else Path(out))
+    n_threads = torch.get_num_threads()
+    try:
+        if run_session(trainer, folder):
+            raise KeyboardInterrupt
+    finally:
+        torch.set_num_threads(n_threads)  # a session sets it for the whole process
+    return load(folder.path)
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -41,6 +41,7 @@ class Turns:
         memories: what levels remember of their episode beside what the reward needs, names in `layout.MEMORIES`.
 
     Attributes:
+        config: what the environments are made of.
         world: the environments.
         sampler: which goal graphs they play, and the curriculum.
         ledger: who is to act in each environment, and what else there is to know of the turns.
@@ -62,7 +63,7 @@ class Turns:
         threads: int = 1,
         memories: Iterable[str] = (),
     ):
-        horizon = config.subgoal_horizon
+        self.config, horizon = config, config.subgoal_horizon
         self.sampler = GraphSampler(config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages)
         self.reward = make_reward(config.reward or "intrinsic", config.novelty_bonus)
         self.world = world = World(

@@ -15,15 +15,15 @@ from pictures import frames, pixels
 from scipy.stats import binomtest
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
+from hierroom.agents.playback import MOST_IN_GIF, film
 from hierroom.options import CONTROLLER
-from hierroom.training import session
+from hierroom.training import results
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import MILESTONES, WINDOW
 from hierroom.training.events import tag
 from hierroom.training.learning_curve import LearningCurve, evaluation_points
 from hierroom.training.run_folder import RunFolder
-from hierroom.training.trainer import Trainer
-from hierroom.world.render import draw_level
+from hierroom.training.trained_agent import load
 
 Rows = list[dict[str, float]]
 
@@ -194,24 +194,17 @@ def curve_ends(curve: NDArray[np.bool_], top: int, bottom: int) -> list[float]:
     return [float((bottom - np.flatnonzero(curve[:, n]).mean()) / (bottom - top)) for n in (drawn[0], drawn[-1])]
 
 
-def check_escape(path: Path) -> int:
-    """Assert that escape.gif is the first escape that the newest checkpoint makes; returns its steps."""
-    folder = RunFolder.open(path)
+def check_picture(path: Path) -> bool:
+    """Assert that escape.gif, or else failure.gif, is what the newest checkpoint does; returns whether it escapes."""
     torch.set_num_threads(1)  # as in training
-    trainer = Trainer(folder.config())
-    trainer.load_state_dict(folder.load_checkpoint())
-    with pytest.MonkeyPatch.context() as patch:  # drawing takes its time
-        patch.setattr(session, "draw_level", lambda *state_and_goal, tile_size: (*state_and_goal, tile_size))
-        expected = next(session.escapes(trainer), None)
-    if expected is None:
-        assert not (path / "escape.gif").exists()
-        return 0
-    shown, size = frames(path / "escape.gif"), 16 * trainer.config.env.size
-    assert len(shown) == len(expected) <= trainer.config.env.max_steps + 1
-    assert all(one.shape == (size, size, 3) for one in shown)
-    for one, seen in [*zip(shown, expected, strict=True)][::-7]:  # the last is among them
-        drawn = draw_level(*seen)
+    agent = load(path)
+    episode = results.telling_episode(agent, agent.config.seed + 1)
+    name, other = ("escape", "failure") if episode.success else ("failure", "escape")
+    assert not (path / f"{other}.gif").exists()
+    shown, expected = frames(path / f"{name}.gif"), list(film([episode], most=MOST_IN_GIF))
+    assert len(shown) == len(expected)
+    for one, drawn in [*zip(shown, expected, strict=True)][::-7]:  # the last is among them
         assert one.shape == drawn.shape
-        assert (abs(one - drawn).max(axis=2) > 10).sum() < 20  # pixels; there are 128 colours
+        assert (abs(one - drawn).max(axis=2) > 10).sum() < 20  # pixels; there are 256 colours
     assert len({one.tobytes() for one in shown}) > 10
-    return len(shown) - 1
+    return episode.success

@@ -101,5 +101,12 @@ def test_a_shell_completes_the_options_of_the_script(name):
     done = subprocess.run([script, "--tyro-print-completion", "bash"], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     assert f"complete -F _tyro_hierroom_{name} " in done.stdout
-    options = {"train": "--method", "evaluate": "--goal-mask", "compare": "--metric", "complexity": "--graph"}
-    assert options.get(name, "table2") in done.stdout
+    option = {
+        "train": "--method",
+        "evaluate": "--goal-mask",
+        "watch": "--failures",
+        "compare": "--metric",
+        "complexity": "--graph",
+        "paper": "table2",
+    }[name]
+    assert option in done.stdout

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hierroom import train
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+from hierroom.train import main as train
 from hierroom.train import parse
 from hierroom.training import session
 from hierroom.training.config import META_PPO, TrainConfig
@@ -134,7 +134,7 @@ def test_a_file_and_the_command_line_mean_the_same(numbers):
 )
 def test_what_is_wrong_in_a_file_is_one_line_with_its_name(text, said):
     with pytest.raises(InputError) as caught:
-        train.main(["--config", written(text)])
+        train(["--config", written(text)])
     assert str(caught.value).startswith(f"own.toml: {said}")
     assert "\n" not in str(caught.value)
     assert [path.name for path in Path().iterdir()] == ["own.toml"]
@@ -156,7 +156,7 @@ def test_what_is_no_config_is_refused_in_one_line(path, said):
     Path("deep.toml").write_text("x = " + "[" * 10_000)
     Path("binary.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputError) as caught:
-        train.main(["--config", path])
+        train(["--config", path])
     assert str(caught.value).startswith(said)
     assert "\n" not in str(caught.value)
 
@@ -165,7 +165,7 @@ def test_a_resumed_run_takes_no_other_config():
     RunFolder.create("run", TrainConfig())
     for option in ("own.toml", "run/config.json"):
         with pytest.raises(InputError, match="a resumed run keeps its config"):
-            train.main(["--resume", "run", "--config", option])
+            train(["--resume", "run", "--config", option])
 
 
 @pytest.mark.parametrize("graph", ["a", "mine.toml", "hitting_time:8..13"])

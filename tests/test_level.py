@@ -10,6 +10,7 @@ from views import shown_goals
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS, NAMED_GRAPHS, GoalGraph
 from hierroom.situation import GOAL_MASKS
 from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, ROW_STEP
+from hierroom.world.level import goal_name
 
 GRAPHS = [NAMED_GRAPHS["a"], NAMED_GRAPHS["d"], NAMED_GRAPHS["f"], GoalGraph((0, 0, 1, 0, 2, 4), 5)]
 STEPS = {"east": (0, 1), "south": (1, 0), "west": (0, -1), "north": (-1, 0)}
@@ -54,6 +55,8 @@ def check(level, turns, n, lay, seen):
     assert [goal.id for goal in level.goals] == list(range(N_GOALS))
     for goal in level.goals:
         colour = goal.id % 6
+        words = {"exit": "exit"}.get(goal.kind, f"{goal.colour} {goal.kind}" + f" {goal.room}" * goal.exists)
+        assert str(goal) == goal.name == goal_name(record, goal.id) == words
         assert goal.kind == ("exit" if goal.id == EXIT_GOAL else "key" if goal.id < FIRST_DOOR_GOAL else "door")
         assert goal.colour == ("green" if goal.id == EXIT_GOAL else COLOURS[colour])
         assert goal.exists == (goal.id in lay)
@@ -128,3 +131,12 @@ def test_a_level_is_not_changed_by_what_follows():
         turns.step([0])
         turns.step([1])
     assert level == again == situation.level(0) != turns.situation(np.array([0])).level(0)
+
+
+def test_a_level_in_a_line():
+    level = make("a", 1, size=11).situation(np.zeros(1, int)).level(0)
+    (key,) = level.legal_goals
+    row, col = level.agent.position
+    where = f"agent at row {row}, column {col} facing {level.agent.direction}"
+    assert str(level) == f"graph a, step 0, {where}; legal goals: {key.colour} key 1"
+    assert goal_name(make("a").world.state.levels[0], -1) == "no goal"

@@ -7,11 +7,11 @@ import textwrap
 import pytest
 from run_contents import check_run, weights
 
-from hierroom import train
 from hierroom.agents.networks import make_network
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.train import main as train
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 
@@ -78,7 +78,7 @@ def test_those_that_ship():
 
 def test_a_class_in_the_current_folder_trains_from_the_command_line(outside, tmp_path):
     arguments = [*FLAGS, "--network", f"{outside}:Mine", "--out", str(tmp_path / "run")]
-    assert train.main(arguments) == 0
+    assert train(arguments) == 0
     assert check_run(tmp_path / "run")["steps"] == 512
     learned = weights(RunFolder.open(tmp_path / "run").load_checkpoint())
     assert {name: len(values) for name, values in learned.items()} == {"heads.weight": 6, "heads.bias": 6}

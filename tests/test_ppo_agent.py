@@ -8,7 +8,6 @@ import torch
 from same_state import equal
 from turns_helpers import goal_ids, make
 
-from hierroom import train
 from hierroom.agents.ppo_agent import FrozenAgent, PPOAgent
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, N_GOALS
@@ -17,10 +16,13 @@ from hierroom.learners.config import PPOConfig
 from hierroom.learners.ppo import in_hindsight
 from hierroom.options import CONTROLLER, META, transitions
 from hierroom.step import OTHER, REACHED, TIMED_OUT
-from hierroom.training.assembly import load_run, make_agents, make_turns
+from hierroom.train import main as train
+from hierroom.train import parse
+from hierroom.training.assembly import make_agents, make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.trained_agent import load_run
 from hierroom.training.trainer import Trainer
 from hierroom.world.oracle import shortest_actions
 
@@ -267,13 +269,13 @@ def test_what_was_learned_plays_elsewhere_and_learns_nothing(tmp_path):
 
 def test_one_command_trains_it_with_the_settings_it_needs(tmp_path):
     out = tmp_path / "run"
-    assert train.main([*FLAGS, "--steps", "2048", "--meta-start-success", "0", "--out", str(out)]) == 0
+    assert train([*FLAGS, "--steps", "2048", "--meta-start-success", "0", "--out", str(out)]) == 0
     config = RunFolder.open(out).config()
     for name in ("goal_mask", "subgoal_horizon", "meta_ppo", "meta_features"):
         assert config.entries[name] == PRESET.entries[name]
     assert config.ppo.entropy_weight == PRESET.ppo.entropy_weight
-    assert train.parse(["--meta", "learned", "--meta-ppo.gamma", "0.9"]).config.meta_ppo.gamma == 0.9
-    assert train.parse(["--meta", "learned", "--preset", "default"]).config.env == TrainConfig().env
+    assert parse(["--meta", "learned", "--meta-ppo.gamma", "0.9"]).config.meta_ppo.gamma == 0.9
+    assert parse(["--meta", "learned", "--preset", "default"]).config.env == TrainConfig().env
     rows = RunFolder.open(out).metrics.numbers()
     assert rows[-1]["meta_is_learning"] == 1
 
@@ -287,13 +289,13 @@ def test_one_command_trains_it_with_the_settings_it_needs(tmp_path):
 )
 def test_wrong_settings_are_one_clear_line(flags, said):
     with pytest.raises(InputError, match=said) as caught:
-        train.main([*FLAGS, *flags])
+        train([*FLAGS, *flags])
     assert "\n" not in str(caught.value)
 
 
 def test_a_feature_that_there_is_not_is_refused(capsys):
     with pytest.raises(SystemExit, match="2"):
-        train.main([*FLAGS, "--meta-features", "smell"])
+        train([*FLAGS, "--meta-features", "smell"])
     assert "invalid choice 'smell' for argument '--meta-features'" in capsys.readouterr().err
     with pytest.raises(InputError, match=r"^features are .*; not smell$"):
         Trainer(SMALL.changed(meta_features=("smell",)))

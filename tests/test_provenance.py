@@ -16,10 +16,11 @@ import pytest
 import torch
 
 import hierroom
-from hierroom import evaluate, train
+from hierroom import evaluate
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+from hierroom.train import main as train
 from hierroom.training import own_modules, session
 from hierroom.training.config import TrainConfig
 from hierroom.training.own_modules import MAX_BYTES, MAX_FILES, find_module_files
@@ -255,7 +256,7 @@ def test_a_module_that_changed_is_told_and_copied_beside_the_old(tmp_path):
 
 def test_evaluating_and_resuming_say_what_changed_and_go_on(monkeypatch, capsys):
     load("mine", {"mine.py": META})
-    assert train.main([*FLAGS, "--meta", "mine:First", "--out", "run"]) == 0
+    assert train([*FLAGS, "--meta", "mine:First", "--out", "run"]) == 0
     Path("run/modules/mine.py").write_text("raise SystemExit('a copy is never run')")
     said = "warning: mine.py has changed since run was trained: what it was is modules/mine.py there\n"
     for arguments, warnings in ((["run"], ""), (["run", "--meta", "random"], "")):
@@ -263,7 +264,7 @@ def test_evaluating_and_resuming_say_what_changed_and_go_on(monkeypatch, capsys)
     Path("mine.py").write_text(META + "# now\n")
     for arguments, warnings in ((["run"], said), (["run", "--meta", "random"], "")):
         assert evaluated(monkeypatch, capsys, arguments) == warnings
-    assert train.main(["--resume", "run", "--steps", "1024"]) == 0
+    assert train(["--resume", "run", "--steps", "1024"]) == 0
     assert capsys.readouterr().err == said
     assert evaluated(monkeypatch, capsys, ["run"]) == ""
 
@@ -293,7 +294,7 @@ def test_the_page_tells_of_every_file_of_a_run():
     load("mine", {"mine.py": META})
     GoalGraph((0, 1, 1), 3).to_toml("graph.toml")
     flags = [*FLAGS[FLAGS.index("--size") :], "--meta", "mine:First", "--graph", "graph.toml"]
-    assert train.main([*flags, "--out", "run"]) == 0
+    assert train([*flags, "--out", "run"]) == 0
     page = (Path(hierroom.__file__).parents[1] / "docs" / "runs.md").read_text()
     for path in Path("run").iterdir():
         told = "events.out.tfevents.*" if path.name.startswith("events") else f"{path.name}{'/' * path.is_dir()}"

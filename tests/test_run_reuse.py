@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hierroom import train
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.meta import make_meta
-from hierroom.training.assembly import load_run
+from hierroom.train import main as train
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.trained_agent import load_run
 from hierroom.training.trainer import Trainer
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=1024).changed(minibatches=2)
@@ -92,9 +92,9 @@ def test_a_run_goes_on_naming_its_graph_as_it_was_named(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     GoalGraph((0, 1, 1), 3).to_toml("mine.toml")
     flags = ["--graph", "mine.toml", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2"]
-    assert train.main([*flags, "--steps", "512", "--out", "run"]) == 0
+    assert train([*flags, "--steps", "512", "--out", "run"]) == 0
     (tmp_path / "mine.toml").unlink()
-    assert train.main(["--resume", "run", "--steps", "1024"]) == 0
+    assert train(["--resume", "run", "--steps", "1024"]) == 0
     folder = RunFolder.open("run")
     assert folder.config().env.graph == GoalGraph((0, 1, 1), 3)
     assert folder.config().title.startswith("hippo with meta-controller fixed-dfs on graph mine, seed 0")
@@ -107,11 +107,11 @@ def test_a_run_on_a_set_of_graphs_goes_on_without_their_files(tmp_path, monkeypa
     own = GoalGraph((0, 1, 1), 3)
     own.to_toml("mine.toml")
     flags = ["--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2", "--out", "run"]
-    assert train.main(["--graph", "a", "mine.toml", "rooms:3", "--exclude", "c", *flags, "--steps", "512"]) == 0
+    assert train(["--graph", "a", "mine.toml", "rooms:3", "--exclude", "c", *flags, "--steps", "512"]) == 0
     (tmp_path / "mine.toml").write_text("something else")
     (tmp_path / "else").mkdir()
     monkeypatch.chdir(tmp_path / "else")
-    assert train.main(["--resume", "../run", "--steps", "1024"]) == 0
+    assert train(["--resume", "../run", "--steps", "1024"]) == 0
     folder = RunFolder.open("../run")
     assert folder.config().name == "hippo-fixed-dfs-a-mine-rooms-3-no-c-seed0"
     assert "on graph a, mine, rooms:3 without c, seed 0" in folder.config().title

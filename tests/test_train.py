@@ -9,18 +9,22 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pictures
 import pytest
-from run_contents import check_escape, check_run
+from run_contents import check_picture, check_run
 from same_state import equal
 
-from hierroom import cli, evaluate, train
+from hierroom import cli, evaluate
 from hierroom.agents.config import METHODS
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
-from hierroom.training import session
+from hierroom.options import META
+from hierroom.train import main as train
+from hierroom.training import results
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import CHECKPOINT_FORMAT, RunFolder
+from hierroom.training.trained_agent import TrainedAgent
 from hierroom.training.trainer import Trainer
 from hierroom.world.kernels import EXIT
 
@@ -47,7 +51,7 @@ def without_clock(state: dict) -> dict:
 def trained(tmp_path_factory) -> Path:
     """The folder of a short run."""
     out = tmp_path_factory.mktemp("trained") / "run"
-    assert train.main([*FLAGS, "--steps", "4096", "--out", str(out)]) == 0
+    assert train([*FLAGS, "--steps", "4096", "--out", str(out)]) == 0
     return out
 
 
@@ -64,7 +68,7 @@ def test_a_run_leaves_everything_it_promises(trained):
     assert rows[-1]["steps"] == 4096
     assert [row["steps"] for row in rows] == sorted({row["steps"] for row in rows})
     assert check_run(trained) == summary
-    check_escape(trained)
+    check_picture(trained)
 
 
 def test_each_checkpoint_is_how_the_run_stood_after_its_steps(trained):
@@ -122,8 +126,8 @@ def test_every_method_runs_and_rewards_as_its_row_says(method):
 
 def test_resume_goes_on_and_keeps_the_metrics_in_order(trained, tmp_path):
     out = tmp_path / "run"
-    assert train.main([*FLAGS, "--steps", "2048", "--out", str(out)]) == 0
-    assert train.main(["--resume", str(out), "--steps", "4096"]) == 0
+    assert train([*FLAGS, "--steps", "2048", "--out", str(out)]) == 0
+    assert train(["--resume", str(out), "--steps", "4096"]) == 0
     steps = [row["steps"] for row in RunFolder.open(out).metrics.numbers()]
     assert steps == sorted(set(steps))
     assert steps[-1] == 4096
@@ -138,7 +142,7 @@ def test_a_run_killed_in_the_middle_ends_with_the_episodes_and_evaluations_of_on
     folder, whole = RunFolder.open(out), RunFolder.open(trained)
     for path in sorted(folder.checkpoints.iterdir())[4:]:
         path.unlink()
-    assert train.main(["--resume", str(out)]) == 0
+    assert train(["--resume", str(out)]) == 0
     assert folder.episodes.path.read_bytes() == whole.episodes.path.read_bytes()
     assert evaluations(folder) == evaluations(whole)
     assert len(whole.episodes.read()) > 50
@@ -155,20 +159,20 @@ def test_a_meta_controller_whose_memory_cannot_be_saved_is_warned_of_at_the_star
     )
     try:
         flags = [*FLAGS, "--steps", "512", "--meta", "forgets_of_test:Forgets", "--evaluations", "0", "--out", "run"]
-        assert train.main(flags) == 0
+        assert train(flags) == 0
     finally:
         sys.modules.pop("forgets_of_test", None)
     told = " ".join(capsys.readouterr().out.split())
     assert "warning: the meta-controller forgets_of_test:Forgets has the method observe and attributes (given)" in told
     assert not (tmp_path / "run" / "evaluations.csv").exists()
-    assert train.main([*FLAGS, "--steps", "512", "--evaluations", "0", "--out", "other"]) == 0
+    assert train([*FLAGS, "--steps", "512", "--evaluations", "0", "--out", "other"]) == 0
     assert "warning" not in capsys.readouterr().out
 
 
 def test_the_stage_of_a_curriculum_is_in_the_console_the_table_and_the_summary(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     flags = ["--graph", "expected_steps:20..100", "--curriculum-stages", "3", *FLAGS[2:], "--evaluations", "1"]
-    assert train.main([*flags, "--steps", "1024", "--out", "run"]) == 0
+    assert train([*flags, "--steps", "1024", "--out", "run"]) == 0
     told = capsys.readouterr().out
     assert "stage 1 of 3" in told
     assert "stage of the curriculum" in told
@@ -183,13 +187,13 @@ def test_the_stage_of_a_curriculum_is_in_the_console_the_table_and_the_summary(t
 @pytest.mark.parametrize("option", [["--graph", "b"], ["--preset", "paper"], ["--out", "elsewhere"]])
 def test_resume_takes_no_other_options(trained, option):
     with pytest.raises(InputError, match="keeps its config"):
-        train.main(["--resume", str(trained), *option])
+        train(["--resume", str(trained), *option])
 
 
 def test_resume_with_fewer_steps_than_taken_changes_nothing(trained):
     config = (trained / "config.json").read_text()
     with pytest.raises(InputError, match=r"has taken [\d,]+ steps; --steps must be more, not 1$"):
-        train.main(["--resume", str(trained), "--steps", "1"])
+        train(["--resume", str(trained), "--steps", "1"])
     assert (trained / "config.json").read_text() == config
 
 
@@ -199,7 +203,7 @@ def test_resume_of_a_checkpoint_that_does_not_fit_is_one_line(change, tmp_path):
     folder.save_checkpoint(Trainer(SMALL).state_dict())
     folder.save_config(SMALL.changed(**change))
     with pytest.raises(InputError, match=r"does not fit its config\.json$|the state must hold"):
-        train.main(["--resume", str(folder.path)])
+        train(["--resume", str(folder.path)])
 
 
 @pytest.mark.parametrize(
@@ -224,18 +228,18 @@ def test_control_c_ends_the_update_saves_and_says_how_to_go_on(number, tmp_path,
     monkeypatch.setattr(Trainer, "advance", interrupted)
     before = signal.getsignal(number)
     out = tmp_path / "run"
-    assert train.main([*FLAGS, "--steps", "4096", "--out", str(out)]) == 130
+    assert train([*FLAGS, "--steps", "4096", "--out", str(out)]) == 130
     assert f"python -m hierroom.train --resume {out}" in capsys.readouterr().out
     assert RunFolder.open(out).load_checkpoint()["steps"] == 4 * 8 * 16
     assert signal.getsignal(number) is before
-    assert train.main(["--resume", str(out)]) == 0
+    assert train(["--resume", str(out)]) == 0
 
 
 def test_a_diverged_run_ends_in_one_line_and_keeps_its_checkpoint(tmp_path, monkeypatch, capsys):
     out = tmp_path / "run"
     wild = [*FLAGS, "--steps", "4096", "--learning-rate", "1e30", "--out", str(out)]
     with pytest.raises(SystemExit) as ended:
-        cli.run(lambda: train.main(wild))
+        cli.run(lambda: train(wild))
     assert ended.value.code == 1
     said = capsys.readouterr().err
     assert re.fullmatch(r"error: training diverged \(policy_loss .*\); a smaller learning rate may help\n", said)
@@ -312,7 +316,7 @@ def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, m
     Path("huge.toml").write_text(f"key_rooms = {[0] * 7}\nexit_room = 1\n")
     before = sorted(Path().rglob("*"))
     with pytest.raises(InputError, match=said) as caught:
-        train.main([*(FLAGS[2:] if "--graph" in arguments else FLAGS), "--steps", "512", *arguments])
+        train([*(FLAGS[2:] if "--graph" in arguments else FLAGS), "--steps", "512", *arguments])
     assert "\n" not in str(caught.value)
     assert sorted(Path().rglob("*")) == before
 
@@ -330,7 +334,7 @@ def test_a_name_that_is_none_of_a_few_is_refused_by_the_command_and_from_python(
 ):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(SystemExit, match="2"):
-        train.main([*FLAGS, *arguments])
+        train([*FLAGS, *arguments])
     assert f"invalid choice '{arguments[1]}' for argument '{arguments[0]}'" in capsys.readouterr().err
     with pytest.raises(InputError, match=said) as caught:
         Trainer(SMALL.changed(**change))
@@ -375,12 +379,30 @@ def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
     assert done.stderr == ""
 
 
-def test_the_escape_ends_with_the_agent_on_the_exit(monkeypatch):
-    monkeypatch.setattr(session, "draw_level", lambda state, goal, tile_size: state.copy())
-    states = next(session.escapes(Trainer(SMALL.changed(seed=3, max_steps=1000)), episodes=20))
-    under = [int(state.grids[0, state.levels[0].row, state.levels[0].col]) for state in states]
-    assert under[-1] == EXIT
-    assert EXIT not in under[:-1]
+def untrained(**changes) -> TrainedAgent:
+    trainer = Trainer(SMALL.changed(**changes))
+    return TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, 0)
+
+
+def test_the_picture_is_of_the_first_escape_or_of_the_first_failure():
+    *_, last = (escape := results.telling_episode(untrained(seed=3, max_steps=1000), 4)).states()
+    assert escape.success
+    assert int(last.grids[0, last.levels[0].row, last.levels[0].col]) == EXIT
+    failure = results.telling_episode(untrained(max_steps=5), 4)
+    assert not failure.success
+    assert (failure.env, failure.number) == (0, 0)
+
+
+def test_a_run_that_never_escaped_leaves_a_failure_to_look_at(tmp_path, capsys):
+    out = tmp_path / "run"
+    assert train([*FLAGS, "--max-steps", "5", "--steps", "128", "--out", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert f"one failure     {out / 'failure.gif'} (no escape in 20 episodes)" in said
+    assert f"watch it        python -m hierroom.watch {out} --failures" in said
+    assert len(pictures.frames(out / "failure.gif")) == 6 + 9
+    (out / "failure.gif").rename(out / "escape.gif")  # as if it had escaped before it was resumed
+    assert train(["--resume", str(out), "--steps", "256"]) == 0
+    assert {path.name for path in out.glob("*.gif")} == {"failure.gif"}
 
 
 def test_a_run_that_never_learned_once_can_be_resumed(tmp_path, monkeypatch):
@@ -391,5 +413,5 @@ def test_a_run_that_never_learned_once_can_be_resumed(tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(Trainer, "advance", broken)
         with pytest.raises(InputError, match="full disk"):
-            train.main([*FLAGS, "--steps", "1024", "--out", str(out)])
-    assert train.main(["--resume", str(out)]) == 0
+            train([*FLAGS, "--steps", "1024", "--out", str(out)])
+    assert train(["--resume", str(out)]) == 0

@@ -7,16 +7,17 @@ from pathlib import Path
 import pytest
 import torch
 
-from hierroom import train
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners import ppo
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.torch_backend import TorchBackend
 from hierroom.options import CONTROLLER
-from hierroom.training.assembly import load_run, make_turns
+from hierroom.train import main as train
+from hierroom.training.assembly import make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.trained_agent import load_run
 from hierroom.training.trainer import Trainer
 
 OWN = "own_network:GatedMemory"
@@ -97,7 +98,7 @@ def test_what_does_not_fit_is_one_clear_line(run, change, said):
 def test_no_run_no_folder_left_behind(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError, match="nowhere is not a run folder"):
-        train.main(["--warm-start", "nowhere", "--out", "run"])
+        train(["--warm-start", "nowhere", "--out", "run"])
     assert not list(tmp_path.iterdir())
 
 
@@ -106,9 +107,9 @@ def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
     flags += ["--network", run.config().agents.network or "", "--warm-start", str(tmp_path / "before")]
     (tmp_path / "before").symlink_to(run.path)
     out = str(tmp_path / "run")
-    assert train.main([*flags, "--steps", "512", "--out", out]) == 0
+    assert train([*flags, "--steps", "512", "--out", out]) == 0
     (tmp_path / "before").unlink()
-    assert train.main(["--resume", out, "--steps", "1024"]) == 0
+    assert train(["--resume", out, "--steps", "1024"]) == 0
     assert RunFolder.open(out).config().warm_start == str(tmp_path / "before")
 
 

@@ -100,6 +100,23 @@ class OraclePlayer:
         return step
 
 
+def make_player(name: str, seed: int) -> Player:
+    """A player that needs no training.
+
+    Args:
+        name: ``"random"`` or ``"oracle"``.
+        seed: fixes its actions.
+
+    Raises:
+        InputError: if there is no such player.
+    """
+    if name == "random":
+        return RandomPlayer(np.random.default_rng(seed))
+    if name == "oracle":
+        return OraclePlayer()
+    raise InputError(f"the players without training are random and oracle; there is no {name!r}")
+
+
 @dataclass(frozen=True)
 class PlayedStep:
     """A primitive step of episodes that are counted.
@@ -120,12 +137,14 @@ class PlayedStep:
 def play(
     turns: Turns, player: Player, episodes: int, progress: Callable[[int], object] = lambda done: None
 ) -> Iterator[PlayedStep]:
-    """Let a player play the first episodes of each environment; all play equally many, so short ones count no more.
+    """Let a player play the first episodes of each environment: how many is fixed beforehand (`quotas`).
+
+    The first episodes to end would be the short ones rather than the long.
 
     Args:
         turns: N fresh environments, which begin their next episode by themselves.
         player: who plays.
-        episodes: at least so many in all.
+        episodes: how many in all.
         progress: called with the number of episodes done.
 
     Yields:
@@ -134,14 +153,22 @@ def play(
     Raises:
         InputError: if fewer than one episode is asked for.
     """
-    if episodes < 1:
-        raise InputError(f"play at least one episode, not {episodes}")
-    per_env = -(-episodes // len(turns))
-    played = np.zeros(len(turns), np.int64)
-    while len(envs := np.flatnonzero(played < per_env)):
+    quota, played = quotas(episodes, len(turns)), np.zeros(len(turns), np.int64)
+    while len(envs := np.flatnonzero(played < quota)):
         step = player.step(turns)
         ended = envs[step.episode_ended[envs]]
         yield PlayedStep(step, envs, ended, played.copy())
         played[ended] += 1
         if len(ended):
             progress(int(played.sum()))
+
+
+def quotas(episodes: int, num_envs: int) -> NDArray[np.int64]:
+    """[N] how many of some episodes each environment plays: equally many, or the first ones one more.
+
+    Raises:
+        InputError: if fewer than one episode is asked for.
+    """
+    if episodes < 1:
+        raise InputError(f"play at least one episode, not {episodes}")
+    return episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)

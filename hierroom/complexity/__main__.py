@@ -65,7 +65,7 @@ class ComplexityArguments:
         from_play: measure the chain from play instead of assuming the random walk. Give a run's folder to let its
             trained agents play, random for random actions, or oracle for shortest solutions. Without --graph the goal
             graph is that of the run, or c for random and oracle.
-        episodes: least number of episodes to play.
+        episodes: how many episodes to play.
         seed: seed of the levels, the actions and the bootstrap.
     """
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -19,7 +19,6 @@ from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.warm_up import WarmUp
-from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace
@@ -102,42 +101,25 @@ def controller_features(config: TrainConfig) -> Features:
     return Features(names, config.env.n_actions)
 
 
-def load_run(
-    run: RunFolder,
-    num_envs: int,
-    *,
-    seed: int = 0,
-    is_greedy: bool = False,
-    meta: str | None = None,
-    steps: int | None = None,
-    **env: Any,
-) -> tuple[Turns, Pair]:
-    """The environments of a run and its trained agents, ready to play in them, on the CPU wherever they were trained.
+def load_agents(
+    run: RunFolder, *, meta: Any = None, steps: int | None = None
+) -> tuple[TrainConfig, PPOAgent | ScriptedAgent, PPOAgent, int]:
+    """The agents that a run has trained, on the CPU wherever they were trained.
 
     Args:
         run: the run's folder.
-        num_envs: how many environments.
-        seed: fixes the levels and the agents' actions.
-        is_greedy: whether the controller takes its most probable action instead of drawing one.
-        meta: another meta-controller than the run's, as `make_meta` takes it.
+        meta: another meta-controller than the run's, as `make_meta` takes it; None for the run's own.
         steps: which checkpoint, by its steps; None for the newest.
-        **env: entries of the `EnvConfig` that are to be others than the run's, such as ``graph`` or ``size``; not
-            ``drop_key`` and ``reward``, which make another controller. Another ``graph`` comes without the run's
-            ``exclude``.
 
     Returns:
-        the turns, whose shortest lengths are measured, and the pair: ``pair.step(turns)`` takes a step.
+        the run's config, the meta-controller, the controller, and the steps they were trained for.
 
     Raises:
-        InputError: if the run has no such checkpoint, or it does not fit its config, there is no such meta-controller,
-            or an entry cannot be changed.
+        InputError: if the run has no such checkpoint, or it does not fit its config, or there is no such
+            meta-controller.
     """
-    refused = env.keys() - {entry.name for entry in fields(EnvConfig)} | env.keys() & {"drop_key", "reward"}
-    if refused:
-        raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
-    if "graph" in env:
-        env = {"exclude": (), **env}
-    config, state = run.config().changed(device="cpu", **env), run.load_checkpoint(steps)["agents"]
+    config, checkpoint = run.config().changed(device="cpu"), run.load_checkpoint(steps)
+    state = checkpoint["agents"]
     if meta is None:
         meta_agent, controller = make_agents(config)
     else:
@@ -151,8 +133,7 @@ def load_run(
             meta_agent.load_state_dict(state[META])
     except (RuntimeError, KeyError, ValueError) as error:
         raise InputError(f"the checkpoint of {run.path} does not fit its config.json") from error
-    turns = make_turns(config, num_envs, seed, whole_interval=True, measure_shortest=True)
-    return turns, freeze(meta_agent, controller, num_envs, seed=seed, is_greedy=is_greedy)
+    return config, meta_agent, controller, checkpoint["steps"]
 
 
 def freeze(

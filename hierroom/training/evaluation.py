@@ -86,7 +86,7 @@ def evaluate(
     Args:
         player: the player.
         turns: N fresh environments that measure shortest lengths.
-        episodes: least number of episodes in all.
+        episodes: how many in all.
         progress: called with the number of episodes done so far.
     """
     levels, returns = turns.world.state.levels.copy(), np.zeros(len(turns))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import signal
+import threading
 from types import FrameType
 
 
 class Interrupt:
     """A context in which the first Ctrl-C or SIGTERM only sets a flag, so that training can stop in a consistent state.
 
-    A second signal raises KeyboardInterrupt.
+    A second signal raises KeyboardInterrupt. Signals arrive in the main thread alone, so elsewhere none is heard.
 
     Attributes:
         is_requested: whether a signal has arrived.
@@ -19,7 +20,9 @@ class Interrupt:
         self.is_requested = False
 
     def __enter__(self) -> Interrupt:
-        self._before = {number: signal.signal(number, self._note) for number in (signal.SIGINT, signal.SIGTERM)}
+        is_main = threading.current_thread() is threading.main_thread()
+        numbers = (signal.SIGINT, signal.SIGTERM) if is_main else ()
+        self._before = {number: signal.signal(number, self._note) for number in numbers}
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -63,8 +63,10 @@ class LearningCurve:
     length: np.ndarray
 
     @classmethod
-    def of_rows(cls, rows: Sequence[Mapping[str, str]]) -> LearningCurve:
-        """The curve of the rows of ``evaluations.csv``; several graphs count by their episodes."""
+    def of_rows(cls, rows: Sequence[Mapping[str, str]]) -> LearningCurve | None:
+        """The curve of the rows of ``evaluations.csv``, None of no rows; several graphs count by their episodes."""
+        if not rows:
+            return None
         table = {name: np.array([float(row[name]) for row in rows]) for name in ("steps", "seconds", "episodes")}
         steps, first, point = np.unique(table["steps"], return_index=True, return_inverse=True)
         weights = table["episodes"]

@@ -81,6 +81,6 @@ def find_preset(name: str) -> TrainConfig:
     return PRESETS[name]
 
 
-def implied_preset(meta: str | None) -> str:
+def implied_preset(meta: object) -> str:
     """The preset that a run has unless another is named: a meta-controller that needs one has it under its own name."""
     return "learned" if meta == "learned" else "default"

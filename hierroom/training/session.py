@@ -5,32 +5,26 @@ from __future__ import annotations
 import shlex
 import sys
 from collections import deque
-from collections.abc import Iterator
 from pathlib import Path
 
 import torch
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.errors import InputError
 from hierroom.meta import unsaved_memory
 from hierroom.options import META
 from hierroom.training.config import TrainConfig
-from hierroom.training.episode_log import MILESTONES, WINDOW
 from hierroom.training.events import Events
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import LearningCurve, evaluation_points, evaluation_rows
-from hierroom.training.plots import plot_learning_curve
 from hierroom.training.provenance import record_session
+from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder, claim_folder
 from hierroom.training.run_name import run_name
 from hierroom.training.trainer import Trainer
-from hierroom.world.animation import animate
-from hierroom.world.render import draw_level
 
 ROWS_PER_RUN, CHECKPOINTS_PER_RUN = 500, 10
 
@@ -96,7 +90,7 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
         console.print("stopped and saved; go on with:")
         console.print(f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}", soft_wrap=True)
         return 130
-    finish(trainer, folder, console)
+    write_results(trainer, folder, console)
     return 0
 
 
@@ -146,70 +140,7 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
                 folder.metrics.append([row])
                 events.add_metrics(row)
         if trainer.is_done:
-            events.add_hyperparameters(learning_curve(folder))
-
-
-def learning_curve(folder: RunFolder) -> LearningCurve | None:
-    """The learning curve of a run, or None if it was not evaluated."""
-    rows = folder.evaluations.read()
-    return LearningCurve.of_rows(rows) if rows else None
-
-
-def finish(trainer: Trainer, folder: RunFolder, console: Console) -> None:
-    """Write the summary and pictures, and print the results."""
-    curve, summary = learning_curve(folder), trainer.summary()
-    crossings = {milestone: curve and curve.first_crossing(milestone) for milestone in MILESTONES}
-    for n, name in enumerate(("steps", "seconds")):
-        summary |= {f"{name}_to_{milestone}": crossing and crossing[n] for milestone, crossing in crossings.items()}
-    if curve is not None:
-        summary |= {"evaluated_success_rate": float(curve.success[-1]), "evaluated_length": float(curve.length[-1])}
-    folder.save_summary(summary)
-    picture, escape_picture = folder.path / "learning_curve.png", folder.path / "escape.gif"
-    plot_learning_curve(folder, curve, picture)
-    table = Table(title=escape(folder.path.name), show_header=False)
-    table.add_column("")
-    table.add_column("", justify="right")
-    if curve is not None:
-        table.add_row(
-            f"success, evaluated over {trainer.config.evaluation_episodes} episodes", f"{curve.success[-1]:.1%}"
-        )
-        table.add_row("episode length, evaluated", f"{curve.length[-1]:.1f}")
-    table.add_row(
-        f"success, last {min(WINDOW, summary['episodes'])} episodes of training", f"{summary['success_rate']:.1%}"
-    )
-    table.add_row("steps", f"{summary['steps']:,}")
-    for milestone, crossing in crossings.items():
-        table.add_row(f"steps to {milestone}% success, evaluated", f"{crossing[0]:,.0f}" if crossing else "-")
-    if "stage" in summary:
-        table.add_row("stage of the curriculum", f"{summary['stage']} of {summary['stages']}")
-    table.add_row("seconds of training", f"{summary['seconds']:.1f}")
-    table.add_row("seconds of compilation", f"{summary['compile_seconds']:.1f}")
-    table.add_row("steps per second", f"{summary['steps_per_second']:,.0f}")
-    table.add_row("memory of the rollout", f"{summary['rollout_bytes'] / 2**20:.1f} MiB")
-    console.print(table)
-    frames = next(escapes(trainer), None)
-    if frames:
-        animate(frames, escape_picture)
-    console.print(f"learning curve  {picture}", soft_wrap=True)
-    console.print(f"one escape      {escape_picture if frames else 'none in 20 episodes'}", soft_wrap=True)
-    console.print(f"evaluate it     python -m hierroom.evaluate {shlex.quote(str(folder.path))}", soft_wrap=True)
-
-
-def escapes(trainer: Trainer, episodes: int = 20) -> Iterator[list[NDArray]]:
-    """Yield the pictures of each successful episode among the first ``episodes`` of a fresh environment."""
-    seed = trainer.config.seed
-    pair, turns = trainer.freeze(1, seed=seed), trainer.fresh_turns(1, seed + 1, autoreset=False)
-    for _ in range(episodes):
-        turns.reset()
-        moments = []
-        step = None
-        while step is None or not step.episode_ended[0]:
-            pair.choose(turns, META)
-            moments.append((turns.world.get_state(), int(turns.goals[0])))
-            step = pair.step(turns)
-        moments.append((turns.world.get_state(), int(step.goals[0])))
-        if step.terminated[0]:
-            yield [draw_level(state, goal, tile_size=16) for state, goal in moments]
+            events.add_hyperparameters(LearningCurve.of_rows(folder.evaluations.read()))
 
 
 def _record(folder: RunFolder, config: TrainConfig) -> None:

@@ -1,9 +1,10 @@
-"""Writing a sequence of pictures as an animated GIF."""
+"""Writing a sequence of pictures as an animation: a GIF or an MP4."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -13,22 +14,63 @@ from PIL import Image
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
 
+FORMATS = (".gif", ".mp4")
+
 
 def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_frame: float = 0.1) -> None:
-    """Write pictures of equal size as an animated GIF that loops for ever; the last one is shown for a second.
+    """Write pictures of equal size as an animation; the last one is shown for a second.
 
     Args:
         frames: [H, W, 3] uint8 each, at least one.
-        path: the file; its folder must exist.
-        seconds_per_frame: duration of each other picture, which the format stores in units of 0.01.
+        path: the file, whose folder must exist: a .gif, which loops for ever, or an .mp4, which needs PyAV.
+        seconds_per_frame: duration of each other picture, which GIFs store in units of 0.01.
 
     Raises:
-        InputError: if there is no frame or the file cannot be written.
+        InputError: if there is no frame, the format is another, PyAV is not installed or the file cannot be written.
     """
-    images = [Image.fromarray(frame).quantize(128) for frame in frames]
-    if not images:
+    kind = Path(path).suffix.lower()
+    if kind not in FORMATS:
+        raise InputError(f"an animation is a {' or '.join(FORMATS)} file, not {path}")
+    require_format(path)
+    pictures = list(frames)
+    if not pictures:
         raise InputError(f"an animation needs at least one picture, but there is none for {path}")
+    write_atomically(path, (_gif if kind == ".gif" else _mp4)(pictures, seconds_per_frame))
+
+
+def require_format(path: str | Path) -> None:
+    """Check that what an animation in a file needs is there, before hours are spent on what it is to show.
+
+    Raises:
+        InputError: if it is an .mp4 and PyAV is not installed.
+    """
+    if Path(path).suffix.lower() == ".mp4":
+        try:
+            import av  # noqa: F401  # pyright: ignore[reportMissingImports]
+        except ImportError:
+            raise InputError(f"writing {path} needs PyAV, which `pip install av` installs; a .gif needs none") from None
+
+
+def _gif(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float) -> bytes:
+    images = [Image.fromarray(picture).quantize(256) for picture in pictures]
     milliseconds = [round(1000 * seconds_per_frame)] * (len(images) - 1) + [1000]
     content = io.BytesIO()
     images[0].save(content, format="GIF", save_all=True, append_images=images[1:], duration=milliseconds, loop=0)
-    write_atomically(path, content.getvalue())
+    return content.getvalue()
+
+
+def _mp4(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float) -> bytes:
+    """H.264, which browsers play; it halves the colours' resolution, so sides are filled up to an even number."""
+    import av  # pyright: ignore[reportMissingImports]
+
+    content, rate = io.BytesIO(), Fraction(1 / seconds_per_frame).limit_denominator(1000)
+    last_shown = max(1, round(1 / seconds_per_frame))
+    height, width = (side + side % 2 for side in pictures[0].shape[:2])
+    with av.open(content, "w", format="mp4") as container:
+        stream = container.add_stream("libx264", rate=rate)
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        for picture in [*pictures, *[pictures[-1]] * (last_shown - 1)]:
+            filled = np.pad(picture, ((0, height - picture.shape[0]), (0, width - picture.shape[1]), (0, 0)))
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(filled, format="rgb24")))
+        container.mux(stream.encode())
+    return content.getvalue()

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, GoalGraph
+from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_NAMES, N_COLOURS, N_GOALS, NO_GOAL, GoalGraph
 from hierroom.world.kernels import MARGIN
 from hierroom.world.layout import State
 
@@ -48,6 +48,14 @@ class Goal:
     is_legal: bool
     was_achieved: bool
 
+    @property
+    def name(self) -> str:
+        """Its colour, kind and room, such as ``"red key 1"``: see `goal_name`."""
+        return _name(self.id, self.room)
+
+    def __str__(self) -> str:
+        return self.name
+
 
 @dataclass(frozen=True)
 class LevelAgent:
@@ -77,6 +85,11 @@ class Level:
     goals: tuple[Goal, ...]
     agent: LevelAgent
     graph: GoalGraph
+
+    def __str__(self) -> str:
+        agent, goals = self.agent, ", ".join(map(str, self.legal_goals)) or "none"
+        where = f"agent at row {agent.position[0]}, column {agent.position[1]} facing {agent.direction}"
+        return f"graph {self.graph.name}, step {agent.steps}, {where}; legal goals: {goals}"
 
     @property
     def legal_goals(self) -> tuple[Goal, ...]:
@@ -115,3 +128,24 @@ class Level:
         agent = LevelAgent(here, DIRECTIONS[record.direction], int(record.steps))
         graph = GoalGraph(tuple(record.key_rooms[:n_branches].tolist()), int(record.exit_room))
         return cls(tuple(goals), agent, graph)
+
+
+def goal_name(level: np.record, goal: int) -> str:
+    """A goal of one level in words, colour and room side by side.
+
+    Args:
+        level: the record of the level, of `layout.LEVEL`.
+        goal: goal id, -1 for none.
+
+    Returns:
+        ``"red key 1"``, ``"red door 1"``, ``"exit"`` or ``"no goal"``; without a number where the level has no such
+        key or door.
+    """
+    branch = N_COLOURS if goal in (EXIT_GOAL, NO_GOAL) else int(level.branches[goal % N_COLOURS])
+    return _name(goal, branch + 1 if branch < level.n_rooms - 1 else 0)
+
+
+def _name(goal: int, room: int) -> str:
+    if goal == NO_GOAL:
+        return "no goal"
+    return f"{GOAL_NAMES[goal]} {room}" if room and goal != EXIT_GOAL else GOAL_NAMES[goal]

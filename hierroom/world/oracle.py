@@ -24,9 +24,10 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.errors import InputError
-from hierroom.goals import COLOURS, EXIT_GOAL, GOAL_NAMES, N_COLOURS, N_GOALS
+from hierroom.goals import COLOURS, EXIT_GOAL, N_COLOURS, N_GOALS
 from hierroom.world import kernels
 from hierroom.world.layout import State
+from hierroom.world.level import goal_name
 
 # The kind of object on a cell, which is also the kind of a goal: ``kind = goal // N_COLOURS``.
 A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 3
@@ -267,5 +268,6 @@ def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
         raise InputError(f"a goal must be a whole number from 0 to {N_GOALS - 1}, not {goal!r}")
     path, length = solve(state.levels[0], state.grids[0], TILE_TABLE, goal // N_COLOURS, goal % N_COLOURS)
     if length < 0:
-        raise InputError(f"the goal {GOAL_NAMES[goal]} cannot be achieved: there is none, or the episode has ended")
+        name = goal_name(state.levels[0], goal)
+        raise InputError(f"the goal {name} cannot be achieved: there is none, or the episode has ended")
     return ACTIONS[path]

@@ -6,16 +6,18 @@ would slow down programs that only train.
 
 from __future__ import annotations
 
-from functools import cache
+import re
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.errors import InputError
-from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_NAMES, NO_GOAL
+from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
 from hierroom.world import kernels
 from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR, MARGIN, N_TILES, OPEN_DOOR, UNSEEN, VIEW, WALL
 from hierroom.world.layout import OUTCOME, State
+from hierroom.world.level import goal_name
 from hierroom.world.window import Window
 
 RENDER_MODES = ("ansi", "rgb_array", "human")
@@ -30,7 +32,7 @@ def default_tile_size(size: int) -> int:
     return max(8, min(32, 800 // size))
 
 
-def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32) -> NDArray[np.uint8]:
+def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: str = "") -> NDArray[np.uint8]:
     """Draw one level as MiniGrid does, with the agent's view highlighted.
 
     Args:
@@ -38,6 +40,7 @@ def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32) -> NDArra
         goal: id of the current subgoal, -1 for none; its cell gets an outline, and its name is written over the lower
             outer wall, so that the size of the picture does not depend on it.
         tile_size: side length of a cell in pixels, at least 1.
+        title: written over the upper outer wall; as much of it as fits.
 
     Returns:
         [size * tile_size, size * tile_size, 3] uint8, red, green, blue.
@@ -59,12 +62,14 @@ def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32) -> NDArra
         _outline(frame[row, :, col])
     frame = frame.reshape(size * tile_size, size * tile_size, 3)
     if goal != NO_GOAL:
-        frame[-tile_size:] = _caption(f"subgoal: {GOAL_NAMES[goal]}", tile_size, size * tile_size)
+        frame[-tile_size:] = _caption(f"subgoal: {goal_name(level, goal)}", tile_size, size * tile_size)
+    if title:
+        frame[:tile_size] = _caption(title, tile_size, size * tile_size)
     return frame
 
 
 def text(state: State, goal: int = NO_GOAL) -> str:
-    """Render one level as coloured text with two characters per cell, and below it the agent's state and the subgoal.
+    """Render one level as coloured text with two characters per cell, and below it its rooms, agent and subgoal.
 
     The agent is ``>>``, ``vv``, ``<<`` or ``^^``, a key ``k``, a locked door ``D``, an open door ``d``, each with the
     initial of its colour (``w`` for grey), and the exit is ``EX``.
@@ -84,11 +89,19 @@ def text(state: State, goal: int = NO_GOAL) -> str:
         if row == level.row - MARGIN:
             cells[level.col - MARGIN] = _in_colour((">>", "vv", "<<", "^^")[level.direction], 0)
         lines.append("".join(cells))
-    held = [COLOURS[level.colours[branch]] for branch in range(level.n_rooms - 1) if (level.keys >> branch) & 1]
-    lines.append(f"step {level.steps} of {level.max_steps}, keys: {', '.join(held) or 'none'}")
+    colours = level.colours[: level.n_rooms - 1].tolist()
+    held = [goal_name(level, colour) for branch, colour in enumerate(colours) if (level.keys >> branch) & 1]
+    rooms = ", ".join(f"{COLOURS[colour]} {room}" for room, colour in enumerate(colours, start=1))
+    lines.append(f"keys and doors: {rooms}; the exit is in room {level.exit_room}")
+    lines.append(f"step {level.steps} of {level.max_steps}, keys held: {', '.join(held) or 'none'}")
     if goal != NO_GOAL:
-        lines.append(f"subgoal: {GOAL_NAMES[goal]}")
+        lines.append(f"subgoal: {goal_name(level, goal)}")
     return "\n".join(lines)
+
+
+def without_colours(text: str) -> str:
+    """What `text` gives, without the codes that colour it in a terminal, as for a file."""
+    return re.sub(r"\x1b\[[0-9;]*m", "", text)
 
 
 class Screen:
@@ -193,7 +206,7 @@ def _outline(cell: NDArray[np.uint8]) -> None:
         edge[:] = OUTLINE
 
 
-@cache
+@lru_cache(maxsize=64)
 def _caption(words: str, height: int, width: int) -> NDArray[np.uint8]:
     from PIL import Image, ImageDraw, ImageFont
 

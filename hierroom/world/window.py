@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,11 +15,11 @@ class Window:
     """A window on the screen that opens with the first picture.
 
     Args:
-        title: text of the title bar.
+        title: text of the title bar, which may be changed later.
         frames_per_second: highest frame rate, above 0; `show` waits if it is called faster.
     """
 
-    def __init__(self, title: str = "hierroom", frames_per_second: int = 10):
+    def __init__(self, title: str = "hierroom", frames_per_second: float = 10):
         self.title = title
         self.frames_per_second = frames_per_second
         self._screen = None
@@ -37,13 +40,56 @@ class Window:
                 self._screen = pygame.display.set_mode((width, height))
             except pygame.error as error:
                 raise InputError(f"cannot open a window ({error}); render_mode 'rgb_array' needs none") from error
-            pygame.display.set_caption(self.title)
             self._clock = pygame.time.Clock()
         assert self._clock is not None
+        pygame.display.set_caption(self.title)
         self._screen.blit(pygame.surfarray.make_surface(frame.swapaxes(0, 1)), (0, 0))
         pygame.event.pump()
         pygame.display.flip()
         self._clock.tick(self.frames_per_second)
+
+    def play(self, frames: Iterable[NDArray[np.uint8]]) -> Literal["ended", "skipped", "closed"]:
+        """Show pictures one after the other, at the speed that the user chooses.
+
+        Space pauses and goes on, the right arrow takes one step, up and down change the speed, n goes on to what comes
+        next, and q, escape or the window's close button end it.
+
+        Args:
+            frames: [H, W, 3] uint8 each.
+
+        Returns:
+            why it ended: the pictures did, or the user asked for what comes next, or to end.
+
+        Raises:
+            InputError: if there is no screen on which to open a window.
+        """
+        is_paused = False
+        for frame in frames:
+            is_next = False
+            while not is_next:
+                self.show(frame)
+                is_next = not is_paused
+                for key in self._pressed():
+                    if key in ("quit", "q", "escape"):
+                        return "closed"
+                    if key == "n":
+                        return "skipped"
+                    if key == "space":
+                        is_paused = not is_paused
+                        is_next = not is_paused
+                    elif key == "right":
+                        is_paused = is_next = True
+                    elif key in ("up", "down"):
+                        faster = self.frames_per_second * (1.5 if key == "up" else 1 / 1.5)
+                        self.frames_per_second = min(max(faster, 1), 100)
+        return "ended"
+
+    def _pressed(self) -> list[str]:
+        """The keys pressed since the last call, by name; ``quit`` is the close button."""
+        import pygame
+
+        events = pygame.event.get((pygame.QUIT, pygame.KEYDOWN))
+        return ["quit" if event.type == pygame.QUIT else pygame.key.name(event.key) for event in events]
 
     def close(self) -> None:
         """Close the window if it is open."""

@@ -1,0 +1,178 @@
+"""Episodes as they were played: subgoals, actions, rewards and ends, and every state in between."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.goals import GoalGraph
+from hierroom.step import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+from hierroom.world.kernels import DROP, FORWARD, LEFT, OPEN, PICKUP, RIGHT
+from hierroom.world.layout import State
+from hierroom.world.level import goal_name
+from hierroom.world.world import World
+
+ACTION_NAMES = {FORWARD: "forward", LEFT: "left", RIGHT: "right", PICKUP: "pick up", OPEN: "open", DROP: "drop"}
+OUTCOME_NAMES = {REACHED: "reached", TIMED_OUT: "timed out", OTHER: "episode ended"}
+
+
+@dataclass(frozen=True)
+class Subgoal:
+    """A goal that the meta-controller gave, and the option it began.
+
+    Args:
+        goal: goal id, -1 for no goal.
+        name: the goal in words, such as ``"red key 1"`` or ``"no goal"``.
+        first_step: the first step in pursuit of it; the first step of the episode is 1.
+        steps: how many steps the option lasted.
+        outcome: how it ended: ``"reached"``, ``"timed out"`` or ``"episode ended"``.
+    """
+
+    goal: int
+    name: str
+    first_step: int
+    steps: int
+    outcome: str
+
+
+@dataclass(frozen=True)
+class GoalEvent:
+    """A goal that was achieved, whether it was pursued or not.
+
+    Args:
+        step: the step that achieved it; the first step of the episode is 1.
+        goal: goal id.
+        name: the goal in words, such as ``"red key 1"``.
+    """
+
+    step: int
+    goal: int
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """An episode of L primitive steps.
+
+    Args:
+        start: the state of its one environment before the first step.
+        actions: [L] int, the controller's actions; the number of actions where it was none of them.
+        rewards: [L] float64, the controller's rewards.
+        extrinsic: [L] float64, the environment's own rewards.
+        goals: [L] int, the goal ids pursued in each step, or -1.
+        achieved: [L] int, the goal ids that each step achieved, or -1.
+        outcomes: [L] int, how the option ended that a step ended: ``REACHED``, ``TIMED_OUT`` or ``OTHER``; elsewhere
+            ``NO_OUTCOME``.
+        terminated: whether it ended at the exit.
+        truncated: whether it was cut off by the limit of steps.
+        shortest: the shortest possible length, or -1 if that was not measured.
+    """
+
+    start: State
+    actions: NDArray[np.integer]
+    rewards: NDArray[np.float64]
+    extrinsic: NDArray[np.float64]
+    goals: NDArray[np.integer]
+    achieved: NDArray[np.integer]
+    outcomes: NDArray[np.integer]
+    terminated: bool
+    truncated: bool
+    shortest: int
+
+    def __len__(self) -> int:
+        return len(self.actions)
+
+    def __repr__(self) -> str:
+        return f"<Episode {self.title}>"
+
+    @property
+    def title(self) -> str:
+        """What it was, in a line."""
+        end = "escaped" if self.success else "did not escape"
+        where = f"graph {self.graph.name}, seed {self.seed}, environment {self.env}, episode {self.number}"
+        shortest = f" (shortest {self.shortest})" if self.shortest >= 0 else ""
+        return f"{where}: {end}, {len(self)} steps{shortest}"
+
+    @property
+    def seed(self) -> int:
+        """The seed of the environments; with `env` and `number` it fixes the level."""
+        return int(self.start.levels[0].seed)
+
+    @property
+    def env(self) -> int:
+        """The index of the environment."""
+        return int(self.start.levels[0].index)
+
+    @property
+    def number(self) -> int:
+        """How many episodes the environment had begun before it with that seed."""
+        return int(self.start.levels[0].episode)
+
+    @property
+    def graph(self) -> GoalGraph:
+        """The goal graph of the level."""
+        level = self.start.levels[0]
+        return GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room))
+
+    @property
+    def success(self) -> bool:
+        """Whether it ended at the exit."""
+        return self.terminated
+
+    @property
+    def subgoals(self) -> tuple[Subgoal, ...]:
+        """What the meta-controller asked for, option by option."""
+        subgoals, first = [], 0
+        for last in np.flatnonzero(self.outcomes != NO_OUTCOME).tolist():
+            goal, outcome = int(self.goals[last]), OUTCOME_NAMES[int(self.outcomes[last])]
+            subgoals.append(Subgoal(goal, self.name_of(goal), first + 1, last + 1 - first, outcome))
+            first = last + 1
+        return tuple(subgoals)
+
+    @property
+    def events(self) -> tuple[GoalEvent, ...]:
+        """The goals that were achieved, in their order."""
+        steps = np.flatnonzero(self.achieved >= 0).tolist()
+        return tuple(GoalEvent(n + 1, int(self.achieved[n]), self.name_of(self.achieved[n])) for n in steps)
+
+    def name_of(self, goal: int) -> str:
+        """A goal of its level in words; see `goal_name`."""
+        return goal_name(self.start.levels[0], int(goal))
+
+    def action_name(self, step: int) -> str:
+        """The action of a step, counted from 1, in words."""
+        return ACTION_NAMES.get(int(self.actions[step - 1]), "illegal action")
+
+    def states(self) -> Iterator[State]:
+        """Yield the L + 1 states before, between and after its steps: they are played again."""
+        world = World([self.graph], size=self.start.size, seed=None)
+        world.set_state(self.start)
+        yield world.get_state()
+        for action in self.actions:
+            world.step_within_episode([action])
+            yield world.get_state()
+
+    def to_dict(self) -> dict[str, Any]:
+        """As plain types with labels, for JSON."""
+        return {
+            "seed": self.seed,
+            "env": self.env,
+            "episode": self.number,
+            "graph": self.graph.name,
+            "success": self.success,
+            "terminated": self.terminated,
+            "truncated": self.truncated,
+            "length": len(self),
+            "shortest": self.shortest if self.shortest >= 0 else None,
+            "return": float(self.rewards.sum()),
+            "extrinsic_return": float(self.extrinsic.sum()),
+            "subgoals": [vars(subgoal).copy() for subgoal in self.subgoals],
+            "events": [vars(event).copy() for event in self.events],
+            "actions": [self.action_name(step) for step in range(1, len(self) + 1)],
+            "rewards": self.rewards.tolist(),
+            "extrinsic": self.extrinsic.tolist(),
+        }

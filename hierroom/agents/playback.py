@@ -1,0 +1,133 @@
+"""Showing episodes that were played: as pictures, as text and in files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.agents.episode import Episode
+from hierroom.errors import InputError
+from hierroom.files import to_json, write_atomically
+from hierroom.world.animation import FORMATS, animate, require_format
+from hierroom.world.render import draw_level, text, without_colours
+
+FILE_FORMATS = (*FORMATS, ".txt", ".json")
+CARD_FRAMES = 10
+"""For how many pictures an episode's end is shown, or which steps are left out: a second at the usual speed."""
+MOST_IN_GIF = 200
+"""Steps of an episode that a GIF shows: so many take about 400 kB; an MP4 is smaller and shows all."""
+N_LAST_ACTIONS = 12
+
+
+def pictures(episode: Episode, tile_size: int | None = None, most: int | None = None) -> Iterator[NDArray[np.uint8]]:
+    """Draw an episode step by step: each picture names the step, its action and the subgoal.
+
+    Args:
+        episode: the episode, of L steps.
+        tile_size: side length of a cell in pixels; None: so that what is named fits.
+        most: of a longer episode only the first and the last steps are drawn, in all about so many, and a picture
+            between them says which are left out; None: all.
+
+    Yields:
+        [H, W, 3] uint8, L + 1 of them if none is left out.
+    """
+    size, limit, length = episode.start.size, int(episode.start.levels[0].max_steps), len(episode)
+    tile_size = tile_size or legible_tile_size(size)
+    first, last = (length, length) if most is None or length <= most + 1 else (most // 2, length - most // 2)
+    for step, state in enumerate(episode.states()):
+        if first < step < last:
+            continue
+        goal = int(episode.goals[min(step, length - 1)])
+        if first < step == last:
+            card = draw_level(state, goal, tile_size, f"steps {first + 1} to {last - 1} are left out")
+            yield from [card] * CARD_FRAMES
+        yield draw_level(state, goal, tile_size, _title(episode, step, limit))
+
+
+def _title(episode: Episode, step: int, limit: int) -> str:
+    action = f": {episode.action_name(step)}" if step else ""
+    is_last = step == len(episode)
+    return f"step {step} of {limit}{action}" + is_last * (", escaped" if episode.success else ", not escaped")
+
+
+def legible_tile_size(size: int) -> int:
+    """Side length of a cell, an even number of pixels, at which a line of text fits into a grid of some cells a side.
+
+    Args:
+        size: cells of the grid's side.
+    """
+    for_text = -(-304 // size)
+    tile_size = max(for_text, min(16, 800 // size))
+    return tile_size + tile_size % 2
+
+
+def description(episode: Episode) -> str:
+    """An episode in words: the level, each subgoal with its steps and outcome; where it ended if it did not escape.
+
+    The text is coloured for a terminal; `render.without_colours` takes that away.
+    """
+    lines = [episode.title, "", text(episode.start), ""]
+    rows = [("step", "steps", "subgoal", "outcome", "achieved")]
+    for subgoal in episode.subgoals:
+        last = subgoal.first_step + subgoal.steps - 1
+        achieved = [event.name for event in episode.events if subgoal.first_step <= event.step <= last]
+        row = (str(subgoal.first_step), str(subgoal.steps), subgoal.name, subgoal.outcome, ", ".join(achieved) or "-")
+        rows.append(row)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for step, steps, *words in rows:
+        cells = [step.rjust(widths[0]), steps.rjust(widths[1])]
+        cells += [word.ljust(width) for word, width in zip(words, widths[2:], strict=True)]
+        lines.append("  ".join(cells).rstrip())
+    if not episode.success:
+        *_, final = episode.states()
+        first = max(1, len(episode) - N_LAST_ACTIONS + 1)
+        actions = ", ".join(episode.action_name(step) for step in range(first, len(episode) + 1))
+        lines += ["", f"where it ended, after the actions {actions}:", "", text(final, int(episode.goals[-1]))]
+    return "\n".join(lines)
+
+
+def require_file(path: Path) -> None:
+    """Check that `save_episodes` can write a file, before anything is played.
+
+    Raises:
+        InputError: if the format is unknown or needs what is not installed, or the folder does not exist.
+    """
+    if path.suffix.lower() not in FILE_FORMATS:
+        raise InputError(f"episodes are written as {', '.join(FILE_FORMATS)}, not as {path.name}")
+    if not path.parent.is_dir():
+        raise InputError(f"cannot write {path}: there is no folder {path.parent}")
+    require_format(path)
+
+
+def save_episodes(episodes: Sequence[Episode], path: Path) -> None:
+    """Write episodes, at least one, into a file: an animation (.gif, .mp4), text (.txt) or data (.json).
+
+    A GIF leaves steps of long episodes out, as `pictures` does, and says so.
+
+    Raises:
+        InputError: if the file cannot be written.
+    """
+    require_file(path)
+    kind = path.suffix.lower()
+    if kind in FORMATS:
+        animate(film(episodes, most=MOST_IN_GIF if kind == ".gif" else None), path)
+    elif kind == ".txt":
+        words = "\n\n\n".join(description(episode) for episode in episodes)
+        write_atomically(path, (without_colours(words) + "\n").encode())
+    else:
+        write_atomically(path, (to_json([episode.to_dict() for episode in episodes]) + "\n").encode())
+
+
+def film(
+    episodes: Sequence[Episode], tile_size: int | None = None, most: int | None = None
+) -> Iterator[NDArray[np.uint8]]:
+    """The `pictures` of several episodes, one after the other; the end of each is shown for a second."""
+    for episode in episodes:
+        frame = None
+        for frame in pictures(episode, tile_size, most):
+            yield frame
+        if frame is not None:
+            yield from [frame] * (CARD_FRAMES - 1)

@@ -1,0 +1,90 @@
+"""Recording the episodes that a player plays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from hierroom.agents.episode import Episode
+from hierroom.agents.player import PlayedStep, Player, play
+from hierroom.options import NO_OUTCOME
+from hierroom.turns import Turns
+from hierroom.world.layout import State
+
+STEP = np.dtype(
+    [
+        ("actions", "i1"),
+        ("rewards", "f8"),
+        ("extrinsic", "f8"),
+        ("goals", "i1"),
+        ("achieved", "i1"),
+        ("outcomes", "i1"),
+    ]
+)
+"""What is recorded of one step in one environment, by the names that it has in `Episode`."""
+
+
+def record(
+    turns: Turns, player: Player, episodes: int, progress: Callable[[int], object] = lambda done: None
+) -> Iterator[Episode]:
+    """Let a player play the first episodes of each environment, and yield them in a fixed order.
+
+    The order is that of the environments, first everyone's first episode, then everyone's second. It does not depend on
+    how long episodes last, so the first K of them are as good a sample as all.
+
+    Args:
+        turns: N fresh environments, which begin their next episode by themselves.
+        player: who plays.
+        episodes: how many in all; each environment plays equally many, or the first ones one more.
+        progress: called with the number of episodes played.
+
+    Raises:
+        InputError: if fewer than one episode is asked for.
+    """
+    tape, finished, n_yielded, n = _Tape(turns), {}, 0, len(turns)
+    for played in play(turns, player, episodes, progress):
+        for env, episode in tape.add(played):
+            finished[int(played.played[env]), env] = episode
+        while (place := divmod(n_yielded, n)) in finished:
+            yield finished.pop(place)
+            n_yielded += 1
+
+
+class _Tape:
+    """The steps of the episodes under way.
+
+    Args:
+        turns: N fresh environments.
+    """
+
+    def __init__(self, turns: Turns) -> None:
+        self._turns = turns
+        self._envs = np.arange(len(turns))
+        self._steps = np.zeros((64, len(turns)), STEP)
+        self._starts: list[State] = [turns.world.get_state(env) for env in range(len(turns))]
+
+    def add(self, played: PlayedStep) -> Iterator[tuple[int, Episode]]:
+        """Note a step of every environment; yields the counted episodes that it ended, with their environments."""
+        step, row = played.step, played.step.lengths - 1
+        if row.max() >= len(self._steps):
+            self._steps = np.concatenate([self._steps, np.zeros_like(self._steps)])
+        noted = np.zeros(len(row), STEP)
+        noted["actions"], noted["goals"], noted["achieved"] = step.actions, step.goals, step.events
+        noted["rewards"], noted["extrinsic"] = step.rewards, step.extrinsic
+        noted["outcomes"] = np.where(step.option_ended, step.outcomes, NO_OUTCOME)
+        self._steps[row, self._envs] = noted
+        for env in played.ended.tolist():
+            steps = self._steps[: step.lengths[env], env]
+            yield (
+                env,
+                Episode(
+                    start=self._starts[env],
+                    terminated=bool(step.terminated[env]),
+                    truncated=bool(step.truncated[env]) and not step.terminated[env],
+                    shortest=int(step.shortest[env]),
+                    **{name: np.ascontiguousarray(steps[name]) for name in STEP.names or ()},
+                ),
+            )
+        for env in np.flatnonzero(step.episode_ended).tolist():
+            self._starts[env] = self._turns.world.get_state(env)

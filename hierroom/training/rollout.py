@@ -1,0 +1,75 @@
+"""Episodes of any player, from Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+from hierroom.agents.episode import Episode
+from hierroom.agents.player import Player, make_player
+from hierroom.agents.recorder import record
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.training.trained_agent import TrainedAgent
+from hierroom.turns import Turns
+
+EVALUATION_SEED = 1_000_000
+"""Fixes levels that training seeds below a million never saw."""
+
+
+def rollout(
+    agent: TrainedAgent | Player | str,
+    env: Any = None,
+    episodes: int = 100,
+    *,
+    num_envs: int = 100,
+    seed: int = EVALUATION_SEED,
+    progress: Callable[[int], object] = lambda done: None,
+) -> Iterator[Episode]:
+    """Let an agent play, and yield each episode with its subgoals, actions, rewards and end.
+
+    How many episodes each environment plays is fixed beforehand, and they are yielded in a fixed order: everyone's
+    first episode, then everyone's second. So neither all of them nor the first few are the short ones rather than the
+    long, as the first episodes to end would be. The seed and ``num_envs`` fix the levels and, for a trained agent or a
+    player that is named, the actions.
+
+    Args:
+        agent: what `hierroom.load` or `hierroom.train` gave, ``"random"``, ``"oracle"`` (a shortest way to the exit),
+            or a `Player`: anything with a method ``step(turns)``.
+        env: an `EnvConfig`, or an environment of hierroom, of any API, whose config is taken: the episodes are played
+            in fresh environments of it on the batch engine, and the environment itself is left as it is. None: as the
+            agent was trained in, or graph c for others. Where a reward is not named, it is the one it was trained with.
+        episodes: how many.
+        num_envs: environments to play in side by side, at most as many as episodes.
+        seed: of the environments and of the actions.
+        progress: called with the number of episodes played so far.
+
+    Returns:
+        an iterator over exactly so many episodes, which are played as they are asked for.
+
+    Raises:
+        InputError: if an argument cannot be used, or the agent cannot play there.
+    """
+    for name, value in (("episodes", episodes), ("num_envs", num_envs)):
+        if not isinstance(value, int) or value < 1:
+            raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
+    num_envs, config = min(num_envs, episodes), None if env is None else _config_of(env)
+    if isinstance(agent, TrainedAgent):
+        return record(agent.turns(num_envs, seed=seed, env=config), agent.pair(num_envs, seed=seed), episodes, progress)
+    player = make_player(agent, seed) if isinstance(agent, str) else agent
+    if not hasattr(player, "step"):
+        known = "what hierroom.load gives, 'random', 'oracle' or an object with a method step(turns)"
+        raise InputError(f"an agent to play is {known}, not {agent!r}")
+    whole = replace(config or EnvConfig(), curriculum_stages=1)
+    return record(Turns(whole, num_envs, seed=seed, measure_shortest=True), player, episodes, progress)
+
+
+def _config_of(env: Any) -> EnvConfig:
+    if isinstance(env, EnvConfig):
+        return env
+    inner = getattr(env, "unwrapped", None)
+    turns = getattr(getattr(inner, "single", inner), "turns", None)
+    if not isinstance(turns, Turns):
+        raise InputError(f"env must be an EnvConfig or an environment of hierroom, not {env!r}")
+    return turns.config

@@ -1,0 +1,127 @@
+"""A trained agent, ready to play anywhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from hierroom.agents.player import Pair
+from hierroom.agents.ppo_agent import PPOAgent
+from hierroom.agents.scripted_agent import ScriptedAgent
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.training.assembly import freeze, load_agents, make_turns
+from hierroom.training.config import TrainConfig
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.run_name import run_name
+from hierroom.turns import Turns
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TrainedAgent:
+    """A meta-controller and a controller that were trained together: what `load` and `hierroom.train` give.
+
+    It plays and learns no more; `hierroom.rollout` lets it play.
+
+    Args:
+        config: what was trained.
+        meta: the meta-controller, or another one that was given in its place.
+        controller: the controller.
+        steps: primitive steps it was trained for.
+        is_greedy: whether the controller takes its most probable action instead of drawing one.
+        path: the folder of the run, or None.
+    """
+
+    config: TrainConfig
+    meta: PPOAgent | ScriptedAgent
+    controller: PPOAgent
+    steps: int
+    is_greedy: bool = False
+    path: Path | None = None
+
+    def __repr__(self) -> str:
+        meta = type(self.meta.meta).__name__ if isinstance(self.meta, ScriptedAgent) else "learned"
+        actions, path = "greedy" if self.is_greedy else "sampled", f", from {self.path}" if self.path else ""
+        return f"<TrainedAgent {run_name(self.config)}, {self.steps:,} steps, meta {meta}, {actions} actions{path}>"
+
+    def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, **entries: Any) -> Turns:
+        """Environments it can play in, whose shortest lengths are measured.
+
+        Args:
+            num_envs: how many.
+            seed: of their first episodes.
+            env: what they are made of; None: as those it was trained in. Where its reward is None, it is the one it was
+                trained with.
+            **entries: entries of the `EnvConfig` that are to be others, such as ``size`` or ``graph``, which comes
+                without the run's ``exclude``.
+
+        Raises:
+            InputError: if an entry is unknown or cannot be changed: ``drop_key`` makes another controller.
+        """
+        refused = entries.keys() - {entry.name for entry in fields(EnvConfig)} | entries.keys() & {"reward"}
+        config = self.config if env is None else self.config.changed(env=env)
+        if not refused:
+            config = config.changed(**({"exclude": (), **entries} if "graph" in entries else entries))
+            if config.env.drop_key != self.config.env.drop_key:
+                refused = {"drop_key"}
+        if refused:
+            raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
+        return make_turns(config, num_envs, seed, whole_interval=True, measure_shortest=True)
+
+    def pair(self, num_envs: int, *, seed: int = 0) -> Pair:
+        """The agents as a `Player` in a number of environments; a new one for each use.
+
+        Args:
+            num_envs: how many environments.
+            seed: fixes the actions.
+        """
+        return freeze(self.meta, self.controller, num_envs, seed=seed, is_greedy=self.is_greedy)
+
+
+def load(run: str | Path, *, checkpoint: int | None = None, meta: Any = None, greedy: bool = False) -> TrainedAgent:
+    """Load the agents that a run has trained.
+
+    Args:
+        run: the run's folder.
+        checkpoint: the steps of an earlier checkpoint than the newest.
+        meta: another meta-controller for the trained controller: ``"fixed-dfs"``, ``"random"``, ``"oracle"``,
+            ``"none"``, ``"package.module:Class"``, ``"package.module:function"``, or a meta-controller or function
+            itself.
+        greedy: whether the controller takes its most probable action instead of drawing one. A policy that escapes
+            whenever it draws can turn on the spot for ever when it is greedy.
+
+    Raises:
+        InputError: if there is no such run, checkpoint or meta-controller.
+    """
+    folder = RunFolder.open(run)
+    config, meta_agent, controller, steps = load_agents(folder, meta=meta, steps=checkpoint)
+    return TrainedAgent(config, meta_agent, controller, steps, is_greedy=greedy, path=folder.path)
+
+
+def load_run(
+    run: RunFolder,
+    num_envs: int,
+    *,
+    seed: int = 0,
+    is_greedy: bool = False,
+    meta: str | None = None,
+    steps: int | None = None,
+    **env: Any,
+) -> tuple[Turns, Pair]:
+    """The environments of a run and its trained agents, ready to play in them: ``pair.step(turns)`` takes a step.
+
+    Args:
+        run: the run's folder.
+        num_envs: how many environments.
+        seed: fixes the levels and the agents' actions.
+        is_greedy: as for `load`.
+        meta: likewise.
+        steps: likewise, ``checkpoint``.
+        **env: as for `TrainedAgent.turns`.
+
+    Raises:
+        InputError: if one of the two does.
+    """
+    agent = load(run.path, checkpoint=steps, meta=meta, greedy=is_greedy)
+    return agent.turns(num_envs, seed=seed, **env), agent.pair(num_envs, seed=seed)

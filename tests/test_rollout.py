@@ -1,0 +1,283 @@
+"""Rollouts: which episodes are counted, what each of them holds, where they may be played, from Python alone."""
+
+import json
+import signal
+import threading
+
+import gymnasium
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from turns_helpers import make
+
+import hierroom
+from hierroom.agents.player import make_player, quotas
+from hierroom.agents.recorder import record
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.files import to_json
+from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL
+from hierroom.options import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+from hierroom.training import session
+from hierroom.training.config import TrainConfig
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
+from hierroom.world.kernels import EXIT
+from hierroom.world.oracle import shortest_actions
+
+SMALL = {"graph": "b", "size": 11, "max_steps": 100, "num_envs": 8, "minibatches": 2, "steps": 512}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A run that learned twice: checkpoints before and after."""
+    config = TrainConfig().changed(**SMALL)
+    folder, trainer = RunFolder.create(tmp_path_factory.mktemp("rollouts") / "run", config), Trainer(config)
+    folder.save_checkpoint(trainer.state_dict())
+    while not trainer.is_done:
+        trainer.advance()
+    folder.save_checkpoint(trainer.state_dict())
+    return folder.path
+
+
+def is_same(levels, others):
+    """Entry by entry: records have bytes between their entries that may hold anything."""
+    return all((levels[name] == others[name]).all() for name in levels.dtype.names)
+
+
+class EscapesOrWaits:
+    """Escapes by the shortest way from the levels of even episodes, and turns on the spot in the others."""
+
+    def step(self, turns):
+        is_idle = turns.world.state.levels["episode"] % 2 == 1
+        actions = np.ones(len(turns), int)
+        for env in np.flatnonzero(~is_idle):
+            actions[env] = shortest_actions(turns.world.get_state(env))[0]
+        return turns.step(actions)
+
+
+def test_counting_the_first_to_end_is_biased_and_a_rollout_is_not():
+    """Half of the episodes fail, and take long: few of them are among the first to end, half of those counted."""
+    env = EnvConfig("a", size=11, max_steps=400)
+    turns, player, first_to_end = make("a", 16, size=11, max_steps=400, seed=5), EscapesOrWaits(), []
+    while len(first_to_end) < 24:
+        step = player.step(turns)
+        first_to_end += step.terminated[step.episode_ended].tolist()
+    assert np.mean(first_to_end[:24]) > 0.6
+    played = list(hierroom.rollout(EscapesOrWaits(), env, 32, num_envs=16, seed=5))
+    assert np.mean([episode.success for episode in played]) == 0.5
+    assert [(episode.number, episode.env) for episode in played] == [(k, n) for k in (0, 1) for n in range(16)]
+    assert {episode.seed for episode in played} == {5}
+
+
+@given(st.integers(1, 12), st.integers(1, 7))
+@settings(max_examples=15, deadline=None)
+def test_exactly_so_many_episodes_in_a_fixed_order(episodes, num_envs):
+    played = list(record(make("a", num_envs, max_steps=20), make_player("random", 1), episodes))
+    assert [(e.number, e.env) for e in played] == [divmod(k, num_envs) for k in range(episodes)]
+    quota = quotas(episodes, num_envs)
+    assert quota.sum() == episodes
+    assert quota.max() - quota.min() <= 1
+
+
+def test_the_first_episodes_do_not_depend_on_how_many_are_asked_for(run):
+    agent = hierroom.load(run)
+    few = list(hierroom.rollout(agent, None, 5, num_envs=4))
+    many = hierroom.rollout(agent, None, 11, num_envs=4)
+    for one, other in zip(few, many, strict=False):
+        np.testing.assert_array_equal(one.actions, other.actions)
+        assert is_same(one.start.levels, other.start.levels)
+    other_seed = next(hierroom.rollout(agent, None, 5, num_envs=4, seed=2))
+    assert not (other_seed.start.grids == few[0].start.grids).all()
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_an_episode_holds_what_happened(drop_key):
+    """Against what the turns themselves say of each step, and the states that they went through."""
+    turns = make("d", 3, max_steps=90, subgoal_horizon=7, drop_key=drop_key, measure_shortest=True, reward="bonus")
+
+    class Watched:
+        """Plays wildly, the first legal goal its subgoal, and notes everything."""
+
+        def __init__(self):
+            self.rng, self.steps, self.states = np.random.default_rng(4), [[] for _ in range(3)], [[], [], []]
+
+        def step(self, turns):
+            situation = turns.situation(turns.due("meta_0"))
+            turns.choose(situation, np.array([m.argmax() for m in situation.masks], int))
+            before = turns.world.get_state()
+            step = turns.step(self.rng.integers(0, 7, size=3))  # 5 or 6 are illegal
+            for env in range(3):
+                self.states[env].append(before[env])
+                names = ("actions", "goals", "events", "rewards", "extrinsic", "option_ended", "outcomes")
+                self.steps[env].append([getattr(step, name)[env] for name in names])
+            return step
+
+    player = Watched()
+    played = list(record(turns, player, 9))
+    starts = [0, 0, 0]
+    outcomes = set()
+    for episode in played:
+        env, length = episode.env, len(episode)
+        part = slice(starts[env], starts[env] + length)
+        starts[env] += length
+        columns = list(zip(*player.steps[env][part], strict=True))
+        for name, column in zip(("actions", "goals", "achieved", "rewards", "extrinsic"), columns, strict=False):
+            np.testing.assert_array_equal(getattr(episode, name), column, err_msg=name)
+        np.testing.assert_array_equal(episode.outcomes, np.where(columns[5], columns[6], NO_OUTCOME))
+        replayed = list(episode.states())
+        assert len(replayed) == length + 1
+        for state, seen in zip(replayed, player.states[env][part], strict=False):
+            np.testing.assert_array_equal(state.grids, seen.grids)
+            assert is_same(state.levels, seen.levels)
+        assert replayed[-1].levels[0].steps == length
+        assert episode.success == (episode.terminated and not episode.truncated)
+        assert episode.terminated != episode.truncated
+        assert sum(subgoal.steps for subgoal in episode.subgoals) == length
+        assert [s.first_step for s in episode.subgoals[1:]] == [s.first_step + s.steps for s in episode.subgoals[:-1]]
+        assert 0 < episode.shortest <= 90
+        outcomes |= set(episode.outcomes.tolist())
+    assert outcomes == {NO_OUTCOME, REACHED, TIMED_OUT, OTHER}
+
+
+def test_goals_are_named_by_colour_and_room():
+    (episode,) = hierroom.rollout("oracle", EnvConfig("c", size=11), 1, seed=3)
+    colours = episode.start.levels[0].colours
+    doors = [f"{COLOURS[colours[room - 1]]} door {room}" for room in (1, 2)]
+    keys = [f"{COLOURS[colours[room - 1]]} key {room}" for room in (1, 2)]
+    assert [event.name for event in episode.events] == [keys[0], doors[0], keys[1], doors[1], "exit"]
+    assert [event.goal for event in episode.events][1::2] == [FIRST_DOOR_GOAL + colour for colour in colours[:2]]
+    assert episode.events[-1].goal == EXIT_GOAL
+    assert episode.events[-1].step == len(episode) == episode.shortest
+    absent = next(colour for colour in range(6) if colour not in colours[:2])
+    assert episode.name_of(absent) == f"{COLOURS[absent]} key"
+    assert episode.name_of(-1) == "no goal"
+    *_, last = episode.states()
+    assert last.grids[0, last.levels[0].row, last.levels[0].col] == EXIT
+
+
+def test_as_json_with_labels():
+    (episode,) = hierroom.rollout("random", EnvConfig("a", size=11, max_steps=30, reward="bonus"), 1)
+    table = json.loads(to_json(episode.to_dict()))
+    assert table["length"] == len(table["actions"]) == len(table["rewards"]) == len(episode)
+    assert set(table["actions"]) <= {"forward", "left", "right", "pick up", "open"}
+    assert table["return"] == sum(table["rewards"])
+    assert table["success"] is episode.success
+    assert set(table["subgoals"][0]) == {"goal", "name", "first_step", "steps", "outcome"}
+    assert "graph a, seed 1000000, environment 0, episode 0" in repr(episode)
+
+
+def test_in_any_environment_of_ours(run):
+    agent = hierroom.load(run)
+    config = EnvConfig("a", size=13, max_steps=15, reward="bonus", goal_mask="existing")
+    arguments = {"graph": "a", "size": 13, "max_steps": 15, "reward": "bonus", "goal_mask": "existing"}
+    expected = [episode.to_dict() for episode in hierroom.rollout(agent, config, 4)]
+    assert expected[0]["graph"] == "a"
+    envs = [hierroom.env(**arguments), hierroom.parallel_env(**arguments)]
+    envs += [gymnasium.make("hierroom/EscapeRoom-v0", **arguments)]
+    envs += [gymnasium.make_vec("hierroom/EscapeRoom-v0", num_envs=3, **arguments)]
+    envs += [hierroom.add_features(hierroom.parallel_env(**arguments), ["goal-place"])]
+    for env in envs:
+        assert [episode.to_dict() for episode in hierroom.rollout(agent, env, 4)] == expected
+    assert {len(e.start.grids[0]) - 10 for e in hierroom.rollout(agent, None, 2)} == {11}  # where it was trained
+
+
+def test_the_reward_is_the_one_it_was_trained_with_unless_another_is_named(run):
+    agent = hierroom.load(run, meta="oracle")
+    own, named = (
+        next(hierroom.rollout(agent, EnvConfig("a", size=11, reward=reward), 1)) for reward in (None, "extrinsic")
+    )
+    np.testing.assert_array_equal(own.actions, named.actions)
+    assert own.rewards.sum() == (own.outcomes == REACHED).sum() > named.rewards.sum()
+
+
+def test_what_cannot_be_played_is_refused_at_once(run):
+    agent = hierroom.load(run)
+    for arguments, message in (
+        ((agent, EnvConfig(drop_key=True)), "a trained agent cannot be played with another drop_key"),
+        ((agent, gymnasium.make("CartPole-v1")), "env must be an EnvConfig or an environment of hierroom, not"),
+        ((agent, None, 0), "episodes must be a whole number of at least 1, not 0"),
+        (("nobody",), "the players without training are random and oracle; there is no 'nobody'"),
+        ((7,), "an agent to play is what hierroom.load gives, 'random', 'oracle' or .*, not 7"),
+    ):
+        with pytest.raises(InputError, match=message):
+            hierroom.rollout(*arguments)
+    with pytest.raises(InputError, match="num_envs must be a whole number of at least 1, not 0"):
+        hierroom.rollout(agent, num_envs=0)
+
+
+def test_loading(run):
+    newest, first = hierroom.load(run), hierroom.load(run, checkpoint=0)
+    assert (newest.steps, first.steps) == (512, 0)
+    assert f"hippo-fixed-dfs-b-seed0, 512 steps, meta FixedDFS, sampled actions, from {run}" in repr(newest)
+    greedy = hierroom.load(run, greedy=True, meta="oracle")
+    assert "meta OracleGoals, greedy actions" in repr(greedy)
+    one, two = (next(hierroom.rollout(greedy, None, 1, num_envs=1)) for _ in range(2))
+    np.testing.assert_array_equal(one.actions, two.actions)
+    with pytest.raises(InputError, match="has checkpoints after 0, 512 steps, not 7"):
+        hierroom.load(run, checkpoint=7)
+
+
+def test_training_from_python(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    agent = hierroom.train(**SMALL)
+    assert (tmp_path / "runs" / "hippo-fixed-dfs-b-seed0" / "escape.gif").exists() or (
+        tmp_path / "runs" / "hippo-fixed-dfs-b-seed0" / "failure.gif"
+    ).exists()
+    assert agent.steps == 512
+    assert len(list(hierroom.rollout(agent, None, 3))) == 3
+    config = hierroom.find_preset("paper").changed(**SMALL)
+    other = hierroom.train(config, out="other", graph="a", steps=256)
+    assert (other.config.env.graph, other.config.agents.features) == ("a", ("view-ids", "goal"))
+    assert hierroom.load("other").steps == other.steps
+    with pytest.raises(InputError, match="the config of a training run has no gprah"):
+        hierroom.train(gprah="a")
+    with pytest.raises(InputError, match="is not an empty folder"):
+        hierroom.train(config, out="other")
+
+
+def test_a_learned_meta_controller_implies_its_preset(monkeypatch):
+    given = []
+
+    def begin(config, out):
+        given.append(config)
+        raise InputError("as far as this test goes")
+
+    monkeypatch.setattr(session, "begin", begin)
+    for settings_ in ({"meta": "learned"}, {"meta": "random"}):
+        with pytest.raises(InputError, match="as far as"):
+            hierroom.train(**settings_)
+    learned, random = given
+    assert learned == hierroom.find_preset("learned").changed(meta="learned")
+    assert random == hierroom.TrainConfig().changed(meta="random")
+
+
+def test_an_interrupt_is_saved_and_raised(tmp_path, monkeypatch, capsys):
+    advance = Trainer.advance
+
+    def interrupted(self):
+        signal.raise_signal(signal.SIGINT)
+        advance(self)
+
+    monkeypatch.setattr(Trainer, "advance", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        hierroom.train(out=tmp_path / "run", **SMALL | {"steps": 100_000})
+    assert "stopped and saved" in capsys.readouterr().out
+    assert 0 < hierroom.load(tmp_path / "run").steps < 100_000
+
+
+def test_training_in_another_thread_than_the_main_one(tmp_path):
+    trained = []
+    thread = threading.Thread(target=lambda: trained.append(hierroom.train(out=tmp_path / "run", **SMALL)))
+    thread.start()
+    thread.join()
+    assert trained[0].steps == 512
+
+
+def test_train_is_a_function_and_a_command():
+    from hierroom.train import parse
+
+    assert hierroom.train.__name__ == "train"
+    assert parse(["--graph", "a"]).config.env.graph == "a"
+    assert callable(hierroom.train)  # still, after the file of that name was imported
