@@ -10,9 +10,9 @@ package does more, and faster; the list in `hierroom/learners/ppo.py` names the 
 from __future__ import annotations
 
 import argparse
-import time
 from collections import deque
 from dataclasses import dataclass
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -56,9 +56,8 @@ META_PPO = PPO(gamma=0.998, sequence_length=8, sequences=32, min_advantage_std=0
 NUM_ENVS = 64  # to train in, side by side
 H = 64  # hidden units of either network
 N_ACTIONS = 5
-OF_GOAL = ("goal", "goal-in-view", "goal-place")
-OF_SELF = ("view", "direction", "keys", "previous-action", "doorway-places", "frontier-places")
-CONTROLLER_FEATURES = Features((*OF_GOAL, *OF_SELF), N_ACTIONS)
+SEEN = "view goal goal-in-view goal-place direction keys previous-action doorway-places frontier-places"
+CONTROLLER_FEATURES = Features(SEEN.split(), N_ACTIONS)
 META_FEATURES = Features(("goal-status", "goal-outcome"), N_ACTIONS, META)  # each a number below 4 for every goal
 
 
@@ -94,7 +93,7 @@ class ActorCritic(nn.Module):
         return torch.stack(outputs), state
 
     def forward(self, features: Tensor, state: Tensor, begins: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Logits [T, M, A], values [T, M], state after T turns; each forgets the state where it begins an episode [T, M]."""
+        """Logits [T, M, A], values [T, M] and the state after T turns; it is forgotten where one begins an episode."""
         hidden, state = self.remember(features, state, begins)
         return self.policy(hidden), self.value(hidden).squeeze(-1), state
 
@@ -220,7 +219,7 @@ class Learner(Actor):
         begins = torch.cat([torch.zeros(1, len(first_states), dtype=torch.bool), turns["episode_ended"][:-2]])
         self.adam.param_groups[0]["lr"] = ppo.learning_rate * (1 - 0.9 * self.progress)
         for part in (p for _ in range(ppo.epochs) for p in torch.randperm(len(first_states)).chunk(ppo.minibatches)):
-            data, advantage = {name: values[:-1, part] for name, values in turns.items()}, advantages[:, part]
+            data, advantage = {name: entries[:-1, part] for name, entries in turns.items()}, advantages[:, part]
             logits, values, _ = self.network(data["features"], first_states[part], begins[:, part])
             policy = masked(logits, data["mask"])
             advantage = (advantage - advantage.mean()) / advantage.std().clamp(min=ppo.min_advantage_std)
@@ -259,15 +258,14 @@ def train(settings: argparse.Namespace) -> dict[str, Any]:
         meta = Learner(MetaActorCritic((4,) * 4, 2, 2 * H), META_FEATURES, NUM_ENVS, N_META_ACTIONS, META_PPO)
     else:
         meta = ScriptedAgent(make_meta(settings.meta))
-    agents, episodes, started = {META: meta, CONTROLLER: controller}, deque(maxlen=500), time.perf_counter()
+    agents, episodes, started = {META: meta, CONTROLLER: controller}, deque(maxlen=500), perf_counter()
     for steps in range(NUM_ENVS, settings.steps + 1, NUM_ENVS):
         controller.progress = meta.progress = steps / settings.steps
         step = play(turns, agents)
         episodes.extend(zip(step.terminated[step.episode_ended], step.lengths[step.episode_ended], strict=True))
         if steps % (1000 * NUM_ENVS) == 0:
             success, length = np.mean(episodes, axis=0)
-            seconds = time.perf_counter() - started
-            print(f"{steps:>9,} steps  {seconds:4.0f} s  success {success:6.1%}  length {length:4.0f}", flush=True)
+            print(f"{steps:>9,} steps {perf_counter() - started:5.0f} s  success {success:6.1%}  length {length:5.0f}")
     return agents
 
 
