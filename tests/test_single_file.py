@@ -179,7 +179,11 @@ def test_advantages_equal_the_packages(single_file, name):
 
 
 def test_both_agents_learn_to_escape(single_file):
-    """On graph c to the level of the package's preset `learned`, judged in levels that were not trained in."""
+    """On graph c, in levels that were not trained in; takes one to two minutes.
+
+    Seeds 0 to 2 reached 98.6 to 99.9% and lengths of 83 to 110; the package, with the same settings, 99.8 and 100% and
+    lengths of 77 and 73 (seeds 0 and 1).
+    """
     success, length = single_file.evaluate(settings(), single_file.train(settings()))
     assert success >= 0.95
-    assert length < 200
+    assert length < 150
