@@ -3,6 +3,7 @@
 import json
 import signal
 import threading
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -18,7 +19,7 @@ from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.files import to_json
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL
-from hierroom.options import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+from hierroom.step import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
 from hierroom.training import session
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
@@ -210,7 +211,8 @@ def test_what_cannot_be_played_is_refused_at_once(run):
 def test_loading(run):
     newest, first = hierroom.load(run), hierroom.load(run, checkpoint=0)
     assert (newest.steps, first.steps) == (512, 0)
-    assert f"hippo-fixed-dfs-b-seed0, 512 steps, meta FixedDFS, sampled actions, from {run}" in repr(newest)
+    assert repr(newest).startswith("<TrainedAgent hippo-fixed-dfs-b-seed0-size11-")
+    assert repr(newest).endswith(f", 512 steps, meta FixedDFS, sampled actions, from {run}>")
     greedy = hierroom.load(run, greedy=True, meta="oracle")
     assert "meta OracleGoals, greedy actions" in repr(greedy)
     one, two = (next(hierroom.rollout(greedy, None, 1, num_envs=1)) for _ in range(2))
@@ -222,9 +224,9 @@ def test_loading(run):
 def test_training_from_python(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     agent = hierroom.train(**SMALL)
-    assert (tmp_path / "runs" / "hippo-fixed-dfs-b-seed0" / "escape.gif").exists() or (
-        tmp_path / "runs" / "hippo-fixed-dfs-b-seed0" / "failure.gif"
-    ).exists()
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert folder == Path.cwd() / agent.path
+    assert (folder / "escape.gif").exists() != (folder / "failure.gif").exists()
     assert agent.steps == 512
     assert len(list(hierroom.rollout(agent, None, 3))) == 3
     config = hierroom.find_preset("paper").changed(**SMALL)

@@ -10,6 +10,7 @@ from hierroom.meta import make_meta
 from hierroom.train import main as train
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.run_name import run_name
 from hierroom.training.trained_agent import load_run
 from hierroom.training.trainer import Trainer
 
@@ -98,7 +99,7 @@ def test_a_run_goes_on_naming_its_graph_as_it_was_named(tmp_path, monkeypatch):
     folder = RunFolder.open("run")
     assert folder.config().env.graph == GoalGraph((0, 1, 1), 3)
     assert folder.config().title.startswith("hippo with meta-controller fixed-dfs on graph mine, seed 0")
-    assert folder.config().name == "hippo-fixed-dfs-mine-seed0"
+    assert run_name(folder.config()).startswith("hippo-fixed-dfs-mine-seed0-size11-")
 
 
 def test_a_run_on_a_set_of_graphs_goes_on_without_their_files(tmp_path, monkeypatch):
@@ -113,17 +114,25 @@ def test_a_run_on_a_set_of_graphs_goes_on_without_their_files(tmp_path, monkeypa
     monkeypatch.chdir(tmp_path / "else")
     assert train(["--resume", "../run", "--steps", "1024"]) == 0
     folder = RunFolder.open("../run")
-    assert folder.config().name == "hippo-fixed-dfs-a-mine-rooms-3-no-c-seed0"
+    assert run_name(folder.config()).startswith("hippo-fixed-dfs-a-mine-rooms-3-no-c-seed0-size11-")
     assert "on graph a, mine, rooms:3 without c, seed 0" in folder.config().title
     names = ["a", "keys-0-1-exit-1", "b", "mine"]
-    assert [graph.name for graph in load_run(folder, 2)[0].graphs] == names
-    assert [graph.name for graph in load_run(folder, 2, graph=["c", own])[0].graphs] == ["c", "keys-0-1-1-exit-3"]
-    assert [graph.name for graph in load_run(folder, 2, exclude="a")[0].graphs] == ["keys-0-1-exit-1", "b", "c", "mine"]
+    assert [graph.name for graph in load_run(folder, 2)[0].sampler.everything] == names
+    assert [graph.name for graph in load_run(folder, 2, graph=["c", own])[0].sampler.everything] == [
+        "c",
+        "keys-0-1-1-exit-3",
+    ]
+    assert [graph.name for graph in load_run(folder, 2, exclude="a")[0].sampler.everything] == [
+        "keys-0-1-exit-1",
+        "b",
+        "c",
+        "mine",
+    ]
 
 
 def test_the_folder_of_a_run_on_many_graphs_has_a_short_name():
     config = SMALL.changed(graph=list("abcdefg"))
-    assert config.name == "hippo-fixed-dfs-a-b-c-d-and-3-more-seed0"
+    assert run_name(config).startswith("hippo-fixed-dfs-a-b-c-d-and-3-more-seed0-size11-")
     assert "on graph a, b, c, d, e, f, g, seed 0" in config.title
 
 
