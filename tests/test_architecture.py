@@ -67,7 +67,7 @@ def test_no_file_is_long(path):
 
 CONTRIBUTING = (architecture.ROOT / "CONTRIBUTING.md").read_text()
 EQUATIONS = re.findall(
-    r"`((?:learners|agents|training|controller|options|world)\.[\w.]+)`", CONTRIBUTING.split("equation stands")[1]
+    r"`((?:learners|agents|training|rewards|options|world|compare)\.[\w.]+)`", CONTRIBUTING.split("equation stands")[1]
 )
 
 

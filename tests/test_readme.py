@@ -22,7 +22,8 @@ COMMANDS = re.findall(r"^python -m (\S+)(.*?)(?:  +#.*)?$", README, re.MULTILINE
 
 
 @pytest.mark.parametrize("code", PYTHON, ids=range(len(PYTHON)))
-def test_every_python_block_runs(code):
+def test_every_python_block_runs(code, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # one trains
     exec(compile(code, "README.md", "exec"), {"__name__": "readme"})
 
 
@@ -50,6 +51,11 @@ def test_own_meta_controller_is_the_example():
     whole = next(code for code in PYTHON if "def nearest" in code)
     assert len(whole.strip().splitlines()) <= 5
     assert whole.strip() in example.read_text()
+
+
+def test_own_reward_is_the_example():
+    shown = next(code for code in PYTHON if "class Closer" in code)
+    assert shown.strip() in (ROOT / "examples" / "own_reward.py").read_text()
 
 
 @pytest.mark.parametrize("letter", NAMED_GRAPHS)
