@@ -1,0 +1,36 @@
+"""docs/own.md tells of everything that a user's own code is given, and of nothing else."""
+
+import re
+from dataclasses import fields
+from pathlib import Path
+
+from hierroom.situation import Situation
+from hierroom.step import Step
+from hierroom.world.layout import LEVEL, MEMORIES
+
+PAGE = (Path(__file__).parents[1] / "docs" / "own.md").read_text()
+
+
+def told(heading: str) -> set[str]:
+    """The names in the first column of the table with such a heading."""
+    table = PAGE.split(f"| `{heading}` |")[1].split("\n\n")[0]
+    rows = [line.split(" | ")[0] for line in table.splitlines()[2:]]
+    return {name.split("(")[0] for row in rows for name in re.findall(r"`([^`]+)`", row)}
+
+
+def public(kind: type) -> set[str]:
+    return {name for name in vars(kind) if not name.startswith("_")}
+
+
+def test_a_step():
+    assert told("step.") == {field.name for field in fields(Step)} | {"episode_ended", "outcomes"}
+
+
+def test_a_level():
+    assert told("state.levels[...]") == set(LEVEL.names or ())
+    assert set(MEMORIES) <= set(LEVEL.names or ())
+
+
+def test_a_situation():
+    known = {field.name for field in fields(Situation)} | public(Situation)
+    assert told("situation.") == known - {"as_dict", "chosen"}
