@@ -6,6 +6,7 @@ from pathlib import Path
 
 from hierroom.situation import Situation
 from hierroom.step import Step
+from hierroom.world.kernels import MARGIN
 from hierroom.world.layout import LEVEL, MEMORIES
 
 PAGE = (Path(__file__).parents[1] / "docs" / "own.md").read_text()
@@ -29,6 +30,8 @@ def test_a_step():
 def test_a_level():
     assert told("state.levels[...]") == set(LEVEL.names or ())
     assert set(MEMORIES) <= set(LEVEL.names or ())
+    assert f"[N, size + {2 * MARGIN}, size + {2 * MARGIN}]" in PAGE
+    assert f"a margin of {MARGIN} cells" in PAGE
 
 
 def test_a_situation():
