@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -65,18 +65,22 @@ def main() -> int:
 
     from hierroom.training.evaluation import evaluate
     from hierroom.training.provenance import changed_modules
-    from hierroom.training.run_folder import RunFolder
-    from hierroom.training.trained_agent import load_run
+    from hierroom.training.trained_agent import load
 
     torch.set_num_threads(1)  # as in training
-    folder, num_envs = RunFolder.open(arguments.run), min(arguments.num_envs, arguments.episodes)
+    agent = load(arguments.run, checkpoint=arguments.checkpoint, meta=arguments.meta)
+    for line in changed_modules(arguments.run, agent.config.changed(meta=None) if arguments.meta else agent.config):
+        print(f"warning: {line}", file=sys.stderr)
+    num_envs, seed = min(arguments.num_envs, arguments.episodes), arguments.seed
     named = {name: getattr(arguments, name) for name in ("graph", "exclude", "size", "goal_mask")}
     chosen: dict[str, Any] = {name: value for name, value in named.items() if value not in (None, ())}
-    chosen |= {"seed": arguments.seed, "meta": arguments.meta, "steps": arguments.checkpoint}
-    played = {name: load_run(folder, num_envs, is_greedy=name == "greedy", **chosen) for name in ("sampled", "greedy")}
-    config = folder.config()
-    for line in changed_modules(folder.path, config.changed(meta=None) if arguments.meta else config):
-        print(f"warning: {line}", file=sys.stderr)
+    played = {
+        name: (
+            agent.turns(num_envs, seed=seed, env=agent.env(**chosen)),
+            replace(agent, is_greedy=is_greedy).pair(num_envs, seed=seed),
+        )
+        for name, is_greedy in (("sampled", False), ("greedy", True))
+    }
     results: dict[str, Evaluation] = {}
     with Progress(console=Console(stderr=True), transient=True) as bar:
         for name, (turns, pair) in played.items():
@@ -88,7 +92,7 @@ def main() -> int:
         print(to_json({name: asdict(result) for name, result in results.items()}))
     else:
         console = Console()
-        console.print(_table(results, f"{escape(str(folder.path))}, {results['sampled'].episodes} episodes"))
+        console.print(_table(results, f"{escape(str(arguments.run))}, {results['sampled'].episodes} episodes"))
         if len(results["sampled"].graphs) > 1:
             console.print(_graph_table(results))
     return 0

@@ -31,8 +31,7 @@ from hierroom.complexity.report import analyze
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, GraphSpec
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trained_agent import load_run
+from hierroom.training.trained_agent import load
 from hierroom.turns import Turns
 
 MAX_ENVS = 100
@@ -170,13 +169,14 @@ def graph_of(turns: Turns) -> GoalGraph:
 
 def _trained(name: str, graph: GraphSpec | None, drop_key: bool, num_envs: int, seed: int) -> tuple[Turns, Player]:
     other: dict[str, Any] = {} if graph is None else {"graph": graph}
-    turns, pair = load_run(RunFolder.open(name), num_envs, seed=seed, **other)
+    agent = load(name)
+    turns = agent.turns(num_envs, seed=seed, env=agent.env(**other))
     if drop_key and not turns.world.state.levels["can_drop"][0]:
         raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
     n_graphs = len(turns.sampler.everything)
     if n_graphs > 1:
         raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
-    return turns, pair
+    return turns, agent.pair(num_envs, seed=seed)
 
 
 def _room_of(levels: np.ndarray) -> NDArray[np.int64]:

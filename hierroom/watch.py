@@ -13,9 +13,10 @@ import tyro
 from rich.console import Console
 from rich.progress import Progress
 
-from hierroom.cli import program, run
-from hierroom.env_config import GoalMaskName
+from hierroom.cli import program, run, words
+from hierroom.env_config import GRAPHS, GoalMaskName
 from hierroom.errors import InputError
+from hierroom.goals import GraphSpecs
 
 if TYPE_CHECKING:
     from hierroom.agents.episode import Episode
@@ -30,13 +31,14 @@ class WatchArguments:
     change the speed, n shows the next episode, q ends it); elsewhere the episodes are printed as text.
 
     Args:
-        run: the run's folder.
+        run: the run's folder, before --graph and --exclude, to which all words up to the next option belong.
         episodes: how many episodes to show.
         failures: show only episodes that did not reach the exit; see --most.
         most: the most episodes to play in search of failures.
         greedy: let the controller take its most probable action instead of drawing one.
         checkpoint: the steps of an earlier checkpoint than the newest.
-        graph: another goal graph than the one trained on.
+        graph: other goal graphs than those trained on, given as in training.
+        exclude: goal graphs to leave out; those left out in training are left out only where --graph is not given.
         size: another grid size than the one trained on.
         meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point,
             package.module:Class or package.module:function.
@@ -53,7 +55,8 @@ class WatchArguments:
     most: int = 1000
     greedy: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     checkpoint: int | None = None
-    graph: str | None = None
+    graph: Annotated[GraphSpecs, GRAPHS] = ()
+    exclude: Annotated[GraphSpecs, GRAPHS] = ()
     size: int | None = None
     meta: str | None = None
     goal_mask: GoalMaskName | None = None
@@ -64,7 +67,7 @@ class WatchArguments:
 
 def main(argv: list[str] | None = None) -> int:
     """The command."""
-    arguments = tyro.cli(WatchArguments, prog=program("watch"), args=argv)
+    arguments = tyro.cli(WatchArguments, prog=program("watch"), args=words(argv))
     for name in ("episodes", "most"):
         if getattr(arguments, name) < 1:
             raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
@@ -98,8 +101,9 @@ def _play(agent: TrainedAgent, arguments: WatchArguments) -> tuple[list[Episode]
     """The episodes to show, and how many were played in all."""
     from hierroom.training.rollout import rollout
 
-    named = {name: getattr(arguments, name) for name in ("graph", "size", "goal_mask")}
-    env = agent.config.changed(**{name: value for name, value in named.items() if value is not None}).env
+    named = {name: getattr(arguments, name) for name in ("graph", "exclude", "size", "goal_mask")}
+    other = {name: value for name, value in named.items() if value not in (None, ())}
+    env = agent.env(**other)
     total = arguments.most if arguments.failures else arguments.episodes
     shown, n_played = [], 0
     with Progress(console=Console(stderr=True), transient=True) as bar:

@@ -22,7 +22,7 @@ from hierroom.training.assembly import make_agents, make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset
 from hierroom.training.run_folder import RunFolder
-from hierroom.training.trained_agent import load_run
+from hierroom.training.trained_agent import load
 from hierroom.training.trainer import Trainer
 from hierroom.world.oracle import shortest_actions
 
@@ -260,10 +260,11 @@ def test_what_was_learned_plays_elsewhere_and_learns_nothing(tmp_path):
             given.append(turns.goals.tolist())
         return given
 
-    assert isinstance(load_run(folder, 3)[1].agents[META], FrozenAgent)
-    assert not hasattr(load_run(folder, 3)[1].agents[META], "update")
-    assert goals(load_run(folder, 3, seed=2)[1]) == goals(trainer.freeze(3, seed=2))
-    assert goals(load_run(folder, 3, seed=2)[1]) != goals(load_run(folder, 3, seed=3)[1])
+    agent = load(folder.path)
+    assert isinstance(agent.pair(3).agents[META], FrozenAgent)
+    assert not hasattr(agent.pair(3).agents[META], "update")
+    assert goals(agent.pair(3, seed=2)) == goals(trainer.freeze(3, seed=2))
+    assert goals(agent.pair(3, seed=2)) != goals(agent.pair(3, seed=3))
     assert equal(before, learned_state(trainer))
 
 

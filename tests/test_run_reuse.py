@@ -11,7 +11,7 @@ from hierroom.train import main as train
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.run_name import run_name
-from hierroom.training.trained_agent import load_run
+from hierroom.training.trained_agent import load
 from hierroom.training.trainer import Trainer
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=1024).changed(minibatches=2)
@@ -68,14 +68,15 @@ def run(tmp_path):
 def test_another_meta_controller_needs_nothing_of_the_runs_own(run, monkeypatch):
     config = (run.path / "config.json").read_text()
     (run.path / "config.json").write_text(config.replace("test_run_reuse:Counting", "nowhere.to.be:Found"))
-    turns, pair = load_run(run, 4, meta="fixed-dfs")
-    assert pair.step(turns).actions.shape == (4,)
+    agent = load(run.path, meta="fixed-dfs")
+    assert agent.pair(4).step(agent.turns(4)).actions.shape == (4,)
     with pytest.raises(InputError, match="there is no module 'nowhere'"):
-        load_run(run, 4)
+        load(run.path)
 
 
 def test_the_environment_may_be_another_the_agent_not(run):
-    turns, _ = load_run(run, 2, graph="c", size=13, goal_mask="existing")
+    agent = load(run.path)
+    turns = agent.turns(2, env=agent.env(graph="c", size=13, goal_mask="existing"))
     assert turns.world.state.size == 13
     assert (turns.world.state.levels["n_rooms"] == 3).all()
     for name, value in {
@@ -86,7 +87,7 @@ def test_the_environment_may_be_another_the_agent_not(run):
         "reward": "bonus",
     }.items():
         with pytest.raises(InputError, match=f"a trained agent cannot be played with another {name}"):
-            load_run(run, 2, **{name: value})
+            agent.env(**{name: value})
 
 
 def test_a_run_goes_on_naming_its_graph_as_it_was_named(tmp_path, monkeypatch):
@@ -117,17 +118,14 @@ def test_a_run_on_a_set_of_graphs_goes_on_without_their_files(tmp_path, monkeypa
     assert run_name(folder.config()).startswith("hippo-fixed-dfs-a-mine-rooms-3-no-c-seed0-size11-")
     assert "on graph a, mine, rooms:3 without c, seed 0" in folder.config().title
     names = ["a", "keys-0-1-exit-1", "b", "mine"]
-    assert [graph.name for graph in load_run(folder, 2)[0].sampler.everything] == names
-    assert [graph.name for graph in load_run(folder, 2, graph=["c", own])[0].sampler.everything] == [
-        "c",
-        "keys-0-1-1-exit-3",
-    ]
-    assert [graph.name for graph in load_run(folder, 2, exclude="a")[0].sampler.everything] == [
-        "keys-0-1-exit-1",
-        "b",
-        "c",
-        "mine",
-    ]
+    agent = load(folder.path)
+
+    def played(**entries):
+        return [graph.name for graph in agent.turns(2, env=agent.env(**entries)).sampler.everything]
+
+    assert played() == names
+    assert played(graph=["c", own]) == ["c", "keys-0-1-1-exit-3"]
+    assert played(exclude="a") == ["keys-0-1-exit-1", "b", "c", "mine"]
 
 
 def test_the_folder_of_a_run_on_many_graphs_has_a_short_name():

@@ -17,7 +17,7 @@ from hierroom.train import main as train
 from hierroom.training.assembly import make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
-from hierroom.training.trained_agent import load_run
+from hierroom.training.trained_agent import load
 from hierroom.training.trainer import Trainer
 
 OWN = "own_network:GatedMemory"
@@ -124,7 +124,7 @@ def test_what_a_gpu_trained_plays_on_the_cpu(tmp_path, monkeypatch):
     folder = RunFolder.create(tmp_path / "run", config)
     folder.save_checkpoint(trainer.state_dict())
     played = []
-    for pair in (load_run(folder, 4, seed=1)[1], trainer.freeze(4, seed=1)):
+    for pair in (load(folder.path).pair(4, seed=1), trainer.freeze(4, seed=1)):
         turns = make_turns(SMALL, 4, seed=9)
         played.append([pair.step(turns).actions.tolist() for _ in range(40)])
     assert played[0] == played[1]

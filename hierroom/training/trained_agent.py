@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +45,22 @@ class TrainedAgent:
         actions, path = "greedy" if self.is_greedy else "sampled", f", from {self.path}" if self.path else ""
         return f"<TrainedAgent {run_name(self.config)}, {self.steps:,} steps, meta {meta}, {actions} actions{path}>"
 
-    def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, **entries: Any) -> Turns:
+    def env(self, **entries: Any) -> EnvConfig:
+        """What the environments it was trained in are made of, but for some entries.
+
+        Args:
+            **entries: entries of the `EnvConfig` that are to be others, such as ``size`` or ``graph``, which comes
+                without the run's ``exclude``.
+
+        Raises:
+            InputError: if an entry is unknown or cannot be changed: ``drop_key`` and ``reward`` are the agent's own.
+        """
+        refused = entries.keys() - {entry.name for entry in fields(EnvConfig)} | entries.keys() & {"drop_key", "reward"}
+        if refused:
+            raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
+        return replace(self.config.env, **({"exclude": (), **entries} if "graph" in entries else entries))
+
+    def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None) -> Turns:
         """Environments it can play in, whose shortest lengths are measured.
 
         Args:
@@ -53,20 +68,13 @@ class TrainedAgent:
             seed: of their first episodes.
             env: what they are made of; None: as those it was trained in. Where its reward is None, it is the one it was
                 trained with.
-            **entries: entries of the `EnvConfig` that are to be others, such as ``size`` or ``graph``, which comes
-                without the run's ``exclude``.
 
         Raises:
-            InputError: if an entry is unknown or cannot be changed: ``drop_key`` makes another controller.
+            InputError: if their ``drop_key`` is another than the agent was trained with.
         """
-        refused = entries.keys() - {entry.name for entry in fields(EnvConfig)} | entries.keys() & {"reward"}
         config = self.config if env is None else self.config.changed(env=env)
-        if not refused:
-            config = config.changed(**({"exclude": (), **entries} if "graph" in entries else entries))
-            if config.env.drop_key != self.config.env.drop_key:
-                refused = {"drop_key"}
-        if refused:
-            raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
+        if config.env.drop_key != self.config.env.drop_key:
+            raise InputError("a trained agent cannot be played with another drop_key")
         return make_turns(config, num_envs, seed, whole_interval=True, measure_shortest=True)
 
     def pair(self, num_envs: int, *, seed: int = 0) -> Pair:
@@ -97,31 +105,3 @@ def load(run: str | Path, *, checkpoint: int | None = None, meta: Any = None, gr
     folder = RunFolder.open(run)
     config, meta_agent, controller, steps = load_agents(folder, meta=meta, steps=checkpoint)
     return TrainedAgent(config, meta_agent, controller, steps, is_greedy=greedy, path=folder.path)
-
-
-def load_run(
-    run: RunFolder,
-    num_envs: int,
-    *,
-    seed: int = 0,
-    is_greedy: bool = False,
-    meta: str | None = None,
-    steps: int | None = None,
-    **env: Any,
-) -> tuple[Turns, Pair]:
-    """The environments of a run and its trained agents, ready to play in them: ``pair.step(turns)`` takes a step.
-
-    Args:
-        run: the run's folder.
-        num_envs: how many environments.
-        seed: fixes the levels and the agents' actions.
-        is_greedy: as for `load`.
-        meta: likewise.
-        steps: likewise, ``checkpoint``.
-        **env: as for `TrainedAgent.turns`.
-
-    Raises:
-        InputError: if one of the two does.
-    """
-    agent = load(run.path, checkpoint=steps, meta=meta, greedy=is_greedy)
-    return agent.turns(num_envs, seed=seed, **env), agent.pair(num_envs, seed=seed)
