@@ -50,8 +50,7 @@ class Options:
 
 def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     """The numbers of one run."""
-    trainer = train(config)
-    summary = trainer.summary()
+    trainer, summary = train(config)
     row: dict[str, object] = {name: summary[name] for name in ("steps_to_50", "steps_to_90", "steps_to_95", "seconds")}
     num_envs = min(100, episodes)
     learned = trainer.freeze(num_envs, seed=config.seed)

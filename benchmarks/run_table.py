@@ -17,6 +17,7 @@ from rich.progress import Progress
 
 from hierroom.errors import InputError
 from hierroom.training.config import TrainConfig
+from hierroom.training.episode_log import MILESTONES
 from hierroom.training.trainer import Trainer
 
 Key = dict[str, str]
@@ -76,13 +77,20 @@ def _append(path: Path, row: dict[str, object]) -> None:
         writer.writerow(row)
 
 
-def train(config: TrainConfig) -> Trainer:
-    """A trainer that took all steps of its config."""
+def train(config: TrainConfig) -> tuple[Trainer, dict[str, object]]:
+    """A trainer that took all steps of its config, and the numbers of its row.
+
+    The steps to a success rate are those after which so many of the last 500 episodes of training had escaped.
+    """
     torch.set_num_threads(1)  # the processes are the parallel part
-    trainer = Trainer(config)
+    trainer, seconds_to = Trainer(config), {}
     while not trainer.is_done:
         trainer.advance()
-    return trainer
+        seconds_to |= {milestone: trainer.seconds for milestone in trainer.log.steps_to if milestone not in seconds_to}
+    names = ("success_rate", "episode_length", "episodes", "seconds", "steps_per_second", "rollout_bytes")
+    numbers = {name: trainer.summary()[name] for name in names}
+    numbers |= {f"steps_to_{milestone}": trainer.log.steps_to.get(milestone) for milestone in MILESTONES}
+    return trainer, numbers | {f"seconds_to_{milestone}": seconds_to.get(milestone) for milestone in MILESTONES}
 
 
 def in_millions(steps: float) -> str:

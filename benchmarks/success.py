@@ -114,8 +114,7 @@ class Informed:
 
 def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     """The numbers of one run."""
-    trainer = train(config)
-    numbers = {name: value for name, value in trainer.summary().items() if name != "steps"}  # a whole number of updates
+    trainer, numbers = train(config)
     num_envs, seed = min(100, episodes), 1_000_000 + config.seed
     for name in ("sampled", "greedy"):
         pair = trainer.freeze(num_envs, seed=config.seed, is_greedy=name == "greedy")
