@@ -104,7 +104,7 @@ def summary_table(comparison: Comparison) -> Table:
         padding=0,  # so that names of groups fit into 80 columns
     )
     table.add_column("group", overflow="fold", min_width=14)
-    for heading in ("runs", f"after {_steps(end, end)}", "area under\nthe curve"):
+    for heading in ("runs", f"after {_steps(end)}", "area under\nthe curve"):
         table.add_column(heading, justify="right", no_wrap=True)
     for level in SUCCESS_LEVELS:
         table.add_column(f"steps to\n{level:.0%}", justify="right", no_wrap=True)
@@ -182,9 +182,11 @@ def _probability(estimate: Estimate) -> str:
 def _censored(steps: float, reached: float, end: float) -> str:
     """``-`` where no run was that good, ``>1.00M`` where fewer than half were."""
     if math.isfinite(steps):
-        return _steps(steps, end)
-    return f">{_steps(end, end)}" if reached else "-"
+        return _steps(steps)
+    return f">{_steps(end)}" if reached else "-"
 
 
-def _steps(steps: float, end: float) -> str:
-    return f"{steps / 1e6:.2f}M" if end >= 100_000 else f"{steps:,.0f}"
+def _steps(steps: float) -> str:
+    if steps >= 1e6:
+        return f"{steps / 1e6:.2f}M"
+    return f"{steps / 1e3:.0f}k" if steps >= 10_000 else f"{steps:,.0f}"
