@@ -34,12 +34,16 @@ def words(argv: Sequence[str] | None = None) -> list[str]:
     """The words of the command line, by default of this process.
 
     Raises:
-        InputError: if an option of several graphs is given twice: the last would win, and both were meant.
+        InputError: if an option of several graphs is given without any, or twice: the last would win, and both were
+            meant.
     """
     given = [*(sys.argv[1:] if argv is None else argv)]
     for option in ("--graph", "--exclude"):
         if sum(word.partition("=")[0] == option for word in given) > 1:
             raise InputError(f"{option} is given twice; give it once, with all its graphs: {option} a b")
+        after = given[given.index(option) + 1 :] if option in given else ["a graph"]
+        if not after or after[0].startswith("--"):
+            raise InputError(f"{option} is given without a graph; give at least one goal graph: {option} a b")
     return given
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import Progress
@@ -92,14 +94,17 @@ def main() -> int:
         print(to_json({name: asdict(result) for name, result in results.items()}))
     else:
         console = Console()
-        console.print(_table(results, f"{escape(str(arguments.run))}, {results['sampled'].episodes} episodes"))
-        if len(results["sampled"].graphs) > 1:
+        graphs = results["sampled"].graphs
+        where = f"graph {next(iter(graphs))}" if len(graphs) == 1 else f"{len(graphs)} graphs"
+        console.print(escape(f"{arguments.run} on {where}, {results['sampled'].episodes} episodes"), soft_wrap=True)
+        console.print(_table(results))
+        if len(graphs) > 1:
             console.print(_graph_table(results))
     return 0
 
 
-def _table(results: dict[str, Evaluation], title: str) -> Table:
-    table = Table(title=title)
+def _table(results: dict[str, Evaluation]) -> Table:
+    table = Table()
     table.add_column("")
     for name in results:
         table.add_column(f"{name} actions", justify="right")
@@ -110,27 +115,36 @@ def _table(results: dict[str, Evaluation], title: str) -> Table:
     add("success", lambda r: f"{r.success_rate:.1%}")
     add("  95% interval", lambda r: "{:.1%} to {:.1%}".format(*r.success_interval))
     add("length", lambda r: f"{r.length:.1f}")
-    add("length / shortest, escapes", lambda r: f"{r.length_over_shortest:.2f}")
+    add("length / shortest, escapes", lambda r: _number(r.length_over_shortest, ".2f"))
     add("return of the controller", lambda r: f"{r.mean_return:.2f}")
     for goal in results["sampled"].steps_to_goals:
-        add(f"steps to {goal}", lambda r, g=goal: "{1:.1f} ({0:.1%})".format(*r.steps_to_goals[g]))
+        add(f"steps to {goal}", lambda r, g=goal: _steps_to(*r.steps_to_goals[g]))
     return table
+
+
+def _steps_to(fraction: float, mean_step: float) -> str:
+    return f"{_number(mean_step, '.1f')} ({fraction:.1%})"
+
+
+def _number(value: float, style: str) -> str:
+    """A number, or a dash where there is none."""
+    return "-" if math.isnan(value) else format(value, style)
 
 
 def _graph_table(results: dict[str, Evaluation]) -> Table:
     """A line for each goal graph, the easiest first."""
-    table = Table(title="by goal graph")
-    table.add_column("graph", no_wrap=True)
-    table.add_column("episodes", justify="right")
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0))  # it fits into 80 columns
+    table.add_column("graph", overflow="fold")
+    table.add_column("episodes", justify="right", no_wrap=True)
     for name in results:
-        for what in ("success", "95% interval", "length"):
-            table.add_column(f"{name}\n{what}", justify="right")
+        for what in ("success", "interval", "length"):
+            table.add_column(f"{name}\n{what}", justify="right", no_wrap=True)
     for graph, score in results["sampled"].graphs.items():
-        cells = [graph, str(score.episodes)]
+        cells = [escape(graph), str(score.episodes)]
         for result in results.values():
             of_graph = result.graphs[graph]
             low, high = of_graph.success_interval
-            cells += [f"{of_graph.success_rate:.1%}", f"{low:.0%} to {high:.0%}", f"{of_graph.length:.1f}"]
+            cells += [f"{of_graph.success_rate:.1%}", f"{low:.0%}-{high:.0%}", f"{of_graph.length:.0f}"]
         table.add_row(*cells)
     return table
 

@@ -260,6 +260,13 @@ def _checked(meta: Any, name: str) -> MetaController:
             f"a meta-controller that for_training makes for a number of environments has a method "
             f"for_play(num_envs, *, seed) too, to play in others; {name} has none"
         )
+    for method in ("reset", "observe", "learn", "state_dict", "load_state_dict", "for_play"):
+        if not callable(getattr(meta, method, print)):
+            raise InputError(f"{method} of a meta-controller is a method; that of {name} is {getattr(meta, method)!r}")
+    if not isinstance(getattr(meta, "statistics", {}), Mapping):
+        raise InputError(
+            f"statistics of a meta-controller are numbers by name; those of {name} are {meta.statistics!r}"
+        )
     if hasattr(meta, "learn") and not (hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict")):
         raise InputError(
             f"a meta-controller that learns has the methods state_dict and load_state_dict too, or what it learned "

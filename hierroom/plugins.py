@@ -39,7 +39,9 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds:
         module, _, name = spec.partition(":")
         return getattr(importlib.import_module(module), name)
     except ModuleNotFoundError as error:
-        raise InputError(f"there is no module {error.name!r} for the {what} {spec!r}") from error
+        raise InputError(
+            f"there is no module {error.name!r} for the {what} {spec!r}; it is looked for in the current folder too"
+        ) from error
     except Exception as error:  # a user's code may raise anything
         raise InputError(f"the {what} {spec!r} cannot be loaded: {in_one_line(error)}") from error
 

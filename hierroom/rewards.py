@@ -167,7 +167,7 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
     Args:
         spec: a name in `REWARDS`; the name of an entry point in the group ``hierroom.rewards``;
             ``package.module:Class`` or ``package.module:function``, looked for in the current folder too; a reward
-            itself; or a function as `Reward.rewards`.
+            or its class itself; or a function as `Reward.rewards`.
         novelty_bonus: the size of the bonus of ``novelty``.
 
     Raises:
@@ -180,18 +180,16 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
             reward = shipped(novelty_bonus)
         else:
             reward = load_plugin(spec, "reward", REWARDS, ENTRY_POINT_GROUP, "Class or :function")
-            if isinstance(reward, type):
-                try:
-                    reward = reward()
-                except Exception as error:  # whatever a user's own code may raise
-                    raise InputError(f"the reward {spec!r} cannot be made: {in_one_line(error)}") from error
     name = (
         f"the reward {spec!r}"
         if isinstance(spec, str)
         else f"the reward {getattr(spec, '__name__', type(spec).__name__)}"
     )
     if isinstance(reward, type):
-        raise InputError(f"a reward is an object, not a class: make one of {reward.__name__}")
+        try:
+            reward = reward()
+        except Exception as error:  # whatever a user's own code may raise
+            raise InputError(f"{name} cannot be made: {in_one_line(error)}") from error
     if not callable(getattr(reward, "rewards", None)):
         if not callable(reward):
             raise InputError(f"a reward is a function of a step or has a method rewards(step); {name} is neither")

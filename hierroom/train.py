@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -114,7 +115,13 @@ def main(argv: list[str] | None = None) -> int:
 
     if arguments.resume:
         return run_session(*resume(arguments.config, arguments.resume))
-    return run_session(*begin(arguments.config, arguments.out))
+    trainer, folder = begin(arguments.config, arguments.out)
+    if arguments.config_file is not None and arguments.config_file.name == "config.json":
+        from hierroom.training.provenance import changed_modules
+
+        for line in changed_modules(arguments.config_file.parent, arguments.config):
+            print(f"warning: {line}", file=sys.stderr)
+    return run_session(trainer, folder)
 
 
 def _config_of(path: str) -> TrainConfig:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -83,6 +84,9 @@ def main(argv: list[str] | None = None) -> int:
     episodes, n_played = _play(agent, arguments)
     if arguments.failures:
         print(_count(len(episodes), n_played))
+        pursued = Counter(episode.subgoals[-1].label for episode in episodes)
+        if len(episodes) > 1:
+            print("they ended in pursuit of: " + ", ".join(f"{goal} ({n})" for goal, n in pursued.most_common()))
     if not episodes:
         return 0
     if arguments.out is not None:

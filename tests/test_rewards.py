@@ -158,7 +158,7 @@ def test_a_function_and_a_class_of_a_users_module_are_found_by_name(tmp_path, mo
     [
         ("nonsense", "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point of hierroom.rewards or "),
         ("no_such_module:R", "there is no module 'no_such_module' for the reward 'no_such_module:R'"),
-        (Watching, "a reward is an object, not a class: make one of Watching"),
+        (np.ndarray, "the reward ndarray cannot be made: TypeError"),
         (3, "a reward is a function of a step or has a method rewards(step); the reward int is neither"),
         (type("Odd", (), {"rewards": lambda s, t: 0, "memories": ("smell",)})(), "levels can remember visited, "),
     ],

@@ -136,6 +136,7 @@ def test_an_episode_holds_what_happened(drop_key):
         assert episode.success == (episode.terminated and not episode.truncated)
         assert episode.terminated != episode.truncated
         assert sum(subgoal.steps for subgoal in episode.subgoals) == length
+        assert all(f" {s.name}".endswith(f" {s.label}") for s in episode.subgoals)
         assert [s.first_step for s in episode.subgoals[1:]] == [s.first_step + s.steps for s in episode.subgoals[:-1]]
         assert 0 < episode.shortest <= 90
         outcomes |= set(episode.outcomes.tolist())
@@ -165,7 +166,7 @@ def test_as_json_with_labels():
     assert set(table["actions"]) <= {"forward", "left", "right", "pick up", "open"}
     assert table["return"] == sum(table["rewards"])
     assert table["success"] is episode.success
-    assert set(table["subgoals"][0]) == {"goal", "name", "first_step", "steps", "outcome"}
+    assert set(table["subgoals"][0]) == {"goal", "name", "label", "first_step", "steps", "outcome"}
     assert "graph a, seed 1000000, environment 0, episode 0" in repr(episode)
 
 

@@ -4,6 +4,7 @@ import errno
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 
@@ -114,3 +115,25 @@ def test_a_checkpoint_in_another_format_is_refused(tmp_path):
     torch.save([1, 2], folder.checkpoints / "000000000002.pt")
     with pytest.raises(InputError, match=rf"has format None, this hierroom reads {CHECKPOINT_FORMAT}$"):
         folder.load_checkpoint()
+
+
+def test_a_checkpoint_holds_numbers_of_numpy_as_plain_ones(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    state = {
+        "steps": 1,
+        "mine": {"rate": np.float64(0.5), "n": [np.int32(3)], "counts": np.arange(3.0), 4: (True, None)},
+    }
+    folder.save_checkpoint(state)
+    mine = folder.load_checkpoint()["mine"]
+    assert (mine["rate"], mine["n"], mine[4]) == (0.5, [3], (True, None))
+    assert type(mine["rate"]) is float
+    assert torch.equal(mine["counts"], torch.arange(3.0).double())
+
+
+@pytest.mark.parametrize("wrong", [object(), {1, 2}, np.array(["a"]), {"deep": [object()]}, {None: 1}])
+def test_a_checkpoint_refuses_what_could_not_be_read_again(wrong, tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    with pytest.raises(InputError, match=r"a checkpoint cannot hold mine[\w.\[\]]*, which is ") as caught:
+        folder.save_checkpoint({"steps": 1, "mine": wrong})
+    assert "\n" not in str(caught.value)
+    assert not list(folder.checkpoints.iterdir())

@@ -169,6 +169,40 @@ def test_a_meta_controller_whose_memory_cannot_be_saved_is_warned_of_at_the_star
     assert "warning" not in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("code", "said"),
+    [
+        (
+            "    def state_dict(self):\n        return {'s': object()}\n",
+            "cannot hold the state of training.agents.meta_0.s",
+        ),
+        ("    state_dict = None\n", "state_dict of a meta-controller is a method"),
+        ("    statistics = 5\n", "statistics of a meta-controller are numbers by name"),
+    ],
+)
+def test_a_meta_controller_that_could_not_be_saved_is_refused_before_training(code, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = "class Own:\n    def choose(self, observations, legal, situation):\n        return legal.argmax(axis=1)\n"
+    (tmp_path / "unsaved_of_test.py").write_text(text + "    def load_state_dict(self, state):\n        pass\n" + code)
+    try:
+        with pytest.raises(InputError, match=said):
+            train([*FLAGS, "--steps", "512", "--meta", "unsaved_of_test:Own", "--out", "run"])
+    finally:
+        sys.modules.pop("unsaved_of_test", None)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_reward_that_fails_at_its_first_step_leaves_no_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "nan_of_test.py").write_text("def nan(step):\n    return step.extrinsic + float('nan')\n")
+    try:
+        with pytest.raises(InputError, match="must return finite numbers, not nan"):
+            train([*FLAGS, "--steps", "512", "--reward", "nan_of_test:nan", "--out", "run"])
+    finally:
+        sys.modules.pop("nan_of_test", None)
+    assert not (tmp_path / "run").exists()
+
+
 def test_the_stage_of_a_curriculum_is_in_the_console_the_table_and_the_summary(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     flags = ["--graph", "expected_steps:20..100", "--curriculum-stages", "3", *FLAGS[2:], "--evaluations", "1"]
@@ -283,7 +317,7 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--reward", "none"], "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point"),
         (["--reward", "nowhere:Nothing"], "there is no module 'nowhere' for the reward"),
         (["--evaluations", "-1"], "evaluations must be at least 0"),
-        (["--evaluation-episodes", "0"], "evaluation_episodes at least 1"),
+        (["--evaluation-episodes", "0"], "evaluation_episodes must be at least 1"),
         (["--graph", "a", "huge.toml"], "a grid holds at most 7 rooms"),
         (["--graph", "rooms:8"], "rooms:N takes a number of rooms from 2 to 7, not 8"),
         (["--graph"], "give at least one goal graph"),

@@ -13,7 +13,7 @@ from hierroom.goals import GoalGraph
 from hierroom.step import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
 from hierroom.world.kernels import DROP, FORWARD, LEFT, OPEN, PICKUP, RIGHT
 from hierroom.world.layout import State
-from hierroom.world.level import goal_name
+from hierroom.world.level import goal_name, uncoloured
 from hierroom.world.world import World
 
 ACTION_NAMES = {FORWARD: "forward", LEFT: "left", RIGHT: "right", PICKUP: "pick up", OPEN: "open", DROP: "drop"}
@@ -27,6 +27,7 @@ class Subgoal:
     Args:
         goal: goal id, -1 for no goal.
         name: the goal in words, such as ``"red key 1"`` or ``"no goal"``.
+        label: the same without its colour, which is drawn for each episode: ``"key 1"``.
         first_step: the first step in pursuit of it; the first step of the episode is 1.
         steps: how many steps the option lasted.
         outcome: how it ended: ``"reached"``, ``"timed out"`` or ``"episode ended"``.
@@ -34,6 +35,7 @@ class Subgoal:
 
     goal: int
     name: str
+    label: str
     first_step: int
     steps: int
     outcome: str
@@ -47,11 +49,13 @@ class GoalEvent:
         step: the step that achieved it; the first step of the episode is 1.
         goal: goal id.
         name: the goal in words, such as ``"red key 1"``.
+        label: the same without its colour: ``"key 1"``.
     """
 
     step: int
     goal: int
     name: str
+    label: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +133,9 @@ class Episode:
         subgoals, first = [], 0
         for last in np.flatnonzero(self.outcomes != NO_OUTCOME).tolist():
             goal, outcome = int(self.goals[last]), OUTCOME_NAMES[int(self.outcomes[last])]
-            subgoals.append(Subgoal(goal, self.name_of(goal), first + 1, last + 1 - first, outcome))
+            subgoals.append(
+                Subgoal(goal, name := self.name_of(goal), uncoloured(name), first + 1, last + 1 - first, outcome)
+            )
             first = last + 1
         return tuple(subgoals)
 
@@ -137,7 +143,8 @@ class Episode:
     def events(self) -> tuple[GoalEvent, ...]:
         """The goals that were achieved, in their order."""
         steps = np.flatnonzero(self.achieved >= 0).tolist()
-        return tuple(GoalEvent(n + 1, int(self.achieved[n]), self.name_of(self.achieved[n])) for n in steps)
+        named = [(n + 1, int(self.achieved[n]), self.name_of(self.achieved[n])) for n in steps]
+        return tuple(GoalEvent(step, goal, name, uncoloured(name)) for step, goal, name in named)
 
     def name_of(self, goal: int) -> str:
         """A goal of its level in words; see `goal_name`."""

@@ -6,6 +6,7 @@ import csv
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -67,8 +68,9 @@ class EvaluatedRun:
             InputError: if there is no such entry.
         """
         if name not in self.entries:
-            known = ", ".join(sorted(self.entries))
-            raise InputError(f"--by takes entries of a run's config, joined by commas, not {name!r}; they are {known}")
+            near = get_close_matches(name, self.entries, n=1)
+            known = f"is it {near[0]}?" if near else f"they are {', '.join(sorted(self.entries))}"
+            raise InputError(f"--by takes entries of a run's config, joined by commas, not {name!r}; {known}")
         if name in ("meta", "reward"):
             return str(getattr(self, name))
         value = self.entries[name]
@@ -84,7 +86,8 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
         paths: folders of runs, or folders that contain them.
 
     Returns:
-        The folders of runs, each once; and the runs without evaluations that lay in a folder, which are left out.
+        The folders of runs, each once; and the runs without evaluations after the first step that lay in a
+            folder, which are left out.
 
     Raises:
         InputError: if a path is neither.
@@ -99,11 +102,20 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
         if not inside:
             raise InputError(f"{path} is neither a run folder (it has no config.json) nor a folder that contains some")
         for one in inside:
-            if (one / _TABLE).is_file():
+            if _has_curve(one):
                 found.setdefault(one.resolve(), one)
             else:
                 left_out.append(one)
     return list(found.values()), left_out
+
+
+def _has_curve(path: Path) -> bool:
+    """Whether a run was evaluated after its first step; a broken table is for `read_run` to speak of."""
+    try:
+        rows = RunFolder(path).evaluations.numbers()
+    except InputError:
+        return True
+    return any(row.get("steps", 0) > 0 for row in rows)
 
 
 def read_run(path: Path) -> EvaluatedRun:

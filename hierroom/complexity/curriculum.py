@@ -105,6 +105,16 @@ class GraphSampler:
         return len(self._curriculum.stages)
 
     @property
+    def stage_titles(self) -> list[str]:
+        """A line for each stage of a curriculum: how many graphs, and from which to which; none without one."""
+        stages = self._curriculum.stages if self.n_stages > 1 else ()
+        return [
+            f"stage {n} of {len(stages)}: {len(graphs)} graph{'s' * (len(graphs) > 1)}, "
+            + (graphs[0].name if len(graphs) == 1 else f"{graphs[0].name} to {graphs[-1].name}")
+            for n, graphs in enumerate(stages, start=1)
+        ]
+
+    @property
     def graphs(self) -> tuple[GoalGraph, ...]:
         """The graphs to sample from in the current stage."""
         return self._curriculum.stages[self.stage]

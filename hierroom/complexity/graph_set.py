@@ -163,7 +163,7 @@ def _graphs_between(interval: _Interval, drop_key: bool) -> tuple[GoalGraph, ...
     graphs = tuple(graph for value, graph in ranked if low <= value <= high)
     if not graphs:
         raise InputError(
-            f"no goal graph of up to {MAX_GRID_ROOMS} rooms has a {quantity} in {low:g}..{high:g}; "
+            f"no goal graph of up to {MAX_GRID_ROOMS} rooms has {quantity} in {low:g}..{high:g}; "
             f"the values go from {ranked[0][0]:.2f} to {ranked[-1][0]:.2f}"
         )
     return graphs

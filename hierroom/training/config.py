@@ -9,6 +9,7 @@ import dataclasses
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
+from difflib import get_close_matches
 from typing import Any, Literal
 
 import tyro
@@ -102,8 +103,10 @@ class TrainConfig:
         for part, names in parts.items():
             within = {name: entries.pop(name) for name in names & entries.keys()}
             config = replace(config, **{part: replace(getattr(config, part), **within)}) if within else config
-        if entries:
-            raise InputError(f"the config of a training run has no {', '.join(sorted(entries))}")
+        for name in sorted(entries):
+            near = get_close_matches(name, config.entries, n=1)
+            hint = f"; is it {near[0]}?" if near else ""
+            raise InputError(f"the config of a training run has no {name}{hint}")
         return config
 
     def to_dict(self) -> dict[str, Any]:

@@ -36,7 +36,8 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     folder.save_summary(summary)
     picture, quoted = folder.path / "learning_curve.png", shlex.quote(str(folder.path))
     plot_learning_curve(folder, curve, picture)
-    console.print(_table(trainer.config, folder, curve, summary))
+    console.print(escape(folder.path.name), soft_wrap=True)
+    console.print(_table(trainer.config, curve, summary))
     agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
     episode = telling_episode(agent, trainer.config.seed + 1)
     name, other = ("escape", "failure") if episode.success else ("failure", "escape")
@@ -62,8 +63,8 @@ def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) 
     return next((episode for episode in played if episode.success), played[0])
 
 
-def _table(config: TrainConfig, folder: RunFolder, curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
-    table = Table(title=escape(folder.path.name), show_header=False)
+def _table(config: TrainConfig, curve: LearningCurve | None, summary: dict[str, Any]) -> Table:
+    table = Table(show_header=False)
     table.add_column("")
     table.add_column("", justify="right")
     if curve is not None:
@@ -73,7 +74,7 @@ def _table(config: TrainConfig, folder: RunFolder, curve: LearningCurve | None, 
         f"success, last {min(WINDOW, summary['episodes'])} episodes of training", f"{summary['success_rate']:.1%}"
     )
     table.add_row("steps", f"{summary['steps']:,}")
-    for milestone in MILESTONES:
+    for milestone in MILESTONES if curve is not None else ():
         crossing = summary[f"steps_to_{milestone}"]
         table.add_row(f"steps to {milestone}% success, evaluated", "-" if crossing is None else f"{crossing:,.0f}")
     if "stage" in summary:

@@ -14,6 +14,7 @@ from hierroom.errors import InputError
 from hierroom.files import to_json, write_atomically
 from hierroom.training.config import TrainConfig
 from hierroom.training.csv_table import CSVTable
+from hierroom.training.plain_state import plain_state
 
 CHECKPOINT_FORMAT = 6
 
@@ -103,9 +104,14 @@ class RunFolder:
             raise InputError(f"cannot read {path}: {error}") from error
 
     def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
-        """Write a checkpoint, named by its steps, from the result of `Trainer.state_dict`."""
+        """Write a checkpoint, named by its steps, from the result of `Trainer.state_dict`.
+
+        Raises:
+            InputError: if an entry, which a user's own code may have given, is one that could not be read again.
+        """
+        plain = {name: plain_state(entry, name) for name, entry in state.items()}
         buffer = io.BytesIO()
-        torch.save({"format": CHECKPOINT_FORMAT, **state}, buffer)
+        torch.save({"format": CHECKPOINT_FORMAT, **plain}, buffer)
         path = self.checkpoints / f"{state['steps']:012d}.pt"
         write_atomically(path, buffer.getvalue())
         return path

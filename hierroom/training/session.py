@@ -16,10 +16,12 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.errors import InputError
 from hierroom.meta import unsaved_memory
 from hierroom.options import META
+from hierroom.training.assembly import evaluation_seed
 from hierroom.training.config import TrainConfig
 from hierroom.training.events import Events
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import LearningCurve, evaluation_points, evaluation_rows
+from hierroom.training.plain_state import plain_state
 from hierroom.training.provenance import record_session
 from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder, claim_folder
@@ -40,6 +42,7 @@ def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
         InputError: if a value of the config cannot be used, or the folder cannot be created.
     """
     trainer = Trainer(config)
+    _try_out(trainer)
     folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
     _record(folder, config)
     folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
@@ -75,12 +78,14 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
     torch.set_num_threads(1)  # more threads gain nothing at these sizes
     console = Console()
     console.print(escape(f"{trainer.config.title}, into {folder.path}"), soft_wrap=True)
+    for line in trainer.turns.sampler.stage_titles:
+        console.print(escape(line), soft_wrap=True)
     meta = trainer.agents[META]
     if isinstance(meta, ScriptedAgent) and (unsaved := unsaved_memory(meta.meta)):
         name = trainer.config.resolved_method.meta
         console.print(
             f"warning: the meta-controller {name} has {unsaved}, but not both state_dict and load_state_dict: what it "
-            "remembers is not saved, so a resumed run may go on differently",
+            "remembers is not saved, so resuming, evaluating and watching begin without it",
             markup=False,
             soft_wrap=True,
         )
@@ -129,10 +134,9 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
             is_last = trainer.is_done or interrupt.is_requested
             row = trainer.metrics()
             stage = f"stage {row['stage']:.0f} of {sampler.n_stages}, " if "stage" in row else ""
-            status = (
-                f"{row['steps_per_second']:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated}, "
-                f"length {row['episode_length']:.0f},"
-            )
+            length = "" if stage else f" length {row['episode_length']:.0f},"  # they fit into 80 columns
+            success = f"success {row['success_rate']:.0%}{evaluated}"
+            status = f"{row['steps_per_second']:,.0f} steps/s, {stage}{success},{length}"
             bar.update(task, completed=min(trainer.steps, total), status=status)
             folder.episodes.append(trainer.log.ended)
             if trainer.steps >= next_row or is_last:
@@ -141,6 +145,17 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
                 events.add_metrics(row)
         if trainer.is_done:
             events.add_hyperparameters(LearningCurve.of_rows(folder.evaluations.read()))
+
+
+def _try_out(trainer: Trainer) -> None:
+    """Take one step elsewhere and look at the state to save: a user's own code is to fail before a folder is made.
+
+    Raises:
+        InputError: if its own code says or returns something that cannot be used.
+    """
+    seed = evaluation_seed(trainer.config.seed)
+    trainer.freeze(1, seed=seed).step(trainer.fresh_turns(1, seed))
+    plain_state(trainer.state_dict(), "the state of training")
 
 
 def _record(folder: RunFolder, config: TrainConfig) -> None:

@@ -45,13 +45,10 @@ class Trainer:
     """
 
     def __init__(self, config: TrainConfig):
-        if config.steps < 1:
-            raise InputError(f"steps must be at least 1, not {config.steps}")
-        if config.evaluations < 0 or config.evaluation_episodes < 1:
-            raise InputError(
-                "evaluations must be at least 0 and evaluation_episodes at least 1, "
-                f"not {config.evaluations} and {config.evaluation_episodes}"
-            )
+        for name, low in (("steps", 1), ("evaluations", 0), ("evaluation_episodes", 1)):
+            value = getattr(config, name)
+            if not isinstance(value, (int, np.integer)) or value < low:
+                raise InputError(f"{name} must be at least {low}, a whole number, not {value!r}")
         self.config = config
         self.turns = make_turns(config, config.num_envs, config.seed)
         self.turns.world.stagger_clocks()

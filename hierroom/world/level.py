@@ -130,6 +130,12 @@ class Level:
         return cls(tuple(goals), agent, graph)
 
 
+def uncoloured(name: str) -> str:
+    """A goal in words without its colour: ``"key 1"`` of ``"red key 1"``."""
+    colour, _, rest = name.partition(" ")
+    return rest if colour in COLOURS else name
+
+
 def goal_name(level: np.record, goal: int) -> str:
     """A goal of one level in words, colour and room side by side.
 
