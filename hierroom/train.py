@@ -96,6 +96,8 @@ def train(config: TrainConfig | None = None, *, out: str | Path | None = None, *
     from hierroom.training.trained_agent import load
 
     start = config
+    if not isinstance(start, TrainConfig | None):
+        raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {start!r}")
     if start is None:
         start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
     trainer, folder = begin(start.changed(**entries), None if out is None else Path(out))

@@ -75,12 +75,15 @@ def main(argv: list[str] | None = None) -> int:
     import torch  # it takes its time, and --help needs none of it
 
     from hierroom.agents.playback import require_file, save_episodes
+    from hierroom.training.provenance import changed_modules
     from hierroom.training.trained_agent import load
 
     torch.set_num_threads(1)  # as in training
     if arguments.out is not None:
         require_file(arguments.out)
     agent = load(arguments.run, checkpoint=arguments.checkpoint, meta=arguments.meta, greedy=arguments.greedy)
+    for line in changed_modules(arguments.run, agent.config.changed(meta=None) if arguments.meta else agent.config):
+        print(f"warning: {line}", file=sys.stderr)
     episodes, n_played = _play(agent, arguments)
     if arguments.failures:
         print(_count(len(episodes), n_played))

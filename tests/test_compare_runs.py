@@ -427,7 +427,7 @@ def test_broken_evaluations(runs, compare, change, match):
 
 
 def test_evaluations_that_are_no_text(runs, compare):
-    (runs / "random-0" / "evaluations.csv").write_bytes(b"steps\n\xff")
+    (runs / "random-0" / "evaluations.csv").write_bytes(b"steps\n\xff\n")
     refused(compare, r"cannot read .*random-0.evaluations\.csv: .*codec", runs)
 
 

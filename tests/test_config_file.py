@@ -80,7 +80,7 @@ def test_every_entry_can_stand_in_a_file(preset):
     lines = [f"{name} = {json.dumps(value)}" for name, value in entries.items()]
     of_meta = vars(config.meta_ppo).items()
     lines += ["[meta_ppo]", *(f"{name} = {json.dumps('None' if one is None else one)}" for name, one in of_meta)]
-    assert read_config(written("\n".join(lines)), preset="paper").changed(preset=preset) == config
+    assert replace(read_config(written("\n".join(lines)), preset="paper"), preset=preset) == config
 
 
 NUMBERS = st.fixed_dictionaries(
@@ -203,3 +203,19 @@ def test_the_file_on_the_page_is_read():
     page = (Path(__file__).parents[1] / "docs" / "runs.md").read_text()
     config = read_config(written(page.split("```toml\n")[1].split("```")[0]))
     assert (config.preset, config.env.graph, config.num_envs, config.meta_ppo.gamma) == ("long", "f", 32, 0.99)
+
+
+def test_another_preset_is_another_start_and_no_change(tmp_path):
+    config = find_preset("default")
+    with pytest.raises(InputError, match="one that began with default cannot be changed to large"):
+        config.changed(preset="large")
+    folder = RunFolder.create(tmp_path / "run", config)
+    with pytest.raises(InputError, match="cannot be changed to large"):
+        read_config(folder.path / "config.json", preset="large")
+    assert read_config(folder.path / "config.json", preset="default", seed=3) == config.changed(seed=3)
+
+
+@pytest.mark.parametrize("value", ["many", 2.5, True, None])
+def test_numbers_of_a_config_are_whole(value):
+    with pytest.raises(InputError, match=f"steps must be a whole number, not {value!r}"):
+        find_preset("default").changed(steps=value)

@@ -13,6 +13,7 @@ from hierroom.errors import InputError
 from hierroom.files import to_json
 from hierroom.goals import GoalGraph, as_goal_graph
 from hierroom.training.config import TrainConfig
+from hierroom.training.csv_table import CSVTable
 from hierroom.training.run_folder import CHECKPOINT_FORMAT, RunFolder
 
 SMALL = TrainConfig(EnvConfig("a", size=11))
@@ -27,7 +28,7 @@ def test_dropping_metrics_keeps_the_rows_before_as_they_were(tmp_path):
     first = metrics.read_bytes().splitlines(keepends=True)[:2]
     folder.metrics.drop_after(10)
     assert metrics.read_bytes() == b"".join(first)
-    metrics.write_bytes(b"".join(first) + b"20,0")
+    metrics.write_bytes(b"".join(first) + b"20,0\n")
     with pytest.raises(InputError, match="is broken"):
         folder.metrics.drop_after(10)
 
@@ -137,3 +138,29 @@ def test_a_checkpoint_refuses_what_could_not_be_read_again(wrong, tmp_path):
         folder.save_checkpoint({"steps": 1, "mine": wrong})
     assert "\n" not in str(caught.value)
     assert not list(folder.checkpoints.iterdir())
+
+
+def test_a_row_that_a_crash_left_unfinished_is_dropped(tmp_path):
+    table = CSVTable(tmp_path / "metrics.csv")
+    table.append([{"steps": n, "loss": n / 2} for n in (1, 2, 3)])
+    whole = table.path.read_bytes()
+    for cut in range(1, 5):
+        table.path.write_bytes(whole[:-cut])
+        torn = CSVTable(table.path)
+        assert [row["steps"] for row in torn.numbers()] == [1, 2]
+        torn.append([{"steps": 3, "loss": 1.5}])
+        assert table.path.read_bytes() == whole
+    table.path.write_bytes(whole[:-2])
+    CSVTable(table.path).drop_after(1)
+    assert [row["steps"] for row in table.numbers()] == [1]
+
+
+def test_the_columns_of_a_table_are_those_of_its_first_row(tmp_path):
+    table = CSVTable(tmp_path / "metrics.csv")
+    table.append([{"steps": 1, "loss": 0.5}])
+    table.append([{"steps": 2}])
+    assert np.isnan(table.numbers()[1]["loss"])
+    for again in (table, CSVTable(table.path)):
+        with pytest.raises(InputError, match="has the columns of its first row, and no gain"):
+            again.append([{"steps": 3, "gain": 1}])
+    assert len(table.numbers()) == 2

@@ -64,6 +64,7 @@ class Episode:
 
     Args:
         start: the state of its one environment before the first step.
+        graph: the goal graph of the level.
         actions: [L] int, the controller's actions; the number of actions where it was none of them.
         rewards: [L] float64, the controller's rewards.
         extrinsic: [L] float64, the environment's own rewards.
@@ -77,6 +78,7 @@ class Episode:
     """
 
     start: State
+    graph: GoalGraph
     actions: NDArray[np.integer]
     rewards: NDArray[np.float64]
     extrinsic: NDArray[np.float64]
@@ -115,12 +117,6 @@ class Episode:
     def number(self) -> int:
         """How many episodes the environment had begun before it with that seed."""
         return int(self.start.levels[0].episode)
-
-    @property
-    def graph(self) -> GoalGraph:
-        """The goal graph of the level."""
-        level = self.start.levels[0]
-        return GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room))
 
     @property
     def success(self) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from hierroom.agents.episode import Episode
 from hierroom.agents.player import PlayedStep, Player, play
-from hierroom.options import NO_OUTCOME
+from hierroom.step import NO_OUTCOME
 from hierroom.turns import Turns
 from hierroom.world.layout import State
 
@@ -80,6 +80,7 @@ class _Tape:
                 env,
                 Episode(
                     start=self._starts[env],
+                    graph=self._turns.sampler.graphs_of(self._starts[env].levels)[0],
                     terminated=bool(step.terminated[env]),
                     truncated=bool(step.truncated[env]) and not step.terminated[env],
                     shortest=int(step.shortest[env]),

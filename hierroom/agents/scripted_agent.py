@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
+from hierroom.errors import InputError
 from hierroom.meta import MetaController, choose_goals, show_step
 from hierroom.options import Transition
+from hierroom.plugins import in_one_line
 from hierroom.situation import Situation
 from hierroom.turns import Turns
 
@@ -53,7 +55,13 @@ class ScriptedAgent:
         """For other environments: what its method ``for_play`` gives if it has one, else a copy; it learns no more."""
         if hasattr(self.meta, "for_play"):
             return ScriptedAgent(self.meta.for_play(num_envs, seed=seed))
-        return ScriptedAgent(deepcopy(self.meta))
+        try:
+            return ScriptedAgent(deepcopy(self.meta))
+        except Exception as error:  # whatever a user's own code may hold
+            raise InputError(
+                f"the meta-controller {type(self.meta).__name__} cannot be copied to play elsewhere "
+                f"({in_one_line(error)}); give it a method for_play(num_envs, *, seed)"
+            ) from error
 
     def state_dict(self) -> dict[str, Any]:
         """What the meta-controller saves of itself, nothing where it saves nothing."""

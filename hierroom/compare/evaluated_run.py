@@ -15,6 +15,7 @@ import numpy as np
 from hierroom.compare.curve import Curve
 from hierroom.compare.metric import METRICS
 from hierroom.errors import InputError
+from hierroom.goals import GoalGraph, graph_specs, spec_names
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 
@@ -33,6 +34,7 @@ class EvaluatedRun:
         reward: the controller's reward.
         curves: for each goal graph that it was evaluated on, and each metric, the learning curve.
         episodes: of each evaluation, over all of its graphs; several numbers where these differ.
+        own_graphs: the goal graphs of the user's own that it names, by their names.
     """
 
     path: Path
@@ -41,6 +43,7 @@ class EvaluatedRun:
     reward: str
     curves: Mapping[str, Mapping[str, Curve]]
     episodes: frozenset[int]
+    own_graphs: Mapping[str, GoalGraph]
 
     @property
     def seed(self) -> int:
@@ -154,7 +157,8 @@ def read_run(path: Path) -> EvaluatedRun:
         }
     method = config.resolved_method
     counts = frozenset(map(int, episodes.values()))
-    return EvaluatedRun(path, _entries(config), method.meta, str(method.controller.reward), curves, counts)
+    own = {spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)}
+    return EvaluatedRun(path, _entries(config), method.meta, str(method.controller.reward), curves, counts, own)
 
 
 def _reader(path: Path) -> Callable[[Mapping[str, str], str], float]:
@@ -172,4 +176,5 @@ def _entries(config: TrainConfig) -> dict[str, Any]:
     table = config.to_dict()
     parts = [table.pop(name) for name in ("env", "agents", "ppo")]
     meta_ppo = {f"meta_ppo.{name}": value for name, value in table.pop("meta_ppo").items()}
+    parts[0] |= {name: [*spec_names(getattr(config.env, name))] for name in ("graph", "exclude")}
     return {name: value for part in (*parts, table, meta_ppo) for name, value in part.items() if name != "env_index"}

@@ -35,6 +35,14 @@ class Tasks:
         Raises:
             InputError: if there is none.
         """
+        named: dict[str, EvaluatedRun] = {}
+        for run in (run for group in groups for run in group.runs):
+            for name, graph in run.own_graphs.items():
+                if named.setdefault(name, run).own_graphs[name] != graph:
+                    raise InputError(
+                        f"two different goal graphs are called {name}, in {named[name].path} and in {run.path}; "
+                        "compare one of them at a time"
+                    )
         by_group = [{graph for run in group.runs for graph in run.curves} for group in groups]
         shared = set.intersection(*by_group)
         if shared:

@@ -90,7 +90,7 @@ class GraphSampler:
             raise InputError(f"a curriculum of {n_stages} stages needs several graphs, as of rooms:4, not {name} alone")
         self._curriculum = Curriculum(chosen, n_stages)
         self.everything: tuple[GoalGraph, ...] = sum(self._curriculum.stages, ())
-        self._names = {(graph.key_rooms, graph.exit_room): graph.name for graph in self.everything}
+        self._known = {(graph.key_rooms, graph.exit_room): graph for graph in self.everything}
         self._counts = np.zeros(3, np.int64)  # the stage, and the number of its episodes and successes so far
         self._is_older = np.zeros(num_envs, bool)  # whether the current episode began in another stage
 
@@ -123,10 +123,18 @@ class GraphSampler:
         """The names of the goal graphs of levels.
 
         Args:
+            levels: as for `graphs_of`.
+        """
+        return [graph.name for graph in self.graphs_of(levels)]
+
+    def graphs_of(self, levels: np.ndarray) -> list[GoalGraph]:
+        """The goal graphs of levels, as they were given.
+
+        Args:
             levels: [M] records with the fields ``n_rooms``, ``key_rooms`` and ``exit_room``.
         """
         rooms = zip(levels["n_rooms"].tolist(), levels["key_rooms"].tolist(), levels["exit_room"].tolist(), strict=True)
-        return [self._names[tuple(key_rooms[: n_rooms - 1]), exit_room] for n_rooms, key_rooms, exit_room in rooms]
+        return [self._known[tuple(key_rooms[: n_rooms - 1]), exit_room] for n_rooms, key_rooms, exit_room in rooms]
 
     def add(self, ended: NDArray[np.bool_], escaped: NDArray[np.bool_]) -> bool:
         """Count the episodes of the current stage that a step ended, and change the stage if it is time.

@@ -59,6 +59,9 @@ class GraphSet:
         if not self.specs:
             raise InputError("give at least one goal graph, or a set of them such as rooms:4")
         self._drop_key, self._max_rooms = bool(drop_key), max_rooms
+        if len(self.specs) == 1 and isinstance(self.specs[0], GoalGraph) and not graph_specs(exclude):
+            self.graphs: tuple[GoalGraph, ...] = (self.specs[0],)  # however large it is
+            return
         own = {}
         for spec in self.specs:
             if not is_graph_set(spec):

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from typing import Any, Literal
 
+import numpy as np
 import tyro
 
 from hierroom.agents.config import AgentsConfig, Method
@@ -26,9 +27,6 @@ PresetName = Literal["default", "long", "large", "learned", "paper"]
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
 """For learning to choose goals: an update after 256 decisions, as there are few of them; a discount that lets the exit
 count 500 steps before it, as is needed while the controller is slow."""
-
-MAX_NAMED_GRAPHS = 4
-"""How many graphs or sets of them stand in the name of a run's folder; of the rest there is the number."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +68,12 @@ class TrainConfig:
     device: str = "cpu"
     warm_start: str | None = None
 
+    def __post_init__(self) -> None:
+        for name in ("steps", "evaluations", "evaluation_episodes", "seed", "num_envs", "threads"):
+            value = getattr(self, name)
+            if not isinstance(value, (int, np.integer)) or isinstance(value, bool):
+                raise InputError(f"{name} must be a whole number, not {value!r}")
+
     @property
     def resolved_method(self) -> Method:
         """The agents: those of the method, or what was named in their place."""
@@ -97,6 +101,11 @@ class TrainConfig:
         Raises:
             InputError: if there is no such entry.
         """
+        if entries.get("preset", self.preset) != self.preset:
+            raise InputError(
+                f"a config begins with a preset: one that began with {self.preset} cannot be changed to "
+                f"{entries['preset']}; change the entries that are to be others"
+            )
         parts = {name: {entry.name for entry in fields(getattr(self, name))} for name in ("env", "agents", "ppo")}
         own = {name: entries.pop(name) for name in {entry.name for entry in fields(self)} & entries.keys()}
         config = replace(self, **own)
@@ -113,12 +122,12 @@ class TrainConfig:
         """As plain types, for JSON; goal graphs of one's own by their content, whatever becomes of their files.
 
         Raises:
-            InputError: if the reward has no name that another process could find it by.
+            InputError: if reward, meta-controller or network have no name that another process could find them by.
         """
-        if not isinstance(self.env.reward, str | None):
-            raise InputError(
-                f"the reward of a run is given by its name, such as package.module:Class, not as {self.env.reward!r}"
-            )
+        named = {"reward": self.env.reward, "meta": self.agents.meta, "network": self.agents.network}
+        for what, given in named.items():
+            if not isinstance(given, str | None):
+                raise InputError(f"a run names its {what}, like package.module:Class; it cannot hold {given!r}")
         table = dataclasses.asdict(self)
         table["env"] |= {"graph": plain_specs(self.env.graph), "exclude": plain_specs(self.env.exclude)}
         return table

@@ -27,12 +27,13 @@ def read_config(path: str | Path, **entries: Any) -> TrainConfig:
 
     A TOML file holds entries flat, named as on the command line with underscores (``num_envs = 32``), those of
     ``meta_ppo`` in a table of that name; ``"None"`` is none. What it does not name comes from its ``preset``. The
-    ``config.json`` of a run holds every entry of that run, and its goal graphs lie beside it. Other paths, such as that
-    of a goal graph, are meant from the current folder.
+    ``config.json`` of a run holds every entry of that run, its goal graphs included. Other paths, such as that of a
+    goal graph, are meant from the current folder.
 
     Args:
         path: the TOML file, or the ``config.json`` in the folder of a run.
-        **entries: entries that replace those of the file; a ``preset`` among them is what the others start from.
+        **entries: entries that replace those of the file; a ``preset`` among them is what those of a TOML file start
+            from.
 
     Raises:
         InputError: if the file cannot be read, or an entry is unknown, of another type or out of its range.
@@ -43,9 +44,9 @@ def read_config(path: str | Path, **entries: Any) -> TrainConfig:
 
         return RunFolder.open(path.parent).config().changed(**entries)
     table = _read_entries(path)
-    learner = table.pop(_META_PPO, {})
-    named = {**table, **entries}
-    start = find_preset(named.get("preset") or implied_preset(named.get("meta")))
+    learner, preset = table.pop(_META_PPO, {}), table.pop("preset", None)
+    preset = entries.pop("preset", None) or preset
+    start = find_preset(preset or implied_preset(entries.get("meta", table.get("meta"))))
     place = f"{path}: "
     try:
         config = start.changed(**table)

@@ -22,28 +22,42 @@ class CSVTable:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self._names: list[str] | None = None
 
     def append(self, rows: Sequence[Mapping[str, object]]) -> None:
-        """Append rows, all with the same columns; none write nothing.
+        """Append rows; an entry that one lacks is NaN, and none write nothing. What a crash left of a row is dropped.
 
         Raises:
-            InputError: if they cannot be written; the previous rows are still there.
+            InputError: if a row has an entry that the first row had not, or they cannot be written; the previous rows
+                are still there.
         """
         if not rows:
             return
-        text = io.StringIO()
-        writer = csv.DictWriter(text, list(rows[0]))
-        size = self.path.stat().st_size if self.path.exists() else 0
+        text, size = io.StringIO(), self.path.stat().st_size if self.path.exists() else 0
+        if self._names is None:  # the first time, as the file may be long
+            whole = self._whole_lines()
+            self._names = next(csv.reader(whole.decode().splitlines())) if whole else list(rows[0])
+            if len(whole) < size:
+                os.truncate(self.path, size := len(whole))
+        unknown = dict.fromkeys(name for row in rows for name in row if name not in self._names)
+        if unknown:
+            raise InputError(f"{self.path} has the columns of its first row, and no {', '.join(unknown)}")
+        writer = csv.DictWriter(text, self._names, restval="nan")
         if size == 0:
             writer.writeheader()
         writer.writerows(rows)
         try:
-            with self.path.open("a", newline="") as file:
-                file.write(text.getvalue())
+            with self.path.open("ab") as file:
+                file.write(text.getvalue().encode())
         except OSError as error:
             with suppress(OSError):
                 os.truncate(self.path, size)
             raise InputError(f"cannot write {self.path}: {error.strerror}") from error
+
+    def _whole_lines(self) -> bytes:
+        """What the file holds, without a last line that a crash left unfinished."""
+        content = self.path.read_bytes() if self.path.is_file() else b""
+        return content[: content.rfind(b"\n") + 1]
 
     def read(self) -> list[dict[str, str]]:
         """The rows as text by column, none where there is no file.
@@ -51,10 +65,7 @@ class CSVTable:
         Raises:
             InputError: if a row is too short or too long.
         """
-        if not self.path.exists():
-            return []
-        with self.path.open(newline="") as file:
-            rows = list(csv.DictReader(file))
+        rows = list(csv.DictReader(io.StringIO(self._whole_lines().decode(), newline="")))
         for number, row in enumerate(rows, start=2):
             if None in row or None in row.values():
                 raise InputError(f"{self.path} is broken: line {number} has not as many entries as the first line")
@@ -83,7 +94,7 @@ class CSVTable:
         except (KeyError, ValueError) as error:
             raise InputError(f"{self.path} is broken: {error}") from error
         if rows and not all(kept):
-            header, *lines = self.path.read_bytes().splitlines(keepends=True)
+            header, *lines = self._whole_lines().splitlines(keepends=True)
             write_atomically(
                 self.path, b"".join([header, *(line for line, keep in zip(lines, kept, strict=True) if keep)])
             )

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
+from itertools import islice
 from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from hierroom.goals import N_COLOURS, NO_GOAL, ROOM_GOAL_NAMES, room_goals
 from hierroom.step import Step
@@ -18,6 +20,7 @@ WINDOW = 500
 MILESTONES = (50, 90, 95, 99)
 """Success rates in percent whose first crossing is recorded."""
 
+_COLUMNS = ("steps", "env", "graph", "success", "length", "return", "goals")
 OPTION_KINDS = ("key", "door", "exit", "new")
 """Kinds of goals; without a goal the controller is asked for something new."""
 
@@ -66,24 +69,33 @@ class EpisodeLog:
         if not len(ended):
             return
         finals = turns.world.finals[ended]
-        for env, final, graph in zip(ended.tolist(), finals, turns.sampler.names(finals), strict=True):
-            achieved_return = round(float(self._returns[env]), 6)
-            numbers = {
-                "success": int(step.terminated[env]),
-                "length": int(step.lengths[env]),
-                "return": achieved_return,
-            }
-            for name, value in numbers.items():
-                self._window[name].append(value)
-            goals = room_goals(np.array(self._goals[env], np.int64), final["branches"])
-            named = " > ".join(ROOM_GOAL_NAMES[goal] for goal in goals)
-            self.ended.append({"steps": steps, "env": env, "graph": graph, **numbers, "goals": named})
-            self._returns[env], self._goals[env] = 0.0, []
+        envs, graphs = ended.tolist(), turns.sampler.names(finals)
+        numbers = {
+            "success": step.terminated[ended].astype(np.int64).tolist(),
+            "length": step.lengths[ended].tolist(),
+            "return": self._returns[ended].round(6).tolist(),
+        }
+        for name, values in numbers.items():
+            self._window[name].extend(values)
+        achieved = self._achieved(envs, finals["branches"])
+        for row in zip(envs, graphs, *numbers.values(), achieved, strict=True):
+            self.ended.append(dict(zip(_COLUMNS, (steps, *row), strict=True)))
+        self._returns[ended] = 0.0
         self.episodes += len(ended)
         if len(self._window["success"]) == WINDOW:
             for milestone in MILESTONES:
                 if milestone not in self.steps_to and self.success_rate >= milestone / 100:
                     self.steps_to[milestone] = steps
+
+    def _achieved(self, envs: list[int], branches: NDArray[np.integer]) -> list[str]:
+        """What the episodes that ended in some environments achieved, in words; it is forgotten."""
+        goals = [self._goals[env] for env in envs]
+        counts = [len(one) for one in goals]
+        flat = np.array([goal for one in goals for goal in one], np.int64)
+        names = iter([ROOM_GOAL_NAMES[goal] for goal in room_goals(flat, np.repeat(branches, counts, axis=0)).tolist()])
+        for env in envs:
+            self._goals[env] = []
+        return [" > ".join(islice(names, count)) for count in counts]
 
     @property
     def success_rate(self) -> float:

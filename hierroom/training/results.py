@@ -6,7 +6,6 @@ import shlex
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from hierroom.agents.episode import Episode
@@ -36,7 +35,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     folder.save_summary(summary)
     picture, quoted = folder.path / "learning_curve.png", shlex.quote(str(folder.path))
     plot_learning_curve(folder, curve, picture)
-    console.print(escape(folder.path.name), soft_wrap=True)
+    console.print(folder.path.name, soft_wrap=True, markup=False)
     console.print(_table(trainer.config, curve, summary))
     agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
     episode = telling_episode(agent, trainer.config.seed + 1)
@@ -45,10 +44,10 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     (folder.path / f"{other}.gif").unlink(missing_ok=True)  # of a run that has gone on since
     none = "" if episode.success else f" (no escape in {N_PICTURED} episodes)"
     failures = "" if episode.success else " --failures"
-    console.print(f"learning curve  {picture}", soft_wrap=True)
-    console.print(f"{f'one {name}':<15} {folder.path / f'{name}.gif'}{none}", soft_wrap=True)
-    console.print(f"watch it        python -m hierroom.watch {quoted}{failures}", soft_wrap=True)
-    console.print(f"evaluate it     python -m hierroom.evaluate {quoted}", soft_wrap=True)
+    console.print(f"learning curve  {picture}", soft_wrap=True, markup=False)
+    console.print(f"{f'one {name}':<15} {folder.path / f'{name}.gif'}{none}", soft_wrap=True, markup=False)
+    console.print(f"watch it        python -m hierroom.watch {quoted}{failures}", soft_wrap=True, markup=False)
+    console.print(f"evaluate it     python -m hierroom.evaluate {quoted}", soft_wrap=True, markup=False)
 
 
 def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) -> Episode:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from hierroom.agents.episode import Episode
 from hierroom.agents.player import Player, make_player
 from hierroom.agents.recorder import record
@@ -52,7 +54,7 @@ def rollout(
         InputError: if an argument cannot be used, or the agent cannot play there.
     """
     for name, value in (("episodes", episodes), ("num_envs", num_envs)):
-        if not isinstance(value, int) or value < 1:
+        if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
             raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
     num_envs, config = min(num_envs, episodes), None if env is None else _config_of(env)
     if isinstance(agent, TrainedAgent):

@@ -1,4 +1,4 @@
-"""The folder of a training run: config, metrics, checkpoints and summary. Every file is written atomically."""
+"""The folder of a training run: config, tables, checkpoints and summary. Tables grow, other files are written whole."""
 
 from __future__ import annotations
 

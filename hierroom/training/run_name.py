@@ -14,6 +14,7 @@ from hierroom.training.presets import find_preset, implied_preset
 MAX_LENGTH = 97
 """Characters of a name, so that with -2, -3, ... behind it, it stays within 100."""
 MAX_NAMED_GRAPHS = 4
+"""How many graphs or sets of them stand in a name; of the rest there is the number."""
 _META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
 _TOLD_SEPARATELY = frozenset({"env", "agents", "ppo", "method", "meta", "graph", "exclude", "seed", "preset"})
 _CHANGED_WHEN_RESUMED = frozenset({"threads", "device"})

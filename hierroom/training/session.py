@@ -41,6 +41,7 @@ def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
     Raises:
         InputError: if a value of the config cannot be used, or the folder cannot be created.
     """
+    config.to_dict()  # what cannot be written down is refused before anything is made
     trainer = Trainer(config)
     _try_out(trainer)
     folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
@@ -93,7 +94,9 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
         train(trainer, folder, console, interrupt)
     if not trainer.is_done:
         console.print("stopped and saved; go on with:")
-        console.print(f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}", soft_wrap=True)
+        console.print(
+            f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}", soft_wrap=True, markup=False
+        )
         return 130
     write_results(trainer, folder, console)
     return 0
