@@ -126,7 +126,7 @@ class World:
         Raises:
             InputError: if the actions have another shape or type.
         """
-        actions, graphs, step = self._as_actions(actions), self.graph_records, _compiled_step()
+        actions, graphs, step = self.as_actions(actions), self.graph_records, _compiled_step()
         levels, grids, outcomes, finals = self.state.levels, self.state.grids, self.outcomes, self.finals
         if self._pool is None:
             step(levels, grids, graphs, actions, outcomes, finals)
@@ -137,8 +137,8 @@ class World:
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every environment whose episode has not ended and return the outcomes, without resets."""
-        actions = self._as_actions(actions)
-        kernels.step_levels(self.state.levels, self.state.grids, actions, self.outcomes)
+        actions = self.as_actions(actions)
+        _compiled_step_within()(self.state.levels, self.state.grids, actions, self.outcomes)
         return self.outcomes
 
     def state_after(self, before: State, actions: ArrayLike) -> State:
@@ -153,7 +153,7 @@ class World:
         if len(ended):
             last = before[ended]
             outcomes = np.zeros(len(ended), OUTCOME)
-            kernels.step_levels(last.levels, last.grids, self._as_actions(actions)[ended], outcomes)
+            kernels.step_levels(last.levels, last.grids, self.as_actions(actions)[ended], outcomes)
             state.levels[ended], state.grids[ended] = last.levels, last.grids
         return state
 
@@ -196,7 +196,12 @@ class World:
         outcomes["event"], outcomes["length"] = -1, lengths
         self.outcomes[indices] = outcomes
 
-    def _as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:
+    def as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:
+        """Actions as kernels take them: [N] int64, contiguous; the same array where it is so already.
+
+        Raises:
+            InputError: if they have another shape or type.
+        """
         if isinstance(actions, np.ndarray) and actions.dtype is INT64 and actions.shape == self._shape:
             return actions if actions.flags.c_contiguous else actions.copy()
         given = np.asarray(actions)
@@ -214,3 +219,10 @@ def _compiled_step() -> Callable[..., None]:
     state = empty_state(1, MIN_SIZE)
     arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, INT64), np.zeros(1, OUTCOME), state.levels
     return kernels.compiled(kernels.step_and_reset_levels, *arrays)
+
+
+@cache
+def _compiled_step_within() -> Callable[..., None]:
+    """Compile `kernels.step_levels`, likewise."""
+    state = empty_state(1, MIN_SIZE)
+    return kernels.compiled(kernels.step_levels, state.levels, state.grids, np.zeros(1, INT64), np.zeros(1, OUTCOME))
