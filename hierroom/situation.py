@@ -156,7 +156,7 @@ class GoalMask:
             [M, 14] bool.
         """
         masks = np.empty((len(levels), N_META_ACTIONS), bool)
-        _compiled_masks()(np.ascontiguousarray(levels), are_turns, self.kind, masks)
+        _compiled_masks()(np.ascontiguousarray(levels), np.ascontiguousarray(are_turns), self.kind, masks)
         return masks
 
 

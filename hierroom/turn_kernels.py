@@ -188,26 +188,27 @@ def choose_goals(levels, ledgers, kind, actions):
 
 
 @njit(cache=True, nogil=True)
-def write_results(steps, ledgers, is_same_step, rewards, flags, numbers):
+def write_results(steps, ledgers, begins_anew, rewards, flags, numbers):
     """Write what a vector environment tells of a step.
 
     Args:
         steps: [N] records of `step.STEP`.
         ledgers: [N] records of `options.LEDGER`, after the step.
-        is_same_step: whether infos tell of the next episode where one ended.
+        begins_anew: whether infos tell of the next episode where one ended.
         rewards: [N] float64, written.
         flags: [3, N] bool, written: terminated, truncated, success.
-        numbers: [5, N] int64, written: goal event, elapsed, illegal actions, length, shortest length.
+        numbers: [5, N] int64, written: goal event, elapsed (0 where nothing was done), illegal actions, length,
+            shortest length.
     """
     for n in range(steps.shape[0]):
         step, ledger = steps[n], ledgers[n]
         rewards[n] = step.rewards
         flags[0, n], flags[1, n] = step.terminated, step.truncated
-        if is_same_step and step.episode_ended:
+        if begins_anew and step.episode_ended:
             flags[2, n] = False
             numbers[0, n], numbers[1, n], numbers[2, n], numbers[3, n] = NO_GOAL, 0, 0, 0
             numbers[4, n] = ledger.shortest
         else:
             flags[2, n] = step.terminated
-            numbers[0, n], numbers[1, n], numbers[2, n] = step.events, 1, step.illegal_actions
+            numbers[0, n], numbers[1, n], numbers[2, n] = step.events, step.meta_elapsed > 0, step.illegal_actions
             numbers[3, n], numbers[4, n] = step.lengths, step.shortest

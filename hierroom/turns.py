@@ -21,12 +21,12 @@ from hierroom.meta import MetaController, NoGoals, choose_goals
 from hierroom.options import META, Ledger, Transition, reset_values, transitions
 from hierroom.rewards import make_reward
 from hierroom.situation import GOAL_MASKS, N_META_ACTIONS, NO_GOAL_ACTION, Situation
-from hierroom.step import N_OUTCOMES, Step
+from hierroom.step import N_OUTCOMES, STEP, Step
 from hierroom.turn_kernels import KERNEL_REWARDS, OWN_REWARD
 from hierroom.world.kernels import turn_uniforms
 from hierroom.world.layout import State
 from hierroom.world.oracle import shortest_lengths
-from hierroom.world.world import World
+from hierroom.world.world import Seeds, World
 
 
 class Turns:
@@ -109,15 +109,20 @@ class Turns:
         """How hard the environments are to explore; of several goal graphs, the hardest."""
         return analyze(self.sampler.everything[-1], drop_key=self.world.n_actions == 6)
 
-    def reset(self, seed: int | None = None) -> None:
-        """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
+    def reset(self, seed: Seeds = None, envs: NDArray[np.integer] | None = None) -> None:
+        """Begin an episode in some environments: the first one of a seed, or without a seed each one's next.
 
         A curriculum stays in the stage it is in, so that a seed fixes the levels of that stage.
+
+        Args:
+            seed: one for all of them, or one or None for each of them.
+            envs: [M] which; None: all.
         """
-        self.world.reset(seed)
-        self.sampler.reset()
-        self.last_step = None
-        self._begin(self._everywhere)
+        if envs is None:
+            envs, self.last_step = self._everywhere, None
+        self.world.reset(seed, envs)
+        self.sampler.reset(envs)
+        self._begin(envs)
 
     def _begin(self, envs: NDArray[np.integer]) -> None:
         self.ledger.put(reset_values(self.world.n_actions), envs)
@@ -218,6 +223,10 @@ class Turns:
         """
         self.ledger.choose(self.world.state.levels, self._goal_mask.kind, actions)
 
+    def meta_masks(self) -> NDArray[np.bool_]:
+        """[N, 14] the meta-controller's legal actions everywhere; where it has no turn it can only wait."""
+        return self._goal_mask.masks(self.world.state.levels, self.ledger.is_meta_turn)
+
     def ask(self, meta: MetaController) -> None:
         """Let a meta-controller take its turn in every environment where it is due.
 
@@ -265,6 +274,19 @@ class Turns:
             self.world.set_graphs(self.sampler.graphs)
         self.last_step = step
         return step
+
+    def begin_instead(self, envs: NDArray[np.integer]) -> None:
+        """Begin the next episode in environments [M] whose last one had ended before the last step.
+
+        The last step tells then that nothing was done there; its action is ignored.
+        """
+        assert self.last_step is not None
+        self.reset(None, envs)
+        nothing = np.zeros(len(envs), STEP)
+        nothing["actions"], nothing["shortest"] = self.world.n_actions, self.ledger.shortest[envs]
+        for name in ("goals", "events", "achieved_instead"):
+            nothing[name] = NO_GOAL
+        self.last_step.records[envs] = nothing
 
     def final_observation(self, agent: str, step: Step, envs: NDArray[np.integer]) -> Observation:
         """What an agent observes of some environments [M] right after a step, before a reset or the next goal.

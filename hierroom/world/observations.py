@@ -55,10 +55,10 @@ def write_one(outcomes, levels, goal, triples, vectors, image, goal_vector, keys
 
 
 @njit(cache=True, nogil=True)
-def write_batch(outcomes, levels, goals, triples, vectors, images, goal_vectors, directions, keys, doors):
-    """Write what N environments show; as `write_one`, with [N] goals and directions, and arrays of N rows."""
+def write_batch(outcomes, levels, ledgers, triples, vectors, images, goal_vectors, directions, keys, doors):
+    """Write what N environments show; as `write_one`, with the goals of records of the ledger, and arrays of N rows."""
     for n in range(outcomes.shape[0]):
-        level, goal = levels[n], goals[n]
+        level, goal = levels[n], ledgers[n].goals
         write_image(outcomes[n].tiles, triples, images[n])
         for k in range(GOAL_SIZE):
             goal_vectors[n, k] = vectors[goal, k]
@@ -69,10 +69,10 @@ def write_batch(outcomes, levels, goals, triples, vectors, images, goal_vectors,
 
 
 @njit(cache=True, nogil=True)
-def write_flat(outcomes, levels, goals, triples, vectors, n_actions, rows):
-    """Write what N environments show as rows of numbers, in the order of `flat_size`'s parts."""
+def write_flat(outcomes, levels, ledgers, triples, vectors, n_actions, rows):
+    """Write what N environments show as rows of numbers, one after the other: see `vector_arrays.flat_space`."""
     for n in range(outcomes.shape[0]):
-        level, goal, row, tiles = levels[n], goals[n], rows[n], outcomes[n].tiles
+        level, goal, row, tiles = levels[n], ledgers[n].goals, rows[n], outcomes[n].tiles
         for k in range(n_actions):
             row[k] = 1
         at = n_actions
@@ -94,30 +94,13 @@ def write_flat(outcomes, levels, goals, triples, vectors, n_actions, rows):
                 at += 3
 
 
-_LEVELS, _OUTCOMES, _GOALS = np.zeros(1, LEVEL), np.zeros(1, OUTCOME), np.zeros(1, np.int64)
-
-
-def empty_parts(*batch: int) -> tuple[NDArray, ...]:
-    """New arrays of image, goal and, in a batch, direction, then keys and doors, to be written."""
-    parts = [np.empty((*batch, *IMAGE), np.uint8), np.empty((*batch, GOAL_SIZE), np.float32)]
-    parts += [np.empty(batch, np.int64)] if batch else []
-    return (*parts, np.empty((*batch, N_COLOURS), np.int8), np.empty((*batch, N_COLOURS), np.int8))
+def empty_parts() -> tuple[NDArray, ...]:
+    """New arrays of an environment's image, goal, keys and doors, to be written."""
+    image, goal = np.empty(IMAGE, np.uint8), np.empty(GOAL_SIZE, np.float32)
+    return image, goal, np.empty(N_COLOURS, np.int8), np.empty(N_COLOURS, np.int8)
 
 
 @cache
 def compiled_one() -> Callable[..., int]:
     """Compile `write_one` for the types of a world's arrays."""
-    return compiled(write_one, _OUTCOMES, _LEVELS, 1, TRIPLES, GOAL_VECTORS, *empty_parts())
-
-
-@cache
-def compiled_batch() -> Callable[..., None]:
-    """Compile `write_batch`, likewise."""
-    return compiled(write_batch, _OUTCOMES, _LEVELS, _GOALS, TRIPLES, GOAL_VECTORS, *empty_parts(1))
-
-
-@cache
-def compiled_flat() -> Callable[..., None]:
-    """Compile `write_flat`, likewise."""
-    rows = np.zeros((1, 1), np.uint8)
-    return compiled(write_flat, _OUTCOMES, _LEVELS, _GOALS, TRIPLES, GOAL_VECTORS, 1, rows)
+    return compiled(write_one, np.zeros(1, OUTCOME), np.zeros(1, LEVEL), 1, TRIPLES, GOAL_VECTORS, *empty_parts())

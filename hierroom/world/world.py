@@ -20,6 +20,8 @@ MIN_ENVS_PER_THREAD = 1024
 
 Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
 """Selects some environments of a batch."""
+Seeds = int | Sequence[int | None] | None
+"""One seed for all environments, one or None for each, or none: see `World.reset`."""
 INT64 = np.dtype(np.int64)
 
 
@@ -90,14 +92,36 @@ class World:
         """Whether levels have been generated, which the first `reset` does."""
         return bool(self.state.levels["n_rooms"][0])
 
-    def reset(self, seed: int | None = None) -> None:
-        """Begin an episode in every environment: with a seed its first one, without a seed the next one."""
-        if seed is not None:
-            if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**63:
-                raise InputError(f"a seed must be a whole number from 0 to 2**63 - 1, not {seed!r}")
-            self.state.levels["seed"], self.state.levels["episode"] = seed, -1
-        self._clear_outcomes(np.arange(len(self)), 0)
-        kernels.reset_levels(self.state.levels, self.state.grids, self.graph_records, self.outcomes)
+    def reset(self, seed: Seeds = None, indices: Indices = slice(None)) -> None:
+        """Begin an episode in some environments (by default all): with a seed its first one, without one the next.
+
+        Args:
+            seed: 0 to 2**63 - 1, one for all of them; or a sequence with one, or None, for each of them.
+            indices: which.
+
+        Raises:
+            InputError: if a seed is none, or there is not one for each.
+        """
+        chosen, levels = self._chosen(indices), self.state.levels
+        if isinstance(seed, (Sequence, np.ndarray)) and not isinstance(seed, str):
+            if len(seed) != len(chosen):
+                raise InputError(f"seeds are one for all environments or {len(chosen)} of them, not {len(seed)}")
+            seeds = [*seed]
+        else:
+            seeds = [seed]
+        for one in seeds:
+            if one is not None and not (isinstance(one, (int, np.integer)) and 0 <= one < 2**63):
+                raise InputError(f"a seed must be a whole number from 0 to 2**63 - 1, not {one!r}")
+        for envs, one in zip([chosen] if len(seeds) == 1 else chosen, seeds, strict=True):
+            if one is not None:
+                levels["seed"][envs], levels["episode"][envs] = one, -1
+        self._clear_outcomes(chosen, 0)
+        if len(chosen) == len(self):
+            kernels.reset_levels(levels, self.state.grids, self.graph_records, self.outcomes)
+        else:
+            part, outcomes = self.state[chosen], self.outcomes[chosen]
+            kernels.reset_levels(part.levels, part.grids, self.graph_records, outcomes)
+            levels[chosen], self.state.grids[chosen], self.outcomes[chosen] = part.levels, part.grids, outcomes
 
     def remember(self, memories: Iterable[str]) -> None:
         """Let levels remember more of their episode, from the next `reset` on.
