@@ -38,7 +38,6 @@ from hierroom.world.world import Seeds
 
 MetaSpec = str | MetaController | Callable[..., Any]
 """Who picks the goals, as `make_meta` takes it."""
-NEXT_STEP, SAME_STEP = AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP
 VECTOR_RENDER_MODES = ("ansi", "rgb_array")
 
 
@@ -203,8 +202,8 @@ class EscapeRooms(VectorEnv):
             raise InputError(f"render_mode of many environments must be one of {modes} or None, not {render_mode!r}")
         self.autoreset_mode = mode
         self.metadata = {**self.metadata, "autoreset_mode": mode}
-        is_same_step = mode == AutoresetMode.SAME_STEP
-        self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=is_same_step)
+        self._is_same_step = mode == AutoresetMode.SAME_STEP
+        self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
         self.complexity = self.turns.complexity
         self.meta = make_meta(meta)
         self.num_envs = num_envs
@@ -253,18 +252,18 @@ class EscapeRooms(VectorEnv):
         Raises:
             InputError: if autoreset is disabled and an episode has ended whose environment was not reset.
         """
-        is_next_step, is_same_step = (self.autoreset_mode == mode for mode in (NEXT_STEP, SAME_STEP))
-        if not is_same_step and not is_next_step and self._have_ended.any():
+        is_same_step, have_ended = self._is_same_step, not self._is_same_step and self._have_ended.any()
+        if have_ended and self.autoreset_mode == AutoresetMode.DISABLED:
             ended = ", ".join(map(str, np.flatnonzero(self._have_ended)))
             raise InputError(f"the episodes of environments {ended} have ended: reset them first, by their reset_mask")
         step = self.turns.step(actions)
-        if is_next_step and self._have_ended.any():
+        if have_ended:
             self.turns.begin_instead(np.flatnonzero(self._have_ended))
         show_step(self.meta, step, self.turns)
         rewards, terminated, truncated, infos = self._arrays.results(step, begins_anew=is_same_step)
         if not is_same_step:
             self._have_ended = terminated | truncated
-        elif step.episode_ended.any():
+        elif self.turns.n_ended:
             infos |= self._arrays.final(step)
         self.turns.ask(self.meta)
         return self._observations(), rewards, terminated, truncated, infos
@@ -280,7 +279,7 @@ class EscapeRooms(VectorEnv):
 
     def _observations(self) -> Any:
         observations = self._arrays.observations()
-        if self._have_ended.any() and self.turns.last_step is not None:
+        if not self._is_same_step and self._have_ended.any() and self.turns.last_step is not None:
             self._arrays.show_goals(observations, self.turns.last_step.goals, np.flatnonzero(self._have_ended))
         return observations
 

@@ -48,6 +48,7 @@ class Turns:
         ledger: who is to act in each environment, and what else there is to know of the turns.
         reward: how the controller is rewarded.
         last_step: what the last step did, or None before the first one since a reset.
+        n_ended: in how many environments it ended the episode.
 
     Raises:
         InputError: if an entry of the config or another argument cannot be used.
@@ -80,11 +81,12 @@ class Turns:
         )
         self.ledger = Ledger.at_reset(len(world), world.n_actions)
         self.last_step: Step | None = None
+        self.n_ended = 0
         self._subgoal_horizon = np.iinfo(np.int64).max if horizon is None else int(horizon)
         self._goal_mask = GOAL_MASKS[config.goal_mask]
         name = config.reward or "intrinsic"
         self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD
-        self._autoreset = autoreset
+        self._autoreset, self._has_stages = autoreset, self.sampler.n_stages > 1
         self._measure_shortest = measure_shortest
         self._step_world = world.step if autoreset else world.step_within_episode
         self._finals = world.finals if autoreset else world.state.levels
@@ -92,7 +94,7 @@ class Turns:
         self._all_legal = np.ones((len(world), world.n_actions), bool)
         for shared in (self._everywhere, self._all_legal):
             shared.setflags(write=False)
-        self._actions = np.zeros(len(world), np.int64)
+        self._actions, self._no_goals = np.zeros(len(world), np.int64), np.full(len(world), NO_GOAL)
         if world.has_begun:
             self._begin(self._everywhere)
 
@@ -234,7 +236,7 @@ class Turns:
             InputError: if it does not return one whole number for each of them.
         """
         if type(meta) is NoGoals:
-            self.choose_everywhere(np.full(len(self), NO_GOAL))
+            self.choose_everywhere(self._no_goals)
             return
         due = self.due(META)
         if len(due):
@@ -253,9 +255,9 @@ class Turns:
         if not self.world.has_begun:
             raise InputError("reset the environment before its first step")
         actions = self.world.as_actions(actions)
-        had_ended = None if self.sampler.n_stages == 1 else self.world.state.levels["has_ended"].copy()
+        had_ended = None if not self._has_stages else self.world.state.levels["has_ended"].copy()
         before = self.world.get_state() if self.reward.needs_states else None
-        records, n_ended = self.ledger.record(
+        records, self.n_ended = self.ledger.record(
             actions,
             self._step_world(actions),
             return_ends_with_option=self.reward.ends_with_option,
@@ -268,7 +270,7 @@ class Turns:
         step = Step(records, before, None if before is None else self.world.state_after(before, actions))
         if self._kernel_reward == OWN_REWARD:
             self.reward.write(step)
-        if n_ended and self._autoreset and self._measure_shortest:
+        if self.n_ended and self._autoreset and self._measure_shortest:
             self._measure(np.flatnonzero(step.episode_ended))
         if had_ended is not None and self.sampler.add(step.episode_ended & ~had_ended, step.terminated & ~had_ended):
             self.world.set_graphs(self.sampler.graphs)

@@ -21,8 +21,7 @@ from hierroom.world.layout import LEVEL, OUTCOME
 from hierroom.world.observations import IMAGE, N_DIRECTIONS, N_NUMBERS, write_batch, write_flat
 from hierroom.world.tiles import TRIPLES
 
-INFOS = ("goal_event", "elapsed", "illegal_actions", "length", "shortest_length", "success")
-"""What infos tell of, in the order in which `turn_kernels.write_results` writes it."""
+_GOAL_SIZE = GOAL_VECTORS.shape[1]
 
 
 class VectorArrays:
@@ -37,19 +36,22 @@ class VectorArrays:
     def __init__(self, turns: Turns, *, flat: bool, copy: bool) -> None:
         self._turns, self._flat = turns, flat
         self.space = flat_space(turns.world.n_actions) if flat else turns.observation_space(CONTROLLER)
-        self._masks = np.ones((len(turns), turns.world.n_actions), np.int8)
+        self._n, n_actions = len(turns), turns.world.n_actions
+        self._shape = (self._n, n_actions + N_NUMBERS) if flat else (self._n, *IMAGE)
+        self._masks = np.ones((self._n, n_actions), np.int8)
         self._kept = None if copy else self._empty()
 
     def _empty(self) -> tuple[NDArray, ...]:
-        n, n_actions = len(self._turns), self._turns.world.n_actions
         if self._flat:
-            return (np.empty((n, n_actions + N_NUMBERS), np.uint8),)
+            return (np.empty(self._shape, np.uint8),)
+        n = self._n
+        keys, doors = np.empty((2, n, N_COLOURS), np.int8)
         return (
-            np.empty((n, *IMAGE), np.uint8),
-            np.empty((n, GOAL_VECTORS.shape[1]), np.float32),
+            np.empty(self._shape, np.uint8),
+            np.empty((n, _GOAL_SIZE), np.float32),
             np.empty(n, np.int64),
-            np.empty((n, N_COLOURS), np.int8),
-            np.empty((n, N_COLOURS), np.int8),
+            keys,
+            doors,
         )
 
     def observations(self) -> Any:
@@ -76,7 +78,7 @@ class VectorArrays:
         """Put the goals [N] of some environments into observations, where the ledger has them no more."""
         if self._flat:
             at = self._turns.world.n_actions + N_DIRECTIONS + N_COLOURS
-            observations[envs, at : at + GOAL_VECTORS.shape[1]] = GOAL_VECTORS[goals[envs]]
+            observations[envs, at : at + _GOAL_SIZE] = GOAL_VECTORS[goals[envs]]
         else:
             observations["goal"][envs] = GOAL_VECTORS[goals[envs]]
 
@@ -89,28 +91,36 @@ class VectorArrays:
             step: the step.
             begins_anew: whether infos tell of the next episode where one ended.
         """
-        n = len(self._turns)
+        n = self._n
         rewards, flags, numbers = np.empty(n), np.empty((3, n), bool), np.empty((5, n), np.int64)
         _compiled_results()(step.records, self._turns.ledger.records, begins_anew, rewards, flags, numbers)
-        return rewards, flags[0], flags[1], masked(dict(zip(INFOS, (*numbers, flags[2]), strict=True)))
+        terminated, truncated, success = flags
+        return rewards, terminated, truncated, _infos(success, numbers, np.ones((6, n), bool))
 
     def at_reset(self, where: NDArray[np.bool_]) -> dict[str, Any]:
         """The infos of the environments whose episode begins."""
-        n, ledger = len(self._turns), self._turns.ledger
+        n, ledger = self._n, self._turns.ledger
         numbers = np.zeros((5, n), np.int64)
         numbers[0, where], numbers[4, where] = -1, ledger.shortest[where]
-        return masked(dict(zip(INFOS, (*numbers, np.zeros(n, bool)), strict=True)), where)
+        masks = np.empty((6, n), bool)
+        masks[:] = where
+        return _infos(np.zeros(n, bool), numbers, masks)
 
     def final(self, step: Step) -> dict[str, Any]:
         """What infos say of the episodes that a step ended: their last observations, and their last infos."""
-        n, ended = len(self._turns), step.episode_ended.copy()
-        _, _, _, infos = self.results(step, begins_anew=False)
-        infos = {name: np.where(ended, infos[name], np.zeros_like(infos[name])) for name in INFOS}
+        n, ended = self._n, step.episode_ended.copy()
+        *_, infos = self.results(step, begins_anew=False)
+        infos = {name: values & ended if values.dtype == bool else values * ended for name, values in infos.items()}
         observations, envs = np.full(n, None, object), np.flatnonzero(ended)
         last = self._turns.final_observation(CONTROLLER, step, envs)
         for env, observation in zip(envs, rows(last, flat=self._flat), strict=True):
             observations[env] = observation
-        return masked({"final_obs": observations, "final_info": masked(infos, ended)}, ended)
+        return {
+            "final_obs": observations,
+            "final_info": infos,
+            "_final_obs": ended,
+            "_final_info": ended.copy(),
+        }
 
 
 def flat_space(n_actions: int) -> spaces.Box:
@@ -135,14 +145,24 @@ def rows(observation: Observation, *, flat: bool) -> Iterable[Any]:
     return np.concatenate(numbers, axis=1, dtype=np.uint8, casting="unsafe")
 
 
-def masked(infos: dict[str, Any], where: NDArray[np.bool_] | None = None) -> dict[str, Any]:
-    """Infos with Gymnasium's entries that say which environments they tell of; of all, unless it is said."""
-    names = list(infos)
-    masks = np.empty((len(names), len(infos[names[0]])), bool)
-    masks[:] = True if where is None else where
-    for name, mask in zip(names, masks, strict=True):
-        infos[f"_{name}"] = mask
-    return infos
+def _infos(success: NDArray[np.bool_], numbers: NDArray[np.int64], masks: NDArray[np.bool_]) -> dict[str, NDArray]:
+    """Infos by name, with Gymnasium's entries that say which environments they tell of."""
+    event, elapsed, illegal, length, shortest = numbers
+    of_event, of_elapsed, of_illegal, of_success, of_length, of_shortest = masks
+    return {
+        "goal_event": event,
+        "_goal_event": of_event,
+        "elapsed": elapsed,
+        "_elapsed": of_elapsed,
+        "illegal_actions": illegal,
+        "_illegal_actions": of_illegal,
+        "success": success,
+        "_success": of_success,
+        "length": length,
+        "_length": of_length,
+        "shortest_length": shortest,
+        "_shortest_length": of_shortest,
+    }
 
 
 _BATCH = np.zeros(1, OUTCOME), np.zeros(1, LEVEL), np.zeros(1, LEDGER), TRIPLES, GOAL_VECTORS

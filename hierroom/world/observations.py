@@ -16,7 +16,8 @@ from hierroom.world.tiles import TRIPLES
 
 N_DIRECTIONS = 4
 IMAGE, GOAL_SIZE = (VIEW, VIEW, 3), GOAL_VECTORS.shape[1]
-N_NUMBERS = N_DIRECTIONS + N_COLOURS + GOAL_SIZE + N_COLOURS + VIEW * VIEW * 3
+N_CELLS = VIEW * VIEW
+N_NUMBERS = N_DIRECTIONS + N_COLOURS + GOAL_SIZE + N_COLOURS + N_CELLS * 3
 """Numbers of a flat observation besides the action mask."""
 
 
@@ -87,11 +88,7 @@ def write_flat(outcomes, levels, ledgers, triples, vectors, n_actions, rows):
         for k in range(GOAL_SIZE):
             row[at + k] = vectors[goal, k]
         at += GOAL_SIZE + N_COLOURS
-        for i in range(VIEW):
-            for j in range(VIEW):
-                tile = np.uint64(tiles[i, j])
-                row[at], row[at + 1], row[at + 2] = triples[tile, 0], triples[tile, 1], triples[tile, 2]
-                at += 3
+        write_image(tiles, triples, row[at : at + N_CELLS * 3].reshape(IMAGE))
 
 
 def empty_parts() -> tuple[NDArray, ...]:
