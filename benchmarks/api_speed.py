@@ -145,6 +145,9 @@ def cases() -> dict[str, tuple[Run, int]]:
     for n in BATCHES:
         found[f"engine, {n}"] = engine(n), n
         found[f"vector, {n}"] = vector(EscapeRooms(n)), n
+        found[f"vector, not copied, {n}"] = vector(EscapeRooms(n, copy=False)), n
+        found[f"vector, flat, {n}"] = vector(EscapeRooms(n, flat=True)), n
+        found[f"vector, flat, not copied, {n}"] = vector(EscapeRooms(n, flat=True, copy=False)), n
     return found
 
 

@@ -22,6 +22,8 @@ from hierroom.world.observations import IMAGE, N_DIRECTIONS, N_NUMBERS, write_ba
 from hierroom.world.tiles import TRIPLES
 
 _GOAL_SIZE = GOAL_VECTORS.shape[1]
+_BOOL, _INT8, _UINT8, _INT64, _FLOAT32 = map(np.dtype, (bool, np.int8, np.uint8, np.int64, np.float32))
+"""Made once: with a type instead of a dtype, numpy makes one for every array."""
 
 
 class VectorArrays:
@@ -38,18 +40,19 @@ class VectorArrays:
         self.space = flat_space(turns.world.n_actions) if flat else turns.observation_space(CONTROLLER)
         self._n, n_actions = len(turns), turns.world.n_actions
         self._shape = (self._n, n_actions + N_NUMBERS) if flat else (self._n, *IMAGE)
+        self._everywhere = np.ones((6, self._n), bool)
         self._masks = np.ones((self._n, n_actions), np.int8)
         self._kept = None if copy else self._empty()
 
     def _empty(self) -> tuple[NDArray, ...]:
         if self._flat:
-            return (np.empty(self._shape, np.uint8),)
+            return (np.empty(self._shape, _UINT8),)
         n = self._n
-        keys, doors = np.empty((2, n, N_COLOURS), np.int8)
+        keys, doors = np.empty((2, n, N_COLOURS), _INT8)
         return (
-            np.empty(self._shape, np.uint8),
-            np.empty((n, _GOAL_SIZE), np.float32),
-            np.empty(n, np.int64),
+            np.empty(self._shape, _UINT8),
+            np.empty((n, _GOAL_SIZE), _FLOAT32),
+            np.empty(n, _INT64),
             keys,
             doors,
         )
@@ -92,10 +95,10 @@ class VectorArrays:
             begins_anew: whether infos tell of the next episode where one ended.
         """
         n = self._n
-        rewards, flags, numbers = np.empty(n), np.empty((3, n), bool), np.empty((5, n), np.int64)
+        rewards, flags, numbers = np.empty(n), np.empty((3, n), _BOOL), np.empty((5, n), _INT64)
         _compiled_results()(step.records, self._turns.ledger.records, begins_anew, rewards, flags, numbers)
         terminated, truncated, success = flags
-        return rewards, terminated, truncated, _infos(success, numbers, np.ones((6, n), bool))
+        return rewards, terminated, truncated, _infos(success, numbers, self._everywhere.copy())
 
     def at_reset(self, where: NDArray[np.bool_]) -> dict[str, Any]:
         """The infos of the environments whose episode begins."""

@@ -91,10 +91,13 @@ def write_flat(outcomes, levels, ledgers, triples, vectors, n_actions, rows):
         write_image(tiles, triples, row[at : at + N_CELLS * 3].reshape(IMAGE))
 
 
+_UINT8, _INT8, _FLOAT32 = np.dtype(np.uint8), np.dtype(np.int8), np.dtype(np.float32)
+
+
 def empty_parts() -> tuple[NDArray, ...]:
     """New arrays of an environment's image, goal, keys and doors, to be written."""
-    image, goal = np.empty(IMAGE, np.uint8), np.empty(GOAL_SIZE, np.float32)
-    return image, goal, np.empty(N_COLOURS, np.int8), np.empty(N_COLOURS, np.int8)
+    image, goal = np.empty(IMAGE, _UINT8), np.empty(GOAL_SIZE, _FLOAT32)
+    return image, goal, np.empty(N_COLOURS, _INT8), np.empty(N_COLOURS, _INT8)
 
 
 @cache
