@@ -34,7 +34,7 @@ from hierroom.single_env import SingleEnv
 from hierroom.turns import Turns
 from hierroom.vector_arrays import VectorArrays
 from hierroom.world.render import RENDER_MODES, Screen
-from hierroom.world.world import Seeds
+from hierroom.world.world import Seeds, is_list
 
 MetaSpec = str | MetaController | Callable[..., Any]
 """Who picks the goals, as `make_meta` takes it."""
@@ -193,16 +193,16 @@ class EscapeRooms(VectorEnv):
         render_mode: str | None = None,
     ):
         config = EnvConfig.of_arguments(locals())
-        modes = {mode.value: mode for mode in AutoresetMode}
-        mode = modes.get(getattr(autoreset_mode, "value", autoreset_mode))
-        if mode is None:
+        modes = [mode.value for mode in AutoresetMode]
+        mode = getattr(autoreset_mode, "value", autoreset_mode)
+        if mode not in modes:
             raise InputError(f"autoreset_mode must be one of {', '.join(modes)}, not {autoreset_mode!r}")
         if render_mode not in (*VECTOR_RENDER_MODES, None):
             modes = ", ".join(VECTOR_RENDER_MODES)
             raise InputError(f"render_mode of many environments must be one of {modes} or None, not {render_mode!r}")
-        self.autoreset_mode = mode
-        self.metadata = {**self.metadata, "autoreset_mode": mode}
-        self._is_same_step = mode == AutoresetMode.SAME_STEP
+        self.autoreset_mode = AutoresetMode(mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
+        self._is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
         self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
         self.complexity = self.turns.complexity
         self.meta = make_meta(meta)
@@ -226,20 +226,17 @@ class EscapeRooms(VectorEnv):
             options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
                 ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
         """
-        where = self._reset_mask(options or {})
-        is_single = seed is None or isinstance(seed, (int, np.integer))
+        where, seeds = self._reset_mask(options or {}), self._seeds(seed)
         if where.all():
-            self.turns.reset(fresh_seed() if seed is None and not self._is_seeded else seed)
+            self.turns.reset(seeds)
             self._is_seeded = True
         elif not self._is_seeded:
             raise InputError("reset all environments before only some of them")
         else:
-            envs = np.flatnonzero(where)
-            self.turns.reset(
-                seed if is_single else [one for one, is_one in zip(seed, where, strict=True) if is_one], envs
-            )
+            some = [one for one, is_one in zip(seeds, where, strict=True) if is_one] if is_list(seeds) else seeds
+            self.turns.reset(some, np.flatnonzero(where))
         self._have_ended &= ~where
-        super().reset(seed=int(seed) if seed is not None and is_single else None)
+        super().reset(seed=int(seed) if isinstance(seed, (int, np.integer)) else None)
         self.turns.ask(self.meta)
         infos = self._arrays.at_reset(where)
         if (options or {}).get("complexity"):
@@ -282,6 +279,14 @@ class EscapeRooms(VectorEnv):
         if not self._is_same_step and self._have_ended.any() and self.turns.last_step is not None:
             self._arrays.show_goals(observations, self.turns.last_step.goals, np.flatnonzero(self._have_ended))
         return observations
+
+    def _seeds(self, seed: Seeds) -> Seeds:
+        """Seeds as `Turns.reset` takes them; what is not given is drawn where nobody has given one before."""
+        if not is_list(seed):
+            return fresh_seed() if seed is None and not self._is_seeded else seed
+        if len(seed) != self.num_envs:
+            raise InputError(f"seeds are one for all environments or {self.num_envs} of them, not {len(seed)}")
+        return [fresh_seed() if one is None and not self._is_seeded else one for one in seed]
 
     def _reset_mask(self, options: dict) -> NDArray[np.bool_]:
         """[N] bool, the environments that a reset is of."""

@@ -189,7 +189,7 @@ class SingleEnv:
     @staticmethod
     def _is_plain(action: Any) -> bool:
         """Whether an action is a number as nearly everyone gives it, for which there are short ways."""
-        return isinstance(action, (int, np.integer)) and not isinstance(action, bool) and _LOW <= action <= _HIGH
+        return isinstance(action, (int, np.integer)) and not isinstance(action, bool) and _LOW <= int(action) <= _HIGH
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.turn_kernels import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+from hierroom.turn_kernels import NO_GOAL, NO_OUTCOME, OTHER, REACHED, TIMED_OUT
 from hierroom.world.layout import State
 
 N_OUTCOMES = len((NO_OUTCOME, REACHED, TIMED_OUT, OTHER))
@@ -105,6 +105,14 @@ class Step:
     def as_dict(self) -> dict[str, NDArray]:
         """The arrays by name."""
         return {name: self.records[name] for name in _NAMES}
+
+    def clear(self, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
+        """Tell that nothing was done in some environments [M], whose episodes have the shortest lengths [M]."""
+        nothing = np.zeros(len(envs), STEP)
+        nothing["actions"], nothing["shortest"] = n_actions, shortest
+        for name in ("goals", "events", "achieved_instead"):
+            nothing[name] = NO_GOAL
+        self.records[envs] = nothing
 
     @property
     def outcomes(self) -> NDArray[np.integer]:

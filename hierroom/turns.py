@@ -21,7 +21,7 @@ from hierroom.meta import MetaController, NoGoals, choose_goals
 from hierroom.options import META, Ledger, Transition, reset_values, transitions
 from hierroom.rewards import make_reward
 from hierroom.situation import GOAL_MASKS, N_META_ACTIONS, NO_GOAL_ACTION, Situation
-from hierroom.step import N_OUTCOMES, STEP, Step
+from hierroom.step import N_OUTCOMES, Step
 from hierroom.turn_kernels import KERNEL_REWARDS, OWN_REWARD
 from hierroom.world.kernels import turn_uniforms
 from hierroom.world.layout import State
@@ -284,11 +284,7 @@ class Turns:
         """
         assert self.last_step is not None
         self.reset(None, envs)
-        nothing = np.zeros(len(envs), STEP)
-        nothing["actions"], nothing["shortest"] = self.world.n_actions, self.ledger.shortest[envs]
-        for name in ("goals", "events", "achieved_instead"):
-            nothing[name] = NO_GOAL
-        self.last_step.records[envs] = nothing
+        self.last_step.clear(envs, self.world.n_actions, self.ledger.shortest[envs])
 
     def final_observation(self, agent: str, step: Step, envs: NDArray[np.integer]) -> Observation:
         """What an agent observes of some environments [M] right after a step, before a reset or the next goal.

@@ -22,7 +22,8 @@ from hierroom.world.observations import IMAGE, N_DIRECTIONS, N_NUMBERS, write_ba
 from hierroom.world.tiles import TRIPLES
 
 _GOAL_SIZE = GOAL_VECTORS.shape[1]
-_BOOL, _INT8, _UINT8, _INT64, _FLOAT32 = map(np.dtype, (bool, np.int8, np.uint8, np.int64, np.float32))
+_BOOL, _INT8, _UINT8 = np.dtype(np.bool_), np.dtype(np.int8), np.dtype(np.uint8)
+_INT64, _FLOAT32 = np.dtype(np.int64), np.dtype(np.float32)
 """Made once: with a type instead of a dtype, numpy makes one for every array."""
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +24,11 @@ Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
 Seeds = int | Sequence[int | None] | None
 """One seed for all environments, one or None for each, or none: see `World.reset`."""
 INT64 = np.dtype(np.int64)
+
+
+def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
+    """Whether it is one seed for each environment."""
+    return isinstance(seed, (Sequence, np.ndarray)) and not isinstance(seed, str)
 
 
 class World:
@@ -103,7 +109,7 @@ class World:
             InputError: if a seed is none, or there is not one for each.
         """
         chosen, levels = self._chosen(indices), self.state.levels
-        if isinstance(seed, (Sequence, np.ndarray)) and not isinstance(seed, str):
+        if is_list(seed):
             if len(seed) != len(chosen):
                 raise InputError(f"seeds are one for all environments or {len(chosen)} of them, not {len(seed)}")
             seeds = [*seed]
