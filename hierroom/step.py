@@ -106,6 +106,14 @@ class Step:
         """The arrays by name."""
         return {name: self.records[name] for name in _NAMES}
 
+    def replaced(self, **arrays: NDArray) -> Step:
+        """A step in which some arrays, by name, are others; whether episodes ended follows from how they did."""
+        records = self.records.copy()
+        for name, array in arrays.items():
+            records[name] = array
+        records["episode_ended"] = records["terminated"] | records["truncated"]
+        return Step(records, self.before, self.after)
+
     def clear(self, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
         """Tell that nothing was done in some environments [M], whose episodes have the shortest lengths [M]."""
         nothing = np.zeros(len(envs), STEP)
