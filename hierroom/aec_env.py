@@ -8,7 +8,7 @@
 | observations | ``observation`` 7 x 7 x 3, ``goal``, ``direction``, ``keys_held``, ``doors_open``, ``action_mask`` |
 | and for meta_0 | ``outcome``: 0 no goal before, 1 it was reached, 2 its horizon ran out, 3 the episode ended |
 | rewards | meta_0: 1 for the exit; controller_0: by ``reward`` |
-| infos | ``goal_event``, ``elapsed``, ``illegal_actions``; at the end ``success``, ``length``, ``shortest_length`` |
+| infos | ``goal_event``, ``elapsed``, ``illegal_actions``, ``success``, ``length``, ``shortest_length``: always all |
 | ends | terminated at the exit, truncated after ``max_steps`` primitive steps; both agents at once |
 
 ``meta_0`` acts at reset and whenever its option ends, ``controller_0`` at every other moment. An action that
@@ -70,7 +70,7 @@ class raw_env(AECEnv):
 
     metadata = {  # noqa: RUF012 - PettingZoo reads it from the class
         "name": "hierroom_v0",
-        "render_modes": RENDER_MODES,
+        "render_modes": list(RENDER_MODES),
         "render_fps": FRAMES_PER_SECOND,
         "is_parallelizable": False,
     }

@@ -25,17 +25,20 @@ from hierroom.env_config import (
     fresh_seed,
     known_arguments,
 )
-from hierroom.goals import NO_GOAL, GraphSpecs
+from hierroom.errors import InputError
+from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaController, make_meta, show_step
 from hierroom.options import CONTROLLER
 from hierroom.rewards import RewardSpec
 from hierroom.single_env import SingleEnv
-from hierroom.step import Step
 from hierroom.turns import Turns
-from hierroom.world.render import RENDER_MODES
+from hierroom.vector_arrays import VectorArrays
+from hierroom.world.render import RENDER_MODES, Screen
+from hierroom.world.world import Seeds, is_list
 
 MetaSpec = str | MetaController | Callable[..., Any]
 """Who picks the goals, as `make_meta` takes it."""
+VECTOR_RENDER_MODES = ("ansi", "rgb_array")
 
 
 class EscapeRoom(gymnasium.Env):
@@ -64,7 +67,7 @@ class EscapeRoom(gymnasium.Env):
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
     """
 
-    metadata = {"render_modes": RENDER_MODES, "render_fps": FRAMES_PER_SECOND}  # noqa: RUF012 - read from the class
+    metadata = {"render_modes": list(RENDER_MODES), "render_fps": FRAMES_PER_SECOND}  # noqa: RUF012 - read from the class
 
     @known_arguments
     def __init__(
@@ -113,7 +116,7 @@ class EscapeRoom(gymnasium.Env):
             rewards[CONTROLLER],
             terminations[CONTROLLER],
             truncations[CONTROLLER],
-            self.single.infos()[CONTROLLER],
+            self.single.info(CONTROLLER),
         )
 
     def render(self) -> str | NDArray[np.uint8] | None:
@@ -126,11 +129,12 @@ class EscapeRoom(gymnasium.Env):
 
 
 class EscapeRooms(VectorEnv):
-    """N environments on the batch engine; where an episode ends the next one begins in the same step.
+    """N environments on the batch engine.
 
     Observations and infos are laid out as Gymnasium's own ``SyncVectorEnv`` lays out those of N `EscapeRoom` with
-    ``env_index`` 0, 1, ... in its same-step mode: where an episode ended, ``final_obs`` and ``final_info`` tell of its
-    last step, and everything else of the new episode.
+    ``env_index`` 0, 1, ..., in each of its modes: where an episode ended, the next one begins in the same step (then
+    ``final_obs`` and ``final_info`` tell of the last step, and everything else of the new episode), in the next step
+    (whose action is ignored there), or where the next ``reset`` says so.
 
     Args:
         num_envs: N.
@@ -150,12 +154,20 @@ class EscapeRooms(VectorEnv):
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
         meta: who picks the goals, as for `EscapeRoom`.
         threads: most threads to step with.
+        autoreset_mode: ``AutoresetMode.SAME_STEP``, ``NEXT_STEP`` or ``DISABLED``, or its value as text.
+        flat: whether observations are rows of numbers, one [N, K] uint8 array: see `vector_arrays.flat_space`.
+        copy: whether observations are new arrays; else each step overwrites those of the last one, which is faster.
+        render_mode: ``"ansi"``, ``"rgb_array"`` or None.
 
     Attributes:
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
     """
 
-    metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012 - Gymnasium reads it from the class
+    metadata = {  # noqa: RUF012 - Gymnasium reads it from the class
+        "autoreset_mode": AutoresetMode.SAME_STEP,
+        "render_modes": list(VECTOR_RENDER_MODES),
+        "render_fps": FRAMES_PER_SECOND,
+    }
 
     @known_arguments
     def __init__(
@@ -175,75 +187,113 @@ class EscapeRooms(VectorEnv):
         env_index: int = 0,
         meta: MetaSpec = "none",
         threads: int = 1,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
+        flat: bool = False,
+        copy: bool = True,
+        render_mode: str | None = None,
     ):
         config = EnvConfig.of_arguments(locals())
-        self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads)
+        modes = [mode.value for mode in AutoresetMode]
+        mode = getattr(autoreset_mode, "value", autoreset_mode)
+        if mode not in modes:
+            raise InputError(f"autoreset_mode must be one of {', '.join(modes)}, not {autoreset_mode!r}")
+        if render_mode not in (*VECTOR_RENDER_MODES, None):
+            modes = ", ".join(VECTOR_RENDER_MODES)
+            raise InputError(f"render_mode of many environments must be one of {modes} or None, not {render_mode!r}")
+        self.autoreset_mode = AutoresetMode(mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
+        self._is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
+        self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
         self.complexity = self.turns.complexity
         self.meta = make_meta(meta)
         self.num_envs = num_envs
-        self.single_observation_space = self.turns.observation_space(CONTROLLER)
+        self.render_mode = render_mode
+        self._arrays = VectorArrays(self.turns, flat=flat, copy=copy)
+        self.single_observation_space = self._arrays.space
         self.single_action_space = self.turns.action_space(CONTROLLER)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._is_seeded = False
+        self._have_ended = np.zeros(num_envs, bool)  # whose next episode has not begun yet
+        self._screen = Screen(render_mode)
 
-    def reset(self, *, seed: int | None = None, options: dict | None = None):
+    def reset(self, *, seed: Seeds = None, options: dict | None = None):
         """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
 
         Args:
-            seed: 0 to 2**63 - 1; one for all environments, whose indices make their episodes differ.
-            options: ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
+            seed: 0 to 2**63 - 1; one for all environments, whose indices make their episodes differ, or a list with
+                one, or None, for each.
+            options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
+                ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
         """
-        self.turns.reset(fresh_seed() if seed is None and not self._is_seeded else seed)
-        self._is_seeded = True
-        super().reset(seed=seed)
+        where, seeds = self._reset_mask(options or {}), self._seeds(seed)
+        if where.all():
+            self.turns.reset(seeds)
+            self._is_seeded = True
+        elif not self._is_seeded:
+            raise InputError("reset all environments before only some of them")
+        else:
+            some = [one for one, is_one in zip(seeds, where, strict=True) if is_one] if is_list(seeds) else seeds
+            self.turns.reset(some, np.flatnonzero(where))
+        self._have_ended &= ~where
+        super().reset(seed=int(seed) if isinstance(seed, (int, np.integer)) else None)
         self.turns.ask(self.meta)
-        infos = self._infos(np.full(self.num_envs, NO_GOAL), np.zeros(self.num_envs, np.int64))
+        infos = self._arrays.at_reset(where)
         if (options or {}).get("complexity"):
             infos["complexity"] = self.complexity.to_dict()
         return self._observations(), infos
 
     def step(self, actions: NDArray[np.integer]):
-        """Act once in every environment."""
+        """Act once in every environment.
+
+        Raises:
+            InputError: if autoreset is disabled and an episode has ended whose environment was not reset.
+        """
+        is_same_step, have_ended = self._is_same_step, not self._is_same_step and self._have_ended.any()
+        if have_ended and self.autoreset_mode == AutoresetMode.DISABLED:
+            ended = ", ".join(map(str, np.flatnonzero(self._have_ended)))
+            raise InputError(f"the episodes of environments {ended} have ended: reset them first, by their reset_mask")
         step = self.turns.step(actions)
+        if have_ended:
+            self.turns.begin_instead(np.flatnonzero(self._have_ended))
         show_step(self.meta, step, self.turns)
-        episode_ended = step.episode_ended
-        infos = self._infos(np.where(episode_ended, NO_GOAL, step.events), np.where(episode_ended, 0, 1))
-        if episode_ended.any():
-            infos |= self._final_infos(step)
+        rewards, terminated, truncated, infos = self._arrays.results(step, begins_anew=is_same_step)
+        if not is_same_step:
+            self._have_ended = terminated | truncated
+        elif self.turns.n_ended:
+            infos |= self._arrays.final(step)
         self.turns.ask(self.meta)
-        return self._observations(), step.rewards, step.terminated, step.truncated, infos
+        return self._observations(), rewards, terminated, truncated, infos
 
-    def _observations(self) -> dict[str, NDArray]:
-        return self.turns.observe(CONTROLLER, self.turns.due(CONTROLLER)).as_dict()
+    def render(self) -> tuple[Any, ...] | None:
+        """A picture [H, W, 3] of each environment, or the levels as text, with the current subgoals shown."""
+        if self.render_mode is None:
+            return None
+        if not self._is_seeded:
+            raise InputError("reset the environment before it is rendered")
+        state, goals = self.turns.world.state, self.turns.goals.tolist()
+        return tuple(self._screen.render(state[n], goals[n]) for n in range(self.num_envs))
 
-    def _infos(self, events: NDArray[np.integer], elapsed: NDArray[np.integer]) -> dict[str, Any]:
-        infos = {"goal_event": events, "elapsed": elapsed, "illegal_actions": self.turns.ledger.illegal_actions.copy()}
-        return _masked(infos, np.ones(self.num_envs, bool))
+    def _observations(self) -> Any:
+        observations = self._arrays.observations()
+        if not self._is_same_step and self._have_ended.any() and self.turns.last_step is not None:
+            self._arrays.show_goals(observations, self.turns.last_step.goals, np.flatnonzero(self._have_ended))
+        return observations
 
-    def _final_infos(self, step: Step) -> dict[str, Any]:
-        """What there is to say of the episodes that a step ended."""
-        episode_ended = step.episode_ended
-        info = {
-            "goal_event": step.events,
-            "elapsed": np.ones(self.num_envs, np.int64),
-            "illegal_actions": step.illegal_actions,
-            "success": step.terminated,
-            "length": step.lengths,
-            "shortest_length": step.shortest,
-        }
-        final_info = _masked(
-            {name: np.where(episode_ended, values, np.zeros_like(values)) for name, values in info.items()},
-            episode_ended,
-        )
-        final_obs = np.full(self.num_envs, None, object)
-        ended = np.flatnonzero(episode_ended)
-        observations = self.turns.final_observation(CONTROLLER, step, ended).as_dict()
-        for m, n in enumerate(ended):
-            final_obs[n] = {name: values[m] for name, values in observations.items()}
-        return _masked({"final_obs": final_obs, "final_info": final_info}, episode_ended)
+    def _seeds(self, seed: Seeds) -> Seeds:
+        """Seeds as `Turns.reset` takes them; what is not given is drawn where nobody has given one before."""
+        if not is_list(seed):
+            return fresh_seed() if seed is None and not self._is_seeded else seed
+        if len(seed) != self.num_envs:
+            raise InputError(f"seeds are one for all environments or {self.num_envs} of them, not {len(seed)}")
+        return [fresh_seed() if one is None and not self._is_seeded else one for one in seed]
 
-
-def _masked(infos: dict[str, Any], where: NDArray[np.bool_]) -> dict[str, Any]:
-    """Infos with Gymnasium's entries that say which environments they tell of."""
-    return infos | {f"_{name}": where.copy() for name in infos}
+    def _reset_mask(self, options: dict) -> NDArray[np.bool_]:
+        """[N] bool, the environments that a reset is of."""
+        if "reset_mask" not in options:
+            return np.ones(self.num_envs, bool)
+        mask = options["reset_mask"]
+        if not isinstance(mask, np.ndarray) or mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
+            given = f"{mask.dtype} and shape {mask.shape}" if isinstance(mask, np.ndarray) else repr(mask)
+            raise InputError(f"reset_mask must be {self.num_envs} bool, at least one of them True, not {given}")
+        return mask

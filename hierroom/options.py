@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,10 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.goals import NO_GOAL
-from hierroom.step import NO_OUTCOME, Step
-from hierroom.world.layout import State
+from hierroom.step import STEP, Step
+from hierroom.turn_kernels import NO_OUTCOME, OWN_REWARD, choose_goals, record_turns
+from hierroom.world.kernels import compiled
+from hierroom.world.layout import LEVEL, OUTCOME
 
 META, CONTROLLER = "meta_0", "controller_0"
 AGENTS = (META, CONTROLLER)
@@ -92,28 +95,36 @@ def transitions(
     }
 
 
-def goal_reached(outcomes: np.ndarray, goals: NDArray[np.integer]) -> NDArray[np.bool_]:
-    """Whether a step reached the goals that were pursued.
+LEDGER = np.dtype(
+    (
+        np.record,
+        np.dtype(
+            [
+                ("is_meta_turn", "?"),
+                *((name, "i8") for name in ("goals", "last_goals", "last_outcomes", "first_events")),
+                *((name, "i8") for name in ("meta_turns", "option_steps")),
+                ("option_rewards", "f8"),
+                *((name, "i8") for name in ("previous_actions", "illegal_goals", "illegal_actions", "shortest")),
+            ],
+            align=True,
+        ),
+    )
+)
+"""Where the turns in one environment stand, in the form that kernels read."""
+LEDGER_NAMES: tuple[str, ...] = LEDGER.names or ()
 
-    'No goal' asks for something new: a key, door or exit that is achieved, or comes into view, for the first time this
-    episode.
 
-    Args:
-        outcomes: [N] records of `layout.OUTCOME`, what came of the step.
-        goals: [N] int, goal ids or -1.
-
-    Returns:
-        [N] bool.
-    """
-    is_new = outcomes["is_first"] | outcomes["is_discovery"]
-    return np.where(goals == NO_GOAL, is_new, outcomes["event"] == goals)
-
-
-@dataclass
 class Ledger:
     """Where the turns in N environments stand.
 
+    An option ends where its goal is reached, where its horizon has run out, and where the episode ends. 'No goal' asks
+    for something new: it is reached where a key, door or exit is achieved, or comes into view, for the first time this
+    episode.
+
     Args:
+        records: [N] records of `LEDGER`, of which the attributes are the fields.
+
+    Attributes:
         is_meta_turn: [N] bool, where the meta-controller is to act next.
         goals: [N] int, the goal ids pursued, or -1.
         last_goals: [N] int, the goal ids pursued before, or -1.
@@ -142,25 +153,46 @@ class Ledger:
     illegal_actions: NDArray[np.integer]
     shortest: NDArray[np.integer]
 
+    def __init__(self, records: np.ndarray) -> None:
+        self.records = records
+        for name in LEDGER_NAMES:
+            setattr(self, name, records[name])
+
+    def __reduce__(self) -> tuple[type[Ledger], tuple[np.ndarray]]:
+        """A copy, in which the arrays are the fields of its own records."""
+        return Ledger, (self.records,)
+
     @classmethod
     def at_reset(cls, num_envs: int, n_actions: int) -> Ledger:
         """The ledger of N environments whose episodes begin; the controller has ``n_actions`` actions."""
-        return cls(**{name: np.full(num_envs, value) for name, value in reset_values(n_actions).items()})
+        ledger = cls(np.zeros(num_envs, LEDGER))
+        ledger.put(reset_values(n_actions))
+        return ledger
 
     def put(self, values: Mapping[str, Any], envs: NDArray[np.integer] | slice = slice(None)) -> None:
         """Put values by name, one for each environment or one for all of them, into some environments."""
         for name, value in values.items():
-            getattr(self, name)[envs] = value
+            self.records[name][envs] = value
 
     def get_state(self) -> dict[str, NDArray]:
         """The values by name, as fresh arrays."""
-        return {name: array.copy() for name, array in vars(self).items()}
+        return {name: self.records[name].copy() for name in LEDGER_NAMES}
 
     def begin_options(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> None:
         """Take the meta-controller's turn in some environments [M]: pursue these goals [M], -1 for none."""
         self.goals[envs] = goals
         self.meta_turns[envs] += 1
         self.is_meta_turn[envs] = False
+
+    def choose(self, levels: np.ndarray, mask: int, actions: NDArray[np.int64]) -> None:
+        """Take the meta-controller's turn wherever it has one.
+
+        Args:
+            levels: [N] records of `layout.LEVEL`.
+            mask: the ``kind`` of the goal mask.
+            actions: [N] goal ids, or no goal (13 or -1); one that is not legal counts as no goal, and is counted.
+        """
+        _compiled_choose()(levels, self.records, mask, actions)
 
     def record(
         self,
@@ -170,9 +202,10 @@ class Ledger:
         return_ends_with_option: bool,
         subgoal_horizon: int,
         n_actions: int,
-        before: State | None = None,
-        after: State | None = None,
-    ) -> Step:
+        reward: int = OWN_REWARD,
+        novelty_bonus: float = 0.0,
+        autoreset: bool = False,
+    ) -> tuple[NDArray, int]:
         """Take the controller's turn in every environment, and end the options that it ends.
 
         Args:
@@ -181,58 +214,40 @@ class Ledger:
             return_ends_with_option: whether no reward after an option depends on what the controller did in it.
             subgoal_horizon: steps after which an option ends without its goal.
             n_actions: the controller's number of actions.
-            before: as for `Step`.
-            after: likewise.
+            reward: which reward is written: see `turn_kernels.OWN_REWARD`, for which it is zero yet.
+            novelty_bonus: the reward of ``NOVELTY`` for each new state.
+            autoreset: whether the next episode begins where one ended.
 
         Returns:
-            the step, whose ``rewards`` are zero yet.
+            [N] new records of `step.STEP`, and in how many environments the episode ended.
         """
-        self.is_meta_turn[:] = False
-        self.option_steps += 1
-        self.option_rewards += outcomes["reward"]
-        is_illegal = (actions < 0) | (actions >= n_actions)
-        self.illegal_actions += is_illegal
-        self.previous_actions = np.where(is_illegal, n_actions, actions)
-        goals, events = self.goals.copy(), outcomes["event"].astype(np.int64)
-        self.first_events = np.where(self.first_events == NO_GOAL, events, self.first_events)
-        terminated, truncated = outcomes["terminated"].copy(), outcomes["truncated"].copy()
-        episode_ended = terminated | truncated
-        reached = goal_reached(outcomes, goals)
-        timed_out = (self.option_steps >= subgoal_horizon) & ~(reached | episode_ended)
-        option_ended = reached | timed_out | episode_ended
-        return_terminated = terminated | reached if return_ends_with_option else terminated
-        return_truncated = truncated | timed_out if return_ends_with_option else truncated
-        step = Step(
-            actions=self.previous_actions.copy(),
-            goals=goals,
-            events=events,
-            is_first=outcomes["is_first"].copy(),
-            is_discovery=outcomes["is_discovery"].copy(),
-            is_novel=outcomes["is_novel"].copy(),
-            rewards=np.zeros(len(actions)),
-            extrinsic=outcomes["reward"].copy(),
-            reached=reached,
-            timed_out=timed_out,
-            option_ended=option_ended,
-            meta_rewards=np.where(option_ended, self.option_rewards, 0.0),
-            meta_elapsed=self.option_steps.copy(),
-            achieved_instead=np.where(option_ended & ~reached, self.first_events, NO_GOAL),
-            terminated=terminated,
-            truncated=truncated,
-            return_terminated=return_terminated,
-            return_truncated=return_truncated & ~return_terminated,
-            lengths=outcomes["length"].astype(np.int64),
-            shortest=self.shortest.copy(),
-            illegal_actions=self.illegal_actions.copy(),
-            before=before,
-            after=after,
+        steps = np.empty(len(actions), STEP)
+        n_ended = _compiled_record()(
+            outcomes,
+            actions,
+            self.records,
+            steps,
+            return_ends_with_option,
+            subgoal_horizon,
+            n_actions,
+            reward,
+            novelty_bonus,
+            autoreset,
         )
-        ended = np.flatnonzero(option_ended)
-        if len(ended):
-            self.last_goals[ended], self.last_outcomes[ended] = goals[ended], step.outcomes[ended]
-            self.is_meta_turn[ended], self.goals[ended], self.first_events[ended] = True, NO_GOAL, NO_GOAL
-            self.option_steps[ended], self.option_rewards[ended] = 0, 0.0
-        return step
+        return steps, n_ended
+
+
+@cache
+def _compiled_record() -> Callable[..., int]:
+    """Compile `turn_kernels.record_turns` for the types of a batch's arrays."""
+    arrays = np.zeros(1, OUTCOME), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)
+    return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True)
+
+
+@cache
+def _compiled_choose() -> Callable[..., None]:
+    """Compile `turn_kernels.choose_goals`, likewise."""
+    return compiled(choose_goals, np.zeros(1, LEVEL), np.zeros(1, LEDGER), 1, np.zeros(1, np.int64))
 
 
 def reset_values(n_actions: int) -> dict[str, Any]:

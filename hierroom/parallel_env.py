@@ -50,7 +50,7 @@ class parallel_env(ParallelEnv):
 
     metadata = {  # noqa: RUF012 - PettingZoo reads it from the class
         "name": "hierroom_v0",
-        "render_modes": RENDER_MODES,
+        "render_modes": list(RENDER_MODES),
         "render_fps": FRAMES_PER_SECOND,
     }
 

@@ -66,7 +66,7 @@ class Bonus:
 
 
 class Intrinsic:
-    """1 where the given goal is reached (`options.goal_reached`)."""
+    """1 where the given goal is reached (`options.Ledger`)."""
 
     ends_with_option = True
     needs_states = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,30 @@ from numpy.typing import NDArray
 from hierroom.controller import Observation
 from hierroom.env_config import EnvConfig, fresh_seed
 from hierroom.errors import InputError
-from hierroom.goals import NO_GOAL
+from hierroom.goals import GOAL_VECTORS, NO_GOAL
 from hierroom.meta import MetaController, show_step
 from hierroom.options import AGENTS, CONTROLLER, META
+from hierroom.step import STEP, Step
 from hierroom.turns import Turns
+from hierroom.world.observations import compiled_one, empty_parts
 from hierroom.world.render import Screen
+from hierroom.world.tiles import TRIPLES
 
 _ONLY = np.zeros(1, np.int64)
+_INT64 = tuple(np.int64(i) for i in range(4))
+"""What directions and outcomes are given as, made once."""
+_LOW, _HIGH = -(2**63), 2**63 - 1
+_AT_RESET = (NO_GOAL, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL)
+_told = itemgetter(
+    *map(
+        STEP.names.index,  # pyright: ignore[reportOptionalMemberAccess] - it is a record
+        (
+            *("events", "meta_elapsed", "lengths", "shortest", "rewards", "extrinsic"),
+            *("terminated", "truncated", "episode_ended", "goals"),
+        ),
+    )
+)
+"""What users are told of a step, of the values of its record."""
 
 
 class SingleEnv:
@@ -43,6 +61,10 @@ class SingleEnv:
         self.action_spaces: dict[str, spaces.Space] = {agent: self.turns.action_space(agent) for agent in AGENTS}
         self._screen = Screen(render_mode)
         self._is_seeded = False
+        self._action = np.zeros(1, np.int64)
+        self._all_legal = np.ones(self.turns.world.n_actions, np.int8)
+        self._step: Step | None = None  # of which these are the values
+        self._values = _AT_RESET
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
         """Begin an episode: the first one of a seed, or without a seed the next one; returns its first infos."""
@@ -68,13 +90,35 @@ class SingleEnv:
         return self.turns.observe(agent, _ONLY)
 
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """What an agent observes now, in fresh arrays."""
-        return {name: values[0] for name, values in self.observation(agent).as_dict().items()}
+        """What an agent observes now, as `Observation.as_dict` of its `observation` has it, in fresh arrays."""
+        turns, ledger = self.turns, self.turns.ledger
+        if agent == META:
+            goal = int(ledger.last_goals[0])
+        else:
+            *_, has_ended, last_goal = self._last()
+            goal = last_goal if has_ended else int(ledger.goals[0])
+        image, vector, keys, doors = parts = empty_parts()
+        direction = compiled_one()(turns.world.outcomes, turns.world.state.levels, goal, TRIPLES, GOAL_VECTORS, *parts)
+        observation = {
+            "observation": image,
+            "goal": vector,
+            "direction": _INT64[direction],
+            "keys_held": keys,
+            "doors_open": doors,
+            "action_mask": turns.meta_masks()[0].view(np.int8) if agent == META else self._all_legal.copy(),
+        }
+        if agent == META:
+            observation["outcome"] = _INT64[int(ledger.last_outcomes[0])]
+        return observation  # pyright: ignore[reportReturnType] - directions and outcomes are numbers
 
     def choose(self, action: int) -> None:
         """Take the meta-controller's action; one that is not legal counts as no goal."""
         is_turn = self.is_meta_turn
-        self.turns.choose(self.turns.situation(_ONLY), [action])
+        if self._is_plain(action):
+            self._action[0] = action
+            self.turns.choose_everywhere(self._action)
+        else:
+            self.turns.choose(self.turns.situation(_ONLY), [action])
         if is_turn:
             self._show()
 
@@ -95,35 +139,57 @@ class SingleEnv:
         Returns:
             (rewards, terminations, truncations), each a dict by agent.
         """
-        step = self.turns.step([action])
+        if self._is_plain(action):
+            self._action[0] = action
+            self.turns.step(self._action)
+        else:
+            self.turns.step([action])
         self._show()
-        rewards = {META: float(step.extrinsic[0]), CONTROLLER: float(step.rewards[0])}
+        _, _, _, _, reward, extrinsic, terminated, truncated, _, _ = self._last()
         return (
-            rewards,
-            dict.fromkeys(AGENTS, bool(step.terminated[0])),
-            dict.fromkeys(AGENTS, bool(step.truncated[0])),
+            {META: extrinsic, CONTROLLER: reward},
+            {META: terminated, CONTROLLER: terminated},
+            {META: truncated, CONTROLLER: truncated},
         )
 
     def infos(self) -> dict[str, dict[str, Any]]:
-        """What there is to say to each agent besides, in fresh dicts.
+        """What there is to say to each agent besides, in fresh dicts: the same keys at every moment.
 
         Returns:
             ``goal_event``, the goal id that the last primitive step achieved, or -1; ``elapsed``, primitive steps
-            since the agent's last turn; ``illegal_actions``, how many it took this episode; at the episode's end
-            ``success``, ``length`` and ``shortest_length``.
+            since the agent's last turn; ``illegal_actions``, how many it took this episode; ``success``, whether the
+            exit was reached; ``length``, primitive steps of the episode so far; ``shortest_length``, the length that
+            the whole episode could have had.
         """
-        step, ledger = self.turns.last_step, self.turns.ledger
-        event, elapsed, ending = NO_GOAL, {META: 0, CONTROLLER: 0}, {}
-        if step is not None:
-            event, elapsed = int(step.events[0]), {META: int(step.meta_elapsed[0]), CONTROLLER: 1}
-            if step.episode_ended[0]:
-                ending["success"] = bool(step.terminated[0])
-                ending["length"], ending["shortest_length"] = int(step.lengths[0]), int(step.shortest[0])
-        illegal = {META: int(ledger.illegal_goals[0]), CONTROLLER: int(ledger.illegal_actions[0])}
+        return {META: self.info(META), CONTROLLER: self.info(CONTROLLER)}
+
+    def info(self, agent: str) -> dict[str, Any]:
+        """What there is to say to one agent: see `infos`."""
+        event, meta_elapsed, length, shortest, _, _, terminated, _, _, _ = self._last()
+        ledger = self.turns.ledger
+        if self._step is None:
+            shortest = int(ledger.shortest[0])
+        is_meta = agent == META
         return {
-            agent: {"goal_event": event, "elapsed": elapsed[agent], "illegal_actions": illegal[agent], **ending}
-            for agent in AGENTS
+            "goal_event": event,
+            "elapsed": meta_elapsed if is_meta else int(self._step is not None),
+            "illegal_actions": int((ledger.illegal_goals if is_meta else ledger.illegal_actions)[0]),
+            "success": terminated,
+            "length": length,
+            "shortest_length": shortest,
         }
+
+    def _last(self) -> tuple:
+        """What the last step did, in Python's numbers; before the first one, what there is to say at reset."""
+        step = self.turns.last_step
+        if step is not self._step:
+            self._step, self._values = step, _AT_RESET if step is None else _told(step.records.item())
+        return self._values
+
+    @staticmethod
+    def _is_plain(action: Any) -> bool:
+        """Whether an action is a number as nearly everyone gives it, for which there are short ways."""
+        return isinstance(action, (int, np.integer)) and not isinstance(action, bool) and _LOW <= int(action) <= _HIGH
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""

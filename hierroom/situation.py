@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.controller import Observation
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL, GoalGraph
-from hierroom.world.layout import State
+from hierroom.turn_kernels import ALL, EXISTING, REACHABLE, SEEN, write_masks
+from hierroom.world.kernels import compiled
+from hierroom.world.layout import LEVEL, State
 from hierroom.world.level import Level
 
 NO_GOAL_ACTION = N_GOALS
@@ -108,9 +109,7 @@ class Situation(Observation):
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
         """[M, 13] goals that can be achieved before anything else is: `GoalGraph.open_goals` by goal id."""
-        goals = np.zeros((len(self), N_GOALS), bool)
-        write_reachable(self.levels, goals)
-        return goals
+        return GOAL_MASKS["reachable"].goals(self)
 
     def graph(self, m: int) -> GoalGraph:
         """The goal graph of the m-th environment."""
@@ -127,58 +126,52 @@ class Situation(Observation):
         return values
 
 
-@njit(cache=True)
-def write_reachable(levels, goals):
-    """Write which goals [M, 13] can be achieved now; compiled because every turn of the meta-controller asks."""
-    for m in range(levels.shape[0]):
-        level = levels[m]
-        for branch in range(level.n_rooms - 1):
-            home, is_held, is_open = level.key_rooms[branch], level.keys >> branch & 1, level.doors >> branch & 1
-            can_enter_home = home == 0 or level.doors >> (home - 1) & 1
-            goals[m, level.colours[branch]] = can_enter_home and not is_held and not is_open
-            goals[m, FIRST_DOOR_GOAL + level.colours[branch]] = is_held and not is_open
-        goals[m, EXIT_GOAL] = level.doors >> (level.exit_room - 1) & 1
-
-
-def reachable_goals(situation: Situation) -> NDArray[np.bool_]:
-    """[M, 13] goals that can be achieved before anything else is."""
-    return situation.reachable
-
-
-def existing_goals(situation: Situation) -> NDArray[np.bool_]:
-    """[M, 13] goals of the level that are not achieved yet."""
-    closed = situation.exists & ~situation.doors
-    return situation.by_goal(closed & ~situation.keys, closed, np.ones(len(situation), bool))
-
-
-def seen_goals(situation: Situation) -> NDArray[np.bool_]:
-    """[M, 13] goals that came into view this episode and are not achieved yet."""
-    seen = situation.levels["seen"][:, None] >> np.arange(N_GOALS) & 1
-    return existing_goals(situation) & seen.astype(bool)
-
-
-def all_goals(situation: Situation) -> NDArray[np.bool_]:
-    """[M, 13] every goal id, whether it exists or not."""
-    return np.ones((len(situation), N_GOALS), bool)
-
-
 @dataclass(frozen=True)
 class GoalMask:
     """Which goals a meta-controller may choose.
 
     Args:
-        goals: from the situation of M environments to the legal goals, [M, 13] bool.
-        may_explore: whether 'no goal' is legal beside them; where there are none it always is.
+        kind: as `turn_kernels.write_goals` takes it.
     """
 
-    goals: Callable[[Situation], NDArray[np.bool_]]
-    may_explore: bool = False
+    kind: int
+
+    @property
+    def may_explore(self) -> bool:
+        """Whether 'no goal' is legal beside goals; where there are none it always is."""
+        return self.kind == SEEN
+
+    def goals(self, situation: Situation) -> NDArray[np.bool_]:
+        """The legal goals, [M, 13], of the situation of M environments."""
+        return self.masks(situation.levels, np.ones(len(situation), bool))[:, :N_GOALS]
+
+    def masks(self, levels: np.ndarray, are_turns: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """The meta-controller's legal actions.
+
+        Args:
+            levels: [M] records of `layout.LEVEL`.
+            are_turns: [M] bool, where it has its turn; elsewhere it can only wait.
+
+        Returns:
+            [M, 14] bool.
+        """
+        masks = np.empty((len(levels), N_META_ACTIONS), bool)
+        _compiled_masks()(np.ascontiguousarray(levels), np.ascontiguousarray(are_turns), self.kind, masks)
+        return masks
+
+
+@cache
+def _compiled_masks() -> Callable[..., None]:
+    """Compile `turn_kernels.write_masks` for the types of a batch's arrays."""
+    return compiled(write_masks, np.zeros(1, LEVEL), np.zeros(1, bool), 1, np.zeros((1, N_META_ACTIONS), bool))
 
 
 GOAL_MASKS: Mapping[str, GoalMask] = {
-    "reachable": GoalMask(reachable_goals),
-    "existing": GoalMask(existing_goals),
-    "seen": GoalMask(seen_goals, may_explore=True),
-    "none": GoalMask(all_goals),
+    "reachable": GoalMask(REACHABLE),
+    "existing": GoalMask(EXISTING),
+    "seen": GoalMask(SEEN),
+    "none": GoalMask(ALL),
 }
-"""The goal masks by name. Under ``seen`` what matters may not have been seen yet, so one may ask for something new."""
+"""The goal masks by name: goals that can be achieved before anything else is; goals of the level that are not achieved
+yet; those of them that came into view this episode; every goal id, whether it exists or not. Under ``seen`` what
+matters may not have been seen yet, so one may ask for something new."""

@@ -2,23 +2,47 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.turn_kernels import NO_GOAL, NO_OUTCOME, OTHER, REACHED, TIMED_OUT
 from hierroom.world.layout import State
 
-N_OUTCOMES = 4
-NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(N_OUTCOMES)
-"""How an option ended: there was none; its goal was reached; its horizon ran out; the episode ended."""
+N_OUTCOMES = len((NO_OUTCOME, REACHED, TIMED_OUT, OTHER))
+
+STEP = np.dtype(
+    (
+        np.record,
+        np.dtype(
+            [
+                *((name, "i8") for name in ("actions", "goals", "events", "meta_elapsed", "achieved_instead")),
+                *((name, "i8") for name in ("lengths", "shortest", "illegal_actions")),
+                *((name, "f8") for name in ("rewards", "extrinsic", "meta_rewards")),
+                *((name, "?") for name in ("is_first", "is_discovery", "is_novel")),
+                *((name, "?") for name in ("reached", "timed_out", "option_ended")),
+                *((name, "?") for name in ("terminated", "truncated", "episode_ended")),
+                *((name, "?") for name in ("return_terminated", "return_truncated")),
+            ],
+            align=True,
+        ),
+    )
+)
+"""What a step did in one environment, in the form that kernels write."""
 
 
-@dataclass(frozen=True)
 class Step:
     """What one primitive step did in N environments, in arrays that nobody else holds.
 
+    The arrays are the fields of one array of records, by which compiled code writes them.
+
     Args:
+        records: [N] records of `STEP`.
+        before: the state the step began in, where the controller's reward needs it, else None.
+        after: likewise the state it led to, before any environment was reset.
+
+    Attributes:
         actions: [N] int, the controller's actions; the number of actions where it was none of them.
         goals: [N] int, the goal ids pursued, or -1.
         events: [N] int, the goal ids achieved, or -1.
@@ -36,13 +60,12 @@ class Step:
         achieved_instead: [N] int, where an option ended without its goal the goal achieved first in it, or -1.
         terminated: [N] bool, the exit was reached.
         truncated: [N] bool, the time limit was reached.
+        episode_ended: [N] bool, the episode terminated or was truncated.
         return_terminated: [N] bool, the controller's return ends here and nothing is to come.
         return_truncated: [N] bool, the controller's return is cut here, but more would have come.
         lengths: [N] int, steps of the episode so far.
         shortest: [N] int, the shortest possible length of the episode, or -1 where that is not measured.
         illegal_actions: [N] int, actions of the controller this episode that its environment does not have.
-        before: the state the step began in, where the controller's reward needs it, else None.
-        after: likewise the state it led to, before any environment was reset.
     """
 
     actions: NDArray[np.integer]
@@ -61,20 +84,48 @@ class Step:
     achieved_instead: NDArray[np.integer]
     terminated: NDArray[np.bool_]
     truncated: NDArray[np.bool_]
+    episode_ended: NDArray[np.bool_]
     return_terminated: NDArray[np.bool_]
     return_truncated: NDArray[np.bool_]
     lengths: NDArray[np.integer]
     shortest: NDArray[np.integer]
     illegal_actions: NDArray[np.integer]
-    before: State | None = None
-    after: State | None = None
 
-    @property
-    def episode_ended(self) -> NDArray[np.bool_]:
-        """[N] bool, the episode terminated or was truncated."""
-        return self.terminated | self.truncated
+    __slots__ = ("after", "before", "records")
+
+    def __init__(self, records: np.ndarray, before: State | None = None, after: State | None = None) -> None:
+        self.records, self.before, self.after = records, before, after
+
+    def __getattr__(self, name: str) -> Any:
+        """An array by its name: made when it is asked for, because most are not asked for."""
+        if name in _NAMES:
+            return self.records[name]
+        raise AttributeError(f"a step has no {name!r}")
+
+    def as_dict(self) -> dict[str, NDArray]:
+        """The arrays by name."""
+        return {name: self.records[name] for name in _NAMES}
+
+    def replaced(self, **arrays: NDArray) -> Step:
+        """A step in which some arrays, by name, are others; whether episodes ended follows from how they did."""
+        records = self.records.copy()
+        for name, array in arrays.items():
+            records[name] = array
+        records["episode_ended"] = records["terminated"] | records["truncated"]
+        return Step(records, self.before, self.after)
+
+    def clear(self, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
+        """Tell that nothing was done in some environments [M], whose episodes have the shortest lengths [M]."""
+        nothing = np.zeros(len(envs), STEP)
+        nothing["actions"], nothing["shortest"] = n_actions, shortest
+        for name in ("goals", "events", "achieved_instead"):
+            nothing[name] = NO_GOAL
+        self.records[envs] = nothing
 
     @property
     def outcomes(self) -> NDArray[np.integer]:
         """[N] int, where an option ended how it did: ``REACHED``, ``TIMED_OUT`` or ``OTHER``."""
         return np.where(self.reached, REACHED, np.where(self.timed_out, TIMED_OUT, OTHER))
+
+
+_NAMES = frozenset(STEP.names or ())

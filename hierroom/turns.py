@@ -16,16 +16,17 @@ from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.controller import Observation, observation_spaces
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.goals import N_GOALS
-from hierroom.meta import MetaController, choose_goals
+from hierroom.goals import NO_GOAL
+from hierroom.meta import MetaController, NoGoals, choose_goals
 from hierroom.options import META, Ledger, Transition, reset_values, transitions
 from hierroom.rewards import make_reward
 from hierroom.situation import GOAL_MASKS, N_META_ACTIONS, NO_GOAL_ACTION, Situation
 from hierroom.step import N_OUTCOMES, Step
+from hierroom.turn_kernels import KERNEL_REWARDS, OWN_REWARD
 from hierroom.world.kernels import turn_uniforms
 from hierroom.world.layout import State
 from hierroom.world.oracle import shortest_lengths
-from hierroom.world.world import World
+from hierroom.world.world import Seeds, World
 
 
 class Turns:
@@ -47,6 +48,7 @@ class Turns:
         ledger: who is to act in each environment, and what else there is to know of the turns.
         reward: how the controller is rewarded.
         last_step: what the last step did, or None before the first one since a reset.
+        n_ended: in how many environments it ended the episode.
 
     Raises:
         InputError: if an entry of the config or another argument cannot be used.
@@ -79,9 +81,12 @@ class Turns:
         )
         self.ledger = Ledger.at_reset(len(world), world.n_actions)
         self.last_step: Step | None = None
+        self.n_ended = 0
         self._subgoal_horizon = np.iinfo(np.int64).max if horizon is None else int(horizon)
         self._goal_mask = GOAL_MASKS[config.goal_mask]
-        self._autoreset = autoreset
+        name = config.reward or "intrinsic"
+        self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD
+        self._autoreset, self._has_stages = autoreset, self.sampler.n_stages > 1
         self._measure_shortest = measure_shortest
         self._step_world = world.step if autoreset else world.step_within_episode
         self._finals = world.finals if autoreset else world.state.levels
@@ -89,7 +94,7 @@ class Turns:
         self._all_legal = np.ones((len(world), world.n_actions), bool)
         for shared in (self._everywhere, self._all_legal):
             shared.setflags(write=False)
-        self._actions = np.zeros(len(world), np.int64)
+        self._actions, self._no_goals = np.zeros(len(world), np.int64), np.full(len(world), NO_GOAL)
         if world.has_begun:
             self._begin(self._everywhere)
 
@@ -106,20 +111,28 @@ class Turns:
         """How hard the environments are to explore; of several goal graphs, the hardest."""
         return analyze(self.sampler.everything[-1], drop_key=self.world.n_actions == 6)
 
-    def reset(self, seed: int | None = None) -> None:
-        """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
+    def reset(self, seed: Seeds = None, envs: NDArray[np.integer] | None = None) -> None:
+        """Begin an episode in some environments: the first one of a seed, or without a seed each one's next.
 
         A curriculum stays in the stage it is in, so that a seed fixes the levels of that stage.
+
+        Args:
+            seed: one for all of them, or one or None for each of them.
+            envs: [M] which; None: all.
         """
-        self.world.reset(seed)
-        self.sampler.reset()
-        self.last_step = None
-        self._begin(self._everywhere)
+        if envs is None:
+            envs, self.last_step = self._everywhere, None
+        self.world.reset(seed, envs)
+        self.sampler.reset(envs)
+        self._begin(envs)
 
     def _begin(self, envs: NDArray[np.integer]) -> None:
         self.ledger.put(reset_values(self.world.n_actions), envs)
         if self._measure_shortest:
-            self.ledger.shortest[envs] = shortest_lengths(self.world.get_state(envs))
+            self._measure(envs)
+
+    def _measure(self, envs: NDArray[np.integer]) -> None:
+        self.ledger.shortest[envs] = shortest_lengths(self.world.get_state(envs))
 
     def due(self, agent: str) -> NDArray[np.integer]:
         """[M] the environments in which an agent is to act now; the controller follows the meta-controller everywhere.
@@ -170,9 +183,11 @@ class Turns:
         """
         levels, ledger = self.world.state.levels[envs], self.ledger
         meta_turns = ledger.meta_turns[envs]
-        uniforms, masks = np.empty((len(envs), N_META_ACTIONS)), np.zeros((len(envs), N_META_ACTIONS), bool)
+        masks = self._goal_mask.masks(levels, ledger.is_meta_turn[envs])
+        uniforms = np.empty(masks.shape)
+        masks.setflags(write=False)
         turn_uniforms(levels, meta_turns, uniforms)
-        situation = Situation(
+        return Situation(
             envs,
             self.world.outcomes["tiles"][envs],
             levels,
@@ -184,12 +199,6 @@ class Turns:
             meta_turns,
             uniforms,
         )
-        is_turn = ledger.is_meta_turn[envs]
-        if is_turn.any():  # a single environment mostly waits, and goals take long to find
-            masks[:, :N_GOALS] = self._goal_mask.goals(situation) & is_turn[:, None]
-        masks[:, NO_GOAL_ACTION] = ~masks[:, :N_GOALS].any(axis=1) | self._goal_mask.may_explore
-        masks.setflags(write=False)
-        return situation
 
     def choose(self, situation: Situation, actions: ArrayLike) -> None:
         """Take the meta-controller's turn; in environments where it is not its turn, nothing happens.
@@ -208,12 +217,27 @@ class Turns:
         is_turn = self.ledger.is_meta_turn[envs]
         self.ledger.begin_options(envs[is_turn], goals[is_turn])
 
+    def choose_everywhere(self, actions: NDArray[np.int64]) -> None:
+        """Take the meta-controller's turn in every environment where it has one, without a look at the situation.
+
+        Args:
+            actions: [N] int64, goal ids or no goal (13 or -1), as for `choose`.
+        """
+        self.ledger.choose(self.world.state.levels, self._goal_mask.kind, actions)
+
+    def meta_masks(self) -> NDArray[np.bool_]:
+        """[N, 14] the meta-controller's legal actions everywhere; where it has no turn it can only wait."""
+        return self._goal_mask.masks(self.world.state.levels, self.ledger.is_meta_turn)
+
     def ask(self, meta: MetaController) -> None:
         """Let a meta-controller take its turn in every environment where it is due.
 
         Raises:
             InputError: if it does not return one whole number for each of them.
         """
+        if type(meta) is NoGoals:
+            self.choose_everywhere(self._no_goals)
+            return
         due = self.due(META)
         if len(due):
             situation = self.situation(due)
@@ -230,30 +254,37 @@ class Turns:
         """
         if not self.world.has_begun:
             raise InputError("reset the environment before its first step")
-        had_ended = self.world.state.levels["has_ended"].copy()
+        actions = self.world.as_actions(actions)
+        had_ended = None if not self._has_stages else self.world.state.levels["has_ended"].copy()
         before = self.world.get_state() if self.reward.needs_states else None
-        outcomes = self._step_world(actions)
-        given = np.asarray(actions, np.int64)
-        step = self.ledger.record(
-            given,
-            outcomes,
+        records, self.n_ended = self.ledger.record(
+            actions,
+            self._step_world(actions),
             return_ends_with_option=self.reward.ends_with_option,
             subgoal_horizon=self._subgoal_horizon,
             n_actions=self.world.n_actions,
-            before=before,
-            after=None if before is None else self.world.state_after(before, given),
+            reward=self._kernel_reward,
+            novelty_bonus=self.config.novelty_bonus,
+            autoreset=self._autoreset,
         )
-        self.reward.write(step)
-        episode_ended = step.episode_ended
-        ended = np.flatnonzero(episode_ended)
-        if len(ended) and self._autoreset:
-            self._begin(ended)
-        elif len(ended):
-            self.ledger.is_meta_turn[ended] = False
-        if self.sampler.add(episode_ended & ~had_ended, step.terminated & ~had_ended):
+        step = Step(records, before, None if before is None else self.world.state_after(before, actions))
+        if self._kernel_reward == OWN_REWARD:
+            self.reward.write(step)
+        if self.n_ended and self._autoreset and self._measure_shortest:
+            self._measure(np.flatnonzero(step.episode_ended))
+        if had_ended is not None and self.sampler.add(step.episode_ended & ~had_ended, step.terminated & ~had_ended):
             self.world.set_graphs(self.sampler.graphs)
         self.last_step = step
         return step
+
+    def begin_instead(self, envs: NDArray[np.integer]) -> None:
+        """Begin the next episode in environments [M] whose last one had ended before the last step.
+
+        The last step tells then that nothing was done there; its action is ignored.
+        """
+        assert self.last_step is not None
+        self.reset(None, envs)
+        self.last_step.clear(envs, self.world.n_actions, self.ledger.shortest[envs])
 
     def final_observation(self, agent: str, step: Step, envs: NDArray[np.integer]) -> Observation:
         """What an agent observes of some environments [M] right after a step, before a reset or the next goal.

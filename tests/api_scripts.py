@@ -70,11 +70,10 @@ def record(config: EnvConfig, num_envs=2, n_steps=160, seed=5):
             moment = Moment(choices[n], actions[n], row(meta, n) if is_turn[n] else None, row(controller, n))
             moment.rewards = {"meta_0": step.extrinsic[n], "controller_0": step.rewards[n]}
             moment.ends = (bool(step.terminated[n]), bool(step.truncated[n]))
-            ending = {}
             if step.episode_ended[n]:
-                ending = {"success": moment.ends[0], "length": step.lengths[n], "shortest_length": step.shortest[n]}
                 moment.finals = {"meta_0": row(last_meta, n), "controller_0": row(last_controller, n)}
-            common = {"goal_event": step.events[n], **ending}
+            common = {"goal_event": step.events[n], "success": moment.ends[0]}
+            common |= {"length": step.lengths[n], "shortest_length": step.shortest[n]}
             moment.infos = {
                 "meta_0": {"elapsed": step.meta_elapsed[n], "illegal_actions": illegal_goals[n], **common},
                 "controller_0": {"elapsed": 1, "illegal_actions": step.illegal_actions[n], **common},

@@ -8,6 +8,7 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode
 
 import hierroom
 from hierroom import GoalGraph, InputError
@@ -31,7 +32,15 @@ MADE = {
 }
 OWN = {
     "EscapeRoom": {"meta": "none", "render_mode": None},
-    "EscapeRooms": {"num_envs": 1, "meta": "none", "threads": 1},
+    "EscapeRooms": {
+        "num_envs": 1,
+        "meta": "none",
+        "threads": 1,
+        "autoreset_mode": AutoresetMode.SAME_STEP,
+        "flat": False,
+        "copy": True,
+        "render_mode": None,
+    },
 }
 ROW = GoalGraph((0, 1, 2, 3), 4)
 

@@ -101,6 +101,31 @@ def test_flags_rewards_and_infos_are_plain_python():
     assert {type(value) for value in info.values()} <= {int, bool}
 
 
+INFO = {
+    "goal_event": int,
+    "elapsed": int,
+    "illegal_actions": int,
+    "success": bool,
+    "length": int,
+    "shortest_length": int,
+}
+
+
+def test_infos_have_the_same_keys_and_types_at_every_moment():
+    """Libraries make room for infos at reset, and for these only."""
+    aec, parallel, single = make(0, max_steps=6), hierroom.parallel_env(size=11, max_steps=6), EscapeRoom(max_steps=6)
+    told = [info for entry in play(aec, np.random.default_rng(0), 3) for info in (entry[5],)]
+    for _ in range(3):
+        told += parallel.reset()[1].values()
+        told.append(single.reset()[1])
+        for t in range(6):
+            told += (infos := parallel.step({"meta_0": 13, "controller_0": 1})[4]).values()
+            told.append(single.step(1)[4])
+            assert {info["length"] for info in (*infos.values(), told[-1])} == {t + 1}
+    assert all({name: type(value) for name, value in info.items()} == INFO for info in told)
+    assert all(info["shortest_length"] > 0 and not info["success"] for info in told)
+
+
 def test_spaces_are_the_same_objects_at_every_call():
     for env in (hierroom.env(), hierroom.raw_env(), hierroom.parallel_env()):
         for agent in AGENTS:

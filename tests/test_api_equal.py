@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from api_scripts import Script, record
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers import FlattenObservation
 
 import hierroom
 from hierroom.env_config import EnvConfig
@@ -133,24 +134,45 @@ def test_gymnasium(case):
                 observation, _ = env.reset()
 
 
-def test_vector_as_gymnasium_makes_one_of_single_environments(case):
+@pytest.mark.parametrize("flat", [False, True], ids=["", "flat"])
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_vector_as_gymnasium_makes_one_of_single_environments(case, mode, flat):
+    """Where it resets by itself with the episodes as they were recorded; else with the other one's choices."""
     config, plays = case
-    ours = EscapeRooms(len(plays), **keywords(config, meta=Script(plays)))
+    n = len(plays)
+    metas = [Script(plays) for _ in range(n + 1)] if mode == AutoresetMode.SAME_STEP else ["fixed-dfs"] * (n + 1)
+    ours = EscapeRooms(n, **keywords(config, meta=metas[n], autoreset_mode=mode, flat=flat))
     theirs = SyncVectorEnv(
-        [lambda n=n: EscapeRoom(**keywords(config, env_index=n, meta=Script(plays))) for n in range(len(plays))],
-        autoreset_mode=AutoresetMode.SAME_STEP,
+        [
+            lambda i=i: (FlattenObservation if flat else lambda env: env)(
+                EscapeRoom(**keywords(config, env_index=i, meta=metas[i]))
+            )
+            for i in range(n)
+        ],
+        autoreset_mode=mode,
     )
-    (observations, infos), (expected, expected_infos) = ours.reset(seed=SEED), theirs.reset(seed=[SEED] * len(plays))
+    assert ours.metadata["autoreset_mode"] == theirs.metadata["autoreset_mode"]
+    (observations, infos), (expected, expected_infos) = ours.reset(seed=SEED), theirs.reset(seed=[SEED] * n)
+    ended, n_masks = np.zeros(n, bool), 0
     for t in range(len(plays[0])):
         same_deeply(observations, expected)
         same_deeply(infos, expected_infos)
-        for n, play in enumerate(plays):
-            same({name: values[n] for name, values in observations.items()}, play[t].controller)
+        if mode == AutoresetMode.SAME_STEP and not flat:
+            for i, play in enumerate(plays):
+                same({name: values[i] for name, values in observations.items()}, play[t].controller)
+        if mode == AutoresetMode.DISABLED and (ended.any() or t % 60 == 59):
+            mask, seeds = (ended if ended.any() else np.arange(n) == 0), [None, 8] if t % 2 else None
+            again = [env.reset(seed=seeds, options={"reset_mask": mask.copy()}) for env in (ours, theirs)]
+            for one, other in zip(*again, strict=True):
+                same_deeply(one, other)
+            n_masks += 1
         actions = np.array([play[t].action for play in plays])
         observations, *results, infos = ours.step(actions)
         expected, *expected_results, expected_infos = theirs.step(actions)
+        ended = results[1] | results[2]
         for result, expected_result in zip(results, expected_results, strict=True):
             np.testing.assert_array_equal(result, expected_result, strict=True)
+    assert mode != AutoresetMode.DISABLED or n_masks > 1
 
 
 def same_deeply(one, other):
@@ -159,7 +181,8 @@ def same_deeply(one, other):
         for name in one:
             same_deeply(one[name], other[name])
     elif one is None or one.dtype != object:
-        np.testing.assert_array_equal(one, other, strict=True)
+        is_flat = one is not None and one.ndim and one.shape[-1] > 150  # numbers are the same, their type is not
+        np.testing.assert_array_equal(one, other, strict=not is_flat)
     else:
         for ours, theirs in zip(one, other, strict=True):
             same_deeply(ours, theirs)

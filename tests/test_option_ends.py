@@ -5,6 +5,7 @@ import pytest
 
 from hierroom.options import Ledger
 from hierroom.rewards import REWARDS, make_reward
+from hierroom.step import Step
 from hierroom.world.layout import OUTCOME
 
 # event, terminated, truncated, the horizon runs out | return terminated, truncated: of intrinsic rewards, of others
@@ -32,13 +33,14 @@ def test_the_return_of_the_controller_ends_with_the_episode_or_its_option(reward
         *RETURNS, strict=True
     )
     ledger.option_steps[:] = np.where(late, 3, 0)
-    step = ledger.record(
+    records, _ = ledger.record(
         np.zeros(n, np.int64),
         outcomes,
         return_ends_with_option=make_reward(reward_name).ends_with_option,
         subgoal_horizon=4,
         n_actions=5,
     )
+    step = Step(records)
     told = list(zip(step.return_terminated.tolist(), step.return_truncated.tolist(), strict=True))
     assert told == list(intrinsic if reward_name == "intrinsic" else others)
 
@@ -60,8 +62,9 @@ def test_what_an_option_achieved_instead_of_its_goal_is_the_first_event_in_it():
             outcomes["event"], outcomes["is_first"] = event, event >= 0
             if end and t == len(events):
                 outcomes[end] = True
-            step = ledger.record(
+            records, _ = ledger.record(
                 np.zeros(1, np.int64), outcomes, return_ends_with_option=False, subgoal_horizon=4, n_actions=5
             )
+            step = Step(records)
             assert step.option_ended[0] == (t == len(events))
             assert step.achieved_instead[0] == (expected if t == len(events) else -1)

@@ -10,7 +10,7 @@ from hierroom.goals import EXIT_GOAL, N_GOALS, GoalGraph
 from hierroom.meta import make_meta
 from hierroom.options import Ledger
 from hierroom.rewards import REWARDS, make_reward
-from hierroom.step import OTHER, REACHED, TIMED_OUT
+from hierroom.step import OTHER, REACHED, TIMED_OUT, Step
 from hierroom.world.layout import OUTCOME
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.world import World
@@ -69,13 +69,14 @@ def test_a_story_told_by_hand(story, reward_name, place):
         if end:
             outcomes[place][end] = True
         rule = make_reward(reward_name)
-        step = ledger.record(
+        records, _ = ledger.record(
             np.zeros(3, np.int64),
             outcomes,
             return_ends_with_option=rule.ends_with_option,
             subgoal_horizon=4,
             n_actions=5,
         )
+        step = Step(records)
         assert not step.rewards.any()
         rule.write(step)
         expected = {"extrinsic": extrinsic, "bonus": bonus, "intrinsic": intrinsic, "novelty": extrinsic}[reward_name]

@@ -195,7 +195,7 @@ def test_goals_are_drawn_at_random_until_enough_episodes_escape():
     step, ended = turns.step(np.ones(8, int)), np.ones(8, bool)
 
     def all_ended(**ends):
-        step_then = replace(step, option_ended=ended, **ends)
+        step_then = step.replaced(option_ended=ended, **ends)
         return transitions(step_then, lambda name, envs: turns.final_observation(name, step_then, envs))[META]
 
     lost = all_ended(terminated=~ended, truncated=ended)

@@ -120,8 +120,8 @@ def test_advancing_is_a_step_and_tells_of_the_turns_that_it_ended():
         turns.act("controller_0", turns.observe("controller_0", turns.due("controller_0")), actions)
         told, step = turns.advance(), twin.step(actions)
         assert list(told) == ["meta_0", "controller_0"]
-        for name, value in vars(step).items():
-            np.testing.assert_array_equal(vars(turns.last_step)[name], value, err_msg=name)
+        for name, value in step.as_dict().items():
+            np.testing.assert_array_equal(turns.last_step.as_dict()[name], value, err_msg=name)
         options, every = told["meta_0"], told["controller_0"]
         assert options.step is every.step is turns.last_step
         envs = np.flatnonzero(step.option_ended)

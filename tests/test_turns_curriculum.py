@@ -116,7 +116,7 @@ def test_going_back_restores_the_stage(stages):
         told = []
         for _ in range(9 * SETTINGS["max_steps"]):
             step = turn_left(turns)
-            told.append((stage_of(turns), *vars(step).values(), turns.world.state.levels.copy()))
+            told.append((stage_of(turns), *step.as_dict().values(), turns.world.state.levels.copy()))
         return told
 
     first = play_and_note(turns)

@@ -19,7 +19,7 @@ def played(turns, meta, actions):
     told = []
     for row in actions:
         turns.ask(meta)
-        told.append([*vars(turns.step(row)).values(), *observed(turns).as_dict().values()])
+        told.append([*turns.step(row).as_dict().values(), *observed(turns).as_dict().values()])
     return told
 
 
@@ -127,7 +127,7 @@ def test_what_a_step_tells_of_is_nobody_elses(reward):
         turns.ask(meta)
         actions[:] = rng.integers(5, size=4)
         step = turns.step(actions)
-        arrays = {name: array for name, array in vars(step).items() if array is not None}  # no states are kept
+        arrays = step.as_dict()
         kept.append((arrays, {name: array.copy() for name, array in arrays.items()}))
         for array in arrays.values():
             assert not any(np.shares_memory(array, other) for other in (turns.world.outcomes, actions))

@@ -11,7 +11,7 @@ from hierroom.errors import InputError
 from hierroom.goals import N_GOALS
 from hierroom.meta import random_choice
 from hierroom.options import Transition
-from hierroom.situation import Situation, seen_goals
+from hierroom.situation import GOAL_MASKS, Situation
 
 WINDOW = 100
 """Episodes whose success decides whether the warm-up ends."""
@@ -42,7 +42,7 @@ class WarmUp:
     def choose(self, situation: Situation) -> NDArray[np.integer]:
         """[M] goal ids, or 13 or -1 for no goal."""
         likely = situation.masks.copy()
-        likely[:, :N_GOALS] &= seen_goals(situation)
+        likely[:, :N_GOALS] &= GOAL_MASKS["seen"].goals(situation)
         is_any = likely.any(axis=1, keepdims=True)
         return random_choice(np.where(is_any, likely, situation.masks), situation.uniforms)
 

@@ -160,9 +160,9 @@ class GraphSampler:
         self._is_older[:] = True  # also where this step began a new episode, whose graph is already sampled
         return True
 
-    def reset(self) -> None:
-        """Note that episodes of the current stage begin in every environment."""
-        self._is_older[:] = False
+    def reset(self, envs: NDArray[np.integer] | slice = slice(None)) -> None:
+        """Note that episodes of the current stage begin in some environments, by default in all."""
+        self._is_older[envs] = False
 
     def get_state(self) -> dict[str, NDArray]:
         """The state of the curriculum as new arrays."""

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,7 +21,14 @@ MIN_ENVS_PER_THREAD = 1024
 
 Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
 """Selects some environments of a batch."""
+Seeds = int | Sequence[int | None] | None
+"""One seed for all environments, one or None for each, or none: see `World.reset`."""
 INT64 = np.dtype(np.int64)
+
+
+def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
+    """Whether it is one seed for each environment."""
+    return isinstance(seed, (Sequence, np.ndarray)) and not isinstance(seed, str)
 
 
 class World:
@@ -90,14 +98,36 @@ class World:
         """Whether levels have been generated, which the first `reset` does."""
         return bool(self.state.levels["n_rooms"][0])
 
-    def reset(self, seed: int | None = None) -> None:
-        """Begin an episode in every environment: with a seed its first one, without a seed the next one."""
-        if seed is not None:
-            if not isinstance(seed, (int, np.integer)) or not 0 <= seed < 2**63:
-                raise InputError(f"a seed must be a whole number from 0 to 2**63 - 1, not {seed!r}")
-            self.state.levels["seed"], self.state.levels["episode"] = seed, -1
-        self._clear_outcomes(np.arange(len(self)), 0)
-        kernels.reset_levels(self.state.levels, self.state.grids, self.graph_records, self.outcomes)
+    def reset(self, seed: Seeds = None, indices: Indices = slice(None)) -> None:
+        """Begin an episode in some environments (by default all): with a seed its first one, without one the next.
+
+        Args:
+            seed: 0 to 2**63 - 1, one for all of them; or a sequence with one, or None, for each of them.
+            indices: which.
+
+        Raises:
+            InputError: if a seed is none, or there is not one for each.
+        """
+        chosen, levels = self._chosen(indices), self.state.levels
+        if is_list(seed):
+            if len(seed) != len(chosen):
+                raise InputError(f"seeds are one for all environments or {len(chosen)} of them, not {len(seed)}")
+            seeds = [*seed]
+        else:
+            seeds = [seed]
+        for one in seeds:
+            if one is not None and not (isinstance(one, (int, np.integer)) and 0 <= one < 2**63):
+                raise InputError(f"a seed must be a whole number from 0 to 2**63 - 1, not {one!r}")
+        for envs, one in zip([chosen] if len(seeds) == 1 else chosen, seeds, strict=True):
+            if one is not None:
+                levels["seed"][envs], levels["episode"][envs] = one, -1
+        self._clear_outcomes(chosen, 0)
+        if len(chosen) == len(self):
+            kernels.reset_levels(levels, self.state.grids, self.graph_records, self.outcomes)
+        else:
+            part, outcomes = self.state[chosen], self.outcomes[chosen]
+            kernels.reset_levels(part.levels, part.grids, self.graph_records, outcomes)
+            levels[chosen], self.state.grids[chosen], self.outcomes[chosen] = part.levels, part.grids, outcomes
 
     def remember(self, memories: Iterable[str]) -> None:
         """Let levels remember more of their episode, from the next `reset` on.
@@ -126,7 +156,7 @@ class World:
         Raises:
             InputError: if the actions have another shape or type.
         """
-        actions, graphs, step = self._as_actions(actions), self.graph_records, _compiled_step()
+        actions, graphs, step = self.as_actions(actions), self.graph_records, _compiled_step()
         levels, grids, outcomes, finals = self.state.levels, self.state.grids, self.outcomes, self.finals
         if self._pool is None:
             step(levels, grids, graphs, actions, outcomes, finals)
@@ -137,8 +167,8 @@ class World:
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every environment whose episode has not ended and return the outcomes, without resets."""
-        actions = self._as_actions(actions)
-        kernels.step_levels(self.state.levels, self.state.grids, actions, self.outcomes)
+        actions = self.as_actions(actions)
+        _compiled_step_within()(self.state.levels, self.state.grids, actions, self.outcomes)
         return self.outcomes
 
     def state_after(self, before: State, actions: ArrayLike) -> State:
@@ -153,7 +183,7 @@ class World:
         if len(ended):
             last = before[ended]
             outcomes = np.zeros(len(ended), OUTCOME)
-            kernels.step_levels(last.levels, last.grids, self._as_actions(actions)[ended], outcomes)
+            kernels.step_levels(last.levels, last.grids, self.as_actions(actions)[ended], outcomes)
             state.levels[ended], state.grids[ended] = last.levels, last.grids
         return state
 
@@ -196,7 +226,12 @@ class World:
         outcomes["event"], outcomes["length"] = -1, lengths
         self.outcomes[indices] = outcomes
 
-    def _as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:
+    def as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:
+        """Actions as kernels take them: [N] int64, contiguous; the same array where it is so already.
+
+        Raises:
+            InputError: if they have another shape or type.
+        """
         if isinstance(actions, np.ndarray) and actions.dtype is INT64 and actions.shape == self._shape:
             return actions if actions.flags.c_contiguous else actions.copy()
         given = np.asarray(actions)
@@ -214,3 +249,10 @@ def _compiled_step() -> Callable[..., None]:
     state = empty_state(1, MIN_SIZE)
     arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, INT64), np.zeros(1, OUTCOME), state.levels
     return kernels.compiled(kernels.step_and_reset_levels, *arrays)
+
+
+@cache
+def _compiled_step_within() -> Callable[..., None]:
+    """Compile `kernels.step_levels`, likewise."""
+    state = empty_state(1, MIN_SIZE)
+    return kernels.compiled(kernels.step_levels, state.levels, state.grids, np.zeros(1, INT64), np.zeros(1, OUTCOME))

@@ -1,0 +1,214 @@
+"""The turns of the two agents as compiled kernels on records of a `options.LEDGER` and a `step.STEP`.
+
+What they share with the rest of the package stands here too, because Numba's disk cache notices a change only in the
+file of the function that is called. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
+"""
+
+import numpy as np
+from numba import njit
+
+NO_GOAL, FIRST_DOOR_GOAL, EXIT_GOAL, N_GOALS = -1, 6, 12, 13
+"""As in `hierroom.goals`."""
+NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(4)
+"""How an option ended: there was none; its goal was reached; its horizon ran out; the episode ended."""
+OWN_REWARD, EXTRINSIC, BONUS, INTRINSIC, NOVELTY = range(-1, 4)
+KERNEL_REWARDS = {"extrinsic": EXTRINSIC, "bonus": BONUS, "intrinsic": INTRINSIC, "novelty": NOVELTY}
+"""Which reward a kernel writes: none, as somebody else does, or one of those that ship."""
+REACHABLE, EXISTING, SEEN, ALL = range(4)
+"""Which goals a meta-controller may choose: see `situation.GOAL_MASKS`."""
+
+
+@njit(cache=True)
+def begin_turns(ledger, n_actions):
+    """Write the record of an environment whose episode begins."""
+    ledger.is_meta_turn = True
+    ledger.goals, ledger.last_goals, ledger.first_events = NO_GOAL, NO_GOAL, NO_GOAL
+    ledger.last_outcomes, ledger.meta_turns, ledger.option_steps, ledger.option_rewards = NO_OUTCOME, 0, 0, 0.0
+    ledger.previous_actions, ledger.illegal_goals, ledger.illegal_actions = n_actions, 0, 0
+    ledger.shortest = -1
+
+
+@njit(cache=True, nogil=True)
+def record_turns(
+    outcomes, actions, ledgers, steps, return_ends_with_option, horizon, n_actions, reward, bonus, autoreset
+):
+    """Take the controller's turn in every environment, end the options that it ends, and say what it did.
+
+    Args:
+        outcomes: [N] records of `layout.OUTCOME`.
+        actions: [N] int64, the controller's.
+        ledgers: [N] records of `options.LEDGER`, updated in place.
+        steps: [N] records of `step.STEP`, written.
+        return_ends_with_option: whether no reward after an option depends on what the controller did in it.
+        horizon: steps after which an option ends without its goal.
+        n_actions: the controller's number of actions.
+        reward: which reward to write: ``EXTRINSIC``, ``BONUS``, ``INTRINSIC``, ``NOVELTY``, or ``OWN_REWARD`` for 0.
+        bonus: the size of the novelty bonus.
+        autoreset: whether the next episode begins where one ended; else the meta-controller has no turn there.
+
+    Returns:
+        in how many environments the episode ended.
+    """
+    n_ended = 0
+    for n in range(outcomes.shape[0]):
+        outcome, ledger, step = outcomes[n], ledgers[n], steps[n]
+        goal, event = ledger.goals, np.int64(outcome.event)
+        ledger.option_steps += 1
+        ledger.option_rewards += outcome.reward
+        action = actions[n]
+        if action < 0 or action >= n_actions:
+            action = n_actions
+            ledger.illegal_actions += 1
+        ledger.previous_actions = action
+        if ledger.first_events == NO_GOAL:
+            ledger.first_events = event
+        terminated, truncated = outcome.terminated, outcome.truncated
+        ended = terminated or truncated
+        reached = (outcome.is_first or outcome.is_discovery) if goal == NO_GOAL else event == goal
+        timed_out = ledger.option_steps >= horizon and not (reached or ended)
+        option_ended = reached or timed_out or ended
+        return_terminated = terminated or (return_ends_with_option and reached)
+        return_truncated = truncated or (return_ends_with_option and timed_out)
+
+        step.actions, step.goals, step.events = action, goal, event
+        step.is_first, step.is_discovery, step.is_novel = outcome.is_first, outcome.is_discovery, outcome.is_novel
+        step.extrinsic = outcome.reward
+        if reward == EXTRINSIC:
+            step.rewards = outcome.reward
+        elif reward == BONUS:
+            step.rewards = 1.0 if outcome.is_first else 0.0
+        elif reward == INTRINSIC:
+            step.rewards = 1.0 if reached else 0.0
+        elif reward == NOVELTY:
+            step.rewards = outcome.reward + (bonus if outcome.is_novel else 0.0)
+        else:
+            step.rewards = 0.0
+        step.reached, step.timed_out, step.option_ended, step.episode_ended = reached, timed_out, option_ended, ended
+        step.meta_rewards = ledger.option_rewards if option_ended else 0.0
+        step.meta_elapsed = ledger.option_steps
+        step.achieved_instead = ledger.first_events if option_ended and not reached else NO_GOAL
+        step.terminated, step.truncated = terminated, truncated
+        step.return_terminated = return_terminated
+        step.return_truncated = return_truncated and not return_terminated
+        step.lengths, step.shortest, step.illegal_actions = outcome.length, ledger.shortest, ledger.illegal_actions
+
+        ledger.is_meta_turn = option_ended
+        if option_ended:
+            ledger.last_goals = goal
+            ledger.last_outcomes = REACHED if reached else (TIMED_OUT if timed_out else OTHER)
+            ledger.goals, ledger.first_events = NO_GOAL, NO_GOAL
+            ledger.option_steps, ledger.option_rewards = 0, 0.0
+        if ended:
+            n_ended += 1
+            if autoreset:
+                begin_turns(ledger, n_actions)
+            else:
+                ledger.is_meta_turn = False
+    return n_ended
+
+
+@njit(cache=True)
+def write_goals(level, kind, goals):
+    """Write which goals [13] a meta-controller may choose in a level on its turn; returns whether there is one."""
+    if kind == ALL:
+        goals[:N_GOALS] = True
+        return True
+    goals[:N_GOALS] = False
+    n_legal = 0
+    for branch in range(level.n_rooms - 1):
+        colour = level.colours[branch]
+        is_held, is_open = level.keys >> branch & 1, level.doors >> branch & 1
+        if kind == REACHABLE:
+            home = level.key_rooms[branch]
+            key_legal = (home == 0 or level.doors >> (home - 1) & 1) and not is_held and not is_open
+            door_legal = is_held and not is_open
+        else:
+            key_legal, door_legal = not is_open and not is_held, not is_open
+            if kind == SEEN:
+                key_legal = key_legal and level.seen >> colour & 1
+                door_legal = door_legal and level.seen >> (FIRST_DOOR_GOAL + colour) & 1
+        if key_legal:
+            goals[colour] = True
+            n_legal += 1
+        if door_legal:
+            goals[FIRST_DOOR_GOAL + colour] = True
+            n_legal += 1
+    if kind == REACHABLE:
+        exit_legal = level.doors >> (level.exit_room - 1) & 1
+    else:
+        exit_legal = kind == EXISTING or level.seen >> EXIT_GOAL & 1
+    if exit_legal:
+        goals[EXIT_GOAL] = True
+        n_legal += 1
+    return n_legal > 0
+
+
+@njit(cache=True, nogil=True)
+def write_masks(levels, are_turns, kind, masks):
+    """Write the legal actions [M, 14] of meta-controllers: off turn they can only wait.
+
+    'No goal' is legal where no goal is, and under ``SEEN`` always: what matters may not have been seen yet.
+    """
+    for m in range(levels.shape[0]):
+        has_goal = False
+        if are_turns[m]:
+            has_goal = write_goals(levels[m], kind, masks[m])
+        else:
+            masks[m, :N_GOALS] = False
+        masks[m, N_GOALS] = not has_goal or kind == SEEN
+
+
+@njit(cache=True, nogil=True)
+def choose_goals(levels, ledgers, kind, actions):
+    """Take the meta-controller's turn wherever it has one; elsewhere it can only wait.
+
+    Args:
+        levels: [N] records of `layout.LEVEL`.
+        ledgers: [N] records of `options.LEDGER`, updated in place.
+        kind: which goals are legal.
+        actions: [N] int64 goal ids, or no goal (13 or -1); what is not legal counts as no goal, and is counted.
+    """
+    goals = np.empty(N_GOALS, np.bool_)
+    for n in range(levels.shape[0]):
+        ledger, action = ledgers[n], actions[n]
+        has_none = action in (NO_GOAL, N_GOALS)
+        if not ledger.is_meta_turn:
+            ledger.illegal_goals += not has_none
+            continue
+        has_goal = write_goals(levels[n], kind, goals)
+        if has_none:
+            is_legal, goal = not has_goal or kind == SEEN, NO_GOAL
+        else:
+            is_legal = 0 <= action < N_GOALS and goals[np.uint64(action)]
+            goal = action if is_legal else NO_GOAL
+        ledger.illegal_goals += not is_legal
+        ledger.goals = goal
+        ledger.meta_turns += 1
+        ledger.is_meta_turn = False
+
+
+@njit(cache=True, nogil=True)
+def write_results(steps, ledgers, begins_anew, rewards, flags, numbers):
+    """Write what a vector environment tells of a step.
+
+    Args:
+        steps: [N] records of `step.STEP`.
+        ledgers: [N] records of `options.LEDGER`, after the step.
+        begins_anew: whether infos tell of the next episode where one ended.
+        rewards: [N] float64, written.
+        flags: [3, N] bool, written: terminated, truncated, success.
+        numbers: [5, N] int64, written: goal event, elapsed (0 where nothing was done), illegal actions, length,
+            shortest length.
+    """
+    for n in range(steps.shape[0]):
+        step, ledger = steps[n], ledgers[n]
+        rewards[n] = step.rewards
+        flags[0, n], flags[1, n] = step.terminated, step.truncated
+        if begins_anew and step.episode_ended:
+            flags[2, n] = False
+            numbers[0, n], numbers[1, n], numbers[2, n], numbers[3, n] = NO_GOAL, 0, 0, 0
+            numbers[4, n] = ledger.shortest
+        else:
+            flags[2, n] = step.terminated
+            numbers[0, n], numbers[1, n], numbers[2, n] = step.events, step.meta_elapsed > 0, step.illegal_actions
+            numbers[3, n], numbers[4, n] = step.lengths, step.shortest

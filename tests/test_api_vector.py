@@ -1,0 +1,141 @@
+"""What the Gymnasium vector environment does beside what `test_api_equal` compares with Gymnasium's own."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode
+
+from hierroom.errors import InputError
+from hierroom.gym_env import EscapeRooms
+from hierroom.turns import Turns
+
+SMALL = {"graph": "a", "size": 11, "max_steps": 9}
+
+
+def same(one, other):
+    assert one.keys() == other.keys()
+    for name in one:
+        np.testing.assert_array_equal(one[name], other[name], err_msg=name)
+
+
+def test_one_seed_for_each_environment():
+    """The episode of an environment depends on its own seed and index alone; without a seed its next one begins."""
+    lists, sevens, nines = EscapeRooms(3, **SMALL), EscapeRooms(3, **SMALL), EscapeRooms(3, **SMALL)
+    of_list, of_sevens, of_nines = (
+        env.reset(seed=seed)[0] for env, seed in ((lists, [7, 9, 7]), (sevens, 7), (nines, 9))
+    )
+    for name, values in of_list.items():
+        for n, expected in enumerate((of_sevens, of_nines, of_sevens)):
+            np.testing.assert_array_equal(values[n], expected[name][n])
+    again, of_next = lists.reset(seed=np.array([7, 9, 7]))[0], nines.reset()[0]
+    same(again, of_list)
+    mixed = lists.reset(seed=[7, None, 7])[0]
+    np.testing.assert_array_equal(mixed["observation"][1], of_next["observation"][1])
+    np.testing.assert_array_equal(mixed["observation"][0], of_list["observation"][0])
+
+
+def test_what_is_not_seeded_is_drawn():
+    firsts = {EscapeRooms(1, **SMALL).reset(seed=[None])[0]["observation"].tobytes() for _ in range(8)}
+    assert len(firsts) > 4
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_without_copies_the_same_arrays_hold_the_same(flat):
+    fresh, kept = EscapeRooms(4, flat=flat, **SMALL), EscapeRooms(4, flat=flat, copy=False, **SMALL)
+    rng = np.random.default_rng(0)
+    (observations, _), (views, _) = fresh.reset(seed=1), kept.reset(seed=1)
+    for _ in range(30):
+        actions = rng.integers(5, size=4)
+        before = views
+        observations, views = fresh.step(actions)[0], kept.step(actions)[0]
+        if flat:
+            np.testing.assert_array_equal(observations, views)
+            assert views is before
+        else:
+            same(observations, views)
+            assert all(views[name] is before[name] for name in views)
+        assert fresh.observation_space.contains(observations)
+
+
+def test_each_mode_is_told_and_a_wrong_one_is_one_clear_line():
+    for mode in AutoresetMode:
+        for given in (mode, mode.value):
+            env = EscapeRooms(2, autoreset_mode=given, **SMALL)
+            assert env.metadata["autoreset_mode"] is env.autoreset_mode is mode
+    assert EscapeRooms.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+    with pytest.raises(InputError, match=r"^autoreset_mode must be one of NextStep, SameStep, Disabled, not 'never'$"):
+        EscapeRooms(2, autoreset_mode="never")
+    made = gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 2, autoreset_mode="NextStep", flat=True)
+    assert made.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+    assert made.reset(seed=0)[0].shape == (2, 177)
+
+
+def test_without_autoreset_what_ended_must_be_reset():
+    env = EscapeRooms(3, autoreset_mode="Disabled", **SMALL)
+    env.reset(seed=0)
+    for _ in range(4):
+        env.step(np.ones(3, int))
+    env.reset(options={"reset_mask": np.array([True, False, False])})
+    for _ in range(5):
+        *_, truncated, infos = env.step(np.ones(3, int))
+    assert (truncated.tolist(), infos["length"].tolist()) == ([False, True, True], [5, 9, 9])
+    with pytest.raises(InputError, match=r"^the episodes of environments 1, 2 have ended: reset them first"):
+        env.step(np.ones(3, int))
+    _, infos = env.reset(options={"reset_mask": truncated})
+    assert infos["_length"].tolist() == truncated.tolist()
+    env.step(np.ones(3, int))
+
+
+def test_in_next_step_mode_the_action_of_the_reset_is_ignored():
+    env = EscapeRooms(2, autoreset_mode="NextStep", **SMALL)
+    env.reset(seed=0)
+    for _ in range(9):
+        *_, truncated, _ = env.step([1, 1])
+    assert truncated.all()
+    _, rewards, terminated, truncated, infos = env.step([77, 0])
+    assert not any(values.any() for values in (rewards, terminated, truncated, infos["illegal_actions"]))
+    assert (infos["length"].tolist(), infos["elapsed"].tolist()) == ([0, 0], [0, 0])
+    assert (infos["shortest_length"] > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("mask", "given"),
+    [
+        ([True, False], r"\[True, False\]"),
+        (np.array([1, 0]), r"int64 and shape \(2,\)"),
+        (np.zeros(2, bool), r"bool and shape \(2,\)"),
+        (np.ones(3, bool), r"bool and shape \(3,\)"),
+    ],
+)
+def test_a_wrong_mask_is_one_clear_line(mask, given):
+    env = EscapeRooms(2, autoreset_mode="Disabled", **SMALL)
+    env.reset(seed=0)
+    with pytest.raises(InputError, match=rf"^reset_mask must be 2 bool, at least one of them True, not {given}$"):
+        env.reset(options={"reset_mask": mask})
+    with pytest.raises(InputError, match=r"^reset all environments before only some of them$"):
+        EscapeRooms(2).reset(options={"reset_mask": np.array([True, False])})
+
+
+def test_all_environments_are_rendered():
+    env = EscapeRooms(2, render_mode="rgb_array", **SMALL)
+    with pytest.raises(InputError, match="reset the environment before it is rendered"):
+        env.render()
+    env.reset(seed=0)
+    one, other = env.render()
+    assert one.shape == other.shape
+    assert not np.array_equal(one, other)
+    text = EscapeRooms(2, render_mode="ansi", **SMALL)
+    text.reset(seed=0)
+    assert [type(level) for level in text.render()] == [str, str]
+    assert EscapeRooms(2).render() is None
+    with pytest.raises(InputError, match="render_mode of many environments must be one of ansi, rgb_array or None"):
+        EscapeRooms(2, render_mode="human")
+
+
+def test_an_episode_begun_anew_by_itself_counts_in_the_new_stage():
+    """An environment that is reset alone plays an episode of the current stage, as all do after a reset of all."""
+    turns = Turns(EscapeRooms(1, "rooms:4", curriculum_stages=2).turns.config, 3, seed=0, autoreset=False)
+    turns.sampler._is_older[:] = True
+    turns.reset(None, np.array([1]))
+    assert turns.get_state()["is_older"].tolist() == [True, False, True]
+    assert turns.world.state.levels["episode"].tolist() == [0, 1, 0]

@@ -1,0 +1,135 @@
+"""The compiled turns beside their slow twins."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from ledger_twin import LedgerTwin, legal_goals
+from turns_helpers import make
+
+from hierroom.options import Ledger
+from hierroom.rewards import REWARDS, make_reward
+from hierroom.situation import GOAL_MASKS
+from hierroom.step import STEP, Step
+from hierroom.turn_kernels import KERNEL_REWARDS
+from hierroom.world.layout import OUTCOME
+from hierroom.world.oracle import shortest_actions
+
+TRACE = Path(__file__).with_name("turns_trace.py")
+
+
+def outcomes_of(rng, n):
+    """What may come of a step, and much that may not."""
+    outcomes = np.zeros(n, OUTCOME)
+    outcomes["event"] = np.where(rng.random(n) < 0.5, -1, rng.integers(13, size=n))
+    outcomes["reward"] = rng.choice([0, 0.25, 1, 0.1], n)
+    outcomes["length"] = rng.integers(50, size=n)
+    for name in ("is_first", "is_novel", "is_discovery", "terminated", "truncated"):
+        outcomes[name] = rng.random(n) < 0.2
+    return outcomes
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(1, 9),
+    horizon=st.sampled_from([1, 3, np.iinfo(np.int64).max]),
+    ends_with_option=st.booleans(),
+    autoreset=st.booleans(),
+)
+@settings(max_examples=40, deadline=None)
+def test_the_ledger_is_its_twin(seed, n, horizon, ends_with_option, autoreset):
+    rng = np.random.default_rng(seed)
+    ledger, twin = Ledger.at_reset(n, n_actions=5), LedgerTwin(n, n_actions=5)
+    rules = {"return_ends_with_option": ends_with_option, "subgoal_horizon": horizon, "autoreset": autoreset}
+    for _ in range(25):
+        is_turn = ledger.is_meta_turn.copy() & (rng.random(n) < 0.8)
+        goals = rng.integers(-1, 13, size=n)
+        ledger.begin_options(np.flatnonzero(is_turn), goals[is_turn])
+        twin.values["goals"][is_turn], twin.values["is_meta_turn"][is_turn] = goals[is_turn], False
+        twin.values["meta_turns"] += is_turn
+        actions, outcomes = rng.integers(-2, 8, size=n), outcomes_of(rng, n)
+        records, n_ended = ledger.record(actions, outcomes, n_actions=5, **rules)
+        expected = twin.record(actions, outcomes, **rules)
+        assert {*expected, "rewards"} == {*(STEP.names or ())}
+        for name, values in expected.items():
+            np.testing.assert_array_equal(records[name], values, err_msg=name, strict=True)
+        assert n_ended == expected["episode_ended"].sum()
+        assert not records["rewards"].any()
+        for name, values in ledger.get_state().items():
+            np.testing.assert_array_equal(values, twin.values[name], err_msg=name, strict=True)
+
+
+@pytest.mark.parametrize("name", REWARDS)
+def test_the_rewards_that_kernels_write_are_those_of_the_classes(name):
+    rng, n = np.random.default_rng(0), 500
+    ledger, reward = Ledger.at_reset(n, n_actions=5), make_reward(name, 0.3)
+    ledger.begin_options(np.arange(n), rng.integers(-1, 13, size=n))
+    records, _ = ledger.record(
+        rng.integers(5, size=n),
+        outcomes_of(rng, n),
+        return_ends_with_option=False,
+        subgoal_horizon=9,
+        n_actions=5,
+        reward=KERNEL_REWARDS[name],
+        novelty_bonus=0.3,
+    )
+    written = records["rewards"].copy()
+    reward.write(Step(records))
+    np.testing.assert_array_equal(written, records["rewards"])
+    assert len(np.unique(written)) > 1
+
+
+@pytest.mark.parametrize("mask", GOAL_MASKS)
+def test_goals_are_legal_and_chosen_as_the_twins_say(mask):
+    """With what is not legal among the choices, on turn and off it."""
+    n, rng = 6, np.random.default_rng(3)
+    for graph in "adg":
+        turns = make(graph, n=n, goal_mask=mask, max_steps=60, subgoal_horizon=5)
+        twin, seen = LedgerTwin(n, 5), set()
+        for t in range(120):
+            everywhere = np.arange(n)
+            situation = turns.situation(everywhere)
+            expected = legal_goals(situation, mask)
+            np.testing.assert_array_equal(turns._goal_mask.goals(situation), expected)
+            is_turn = turns.ledger.is_meta_turn.copy()
+            masks = np.zeros((n, 14), bool)
+            masks[:, :13] = expected & is_turn[:, None]
+            masks[:, 13] = ~masks[:, :13].any(axis=1) | (mask == "seen")
+            np.testing.assert_array_equal(situation.masks, masks)
+            np.testing.assert_array_equal(turns.meta_masks(), masks)
+            seen.update(map(tuple, masks.tolist()))
+            actions = rng.integers(-3, 16, size=n)
+            twin.values = turns.ledger.get_state()
+            twin.choose(masks, actions)
+            before = turns.get_state()
+            turns.choose(situation, actions)
+            by_situation = turns.ledger.get_state()
+            turns.set_state(before)
+            turns.choose_everywhere(actions)
+            for name, values in turns.ledger.get_state().items():
+                np.testing.assert_array_equal(values, twin.values[name], err_msg=name)
+                np.testing.assert_array_equal(values, by_situation[name], err_msg=name)
+            actions = rng.integers(5, size=n)
+            actions[t % n] = shortest_actions(turns.world.get_state([t % n]))[0]
+            for _ in range(2):
+                turns.step(actions)
+        assert len(seen) > 1
+
+
+def test_as_ordinary_python(tmp_path):
+    """Where numpy would raise for an index outside of an array."""
+    digests = []
+    for disable in ("1", "0"):
+        environment = {**os.environ, "NUMBA_DISABLE_JIT": disable}
+        if disable == "1":
+            environment["NUMBA_CACHE_DIR"] = str(tmp_path)
+        done = subprocess.run([sys.executable, TRACE], env=environment, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
+        digests.append(done.stdout)
+    assert digests[0] == digests[1]
+    assert not list(tmp_path.iterdir())  # nothing was compiled
