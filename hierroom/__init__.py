@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from hierroom.training.presets import find_preset
     from hierroom.training.rollout import rollout
     from hierroom.training.trained_agent import TrainedAgent, load
-    from hierroom.wrappers import add_features, box_view
+    from hierroom.views.boxes import box_view
+    from hierroom.wrappers import add_features
 
 __all__ = [
     "EnvConfig",
@@ -54,7 +55,7 @@ _HOMES = {
     "TrainConfig": "training.config",
     "TrainedAgent": "training.trained_agent",
     "add_features": "wrappers",
-    "box_view": "wrappers",
+    "box_view": "views.boxes",
     "enumerate_graphs": "goals",
     "env": "aec_env",
     "find_preset": "training.presets",
