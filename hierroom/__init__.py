@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from hierroom.training.rollout import rollout
     from hierroom.training.trained_agent import TrainedAgent, load
     from hierroom.views.boxes import box_view
+    from hierroom.views.minigrid import minigrid_view
     from hierroom.wrappers import add_features
 
 __all__ = [
@@ -39,6 +40,7 @@ __all__ = [
     "env",
     "find_preset",
     "load",
+    "minigrid_view",
     "parallel_env",
     "raw_env",
     "register",
@@ -60,6 +62,7 @@ _HOMES = {
     "env": "aec_env",
     "find_preset": "training.presets",
     "load": "training.trained_agent",
+    "minigrid_view": "views.minigrid",
     "parallel_env": "parallel_env",
     "raw_env": "aec_env",
     "rollout": "training.rollout",

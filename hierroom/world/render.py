@@ -180,8 +180,8 @@ def _cells_of(goal: int, tiles: NDArray[np.uint8]) -> NDArray[np.intp]:
 
 
 @cache
-def _objects() -> list:
-    """MiniGrid's object for each tile code."""
+def minigrid_objects() -> list:
+    """MiniGrid's object for each tile code, or None for an empty cell and one that is not seen."""
     from minigrid.core.world_object import Door, Goal, Key, Wall
 
     objects: list = [None] * N_TILES
@@ -196,7 +196,7 @@ def _objects() -> list:
 def _tile_picture(tile: int, direction: int | None, is_seen: bool, tile_size: int) -> NDArray[np.uint8]:
     from minigrid.core.grid import Grid
 
-    return Grid.render_tile(_objects()[tile], direction, is_seen, tile_size)  # MiniGrid caches it
+    return Grid.render_tile(minigrid_objects()[tile], direction, is_seen, tile_size)  # MiniGrid caches it
 
 
 def _outline(cell: NDArray[np.uint8]) -> None:
