@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from hierroom.training.trained_agent import TrainedAgent, load
     from hierroom.views.boxes import box_view
     from hierroom.views.minigrid import minigrid_view
+    from hierroom.views.sb3 import sb3_view
     from hierroom.wrappers import add_features
 
 __all__ = [
@@ -45,6 +46,7 @@ __all__ = [
     "raw_env",
     "register",
     "rollout",
+    "sb3_view",
     "train",
 ]
 __version__ = "0.1.0"
@@ -66,6 +68,7 @@ _HOMES = {
     "parallel_env": "parallel_env",
     "raw_env": "aec_env",
     "rollout": "training.rollout",
+    "sb3_view": "views.sb3",
     "train": "train",
 }
 

@@ -48,8 +48,8 @@ class minigrid_view(MiniGridEnv):
     |---|---|
     | observations | MiniGrid's ``image``, ``direction`` and ``mission``, the goal in words |
     | actions | MiniGrid's: 0 left, 1 right, 2 forward, 3 pickup, 4 drop, 5 toggle, 6 done |
-    | rules that are not MiniGrid's | several keys can be held, and ``image`` shows the one that would be dropped; toggle |
-    | | opens a locked door with its key and closes none; drop (without ``drop_key``) and done only cost the step |
+    | rules that are not MiniGrid's | several keys can be held, and ``image`` shows the one that would be dropped; |
+    | | toggle opens a locked door with its key and closes none; done, and drop without ``drop_key``, cost the step |
     | rewards, ends, infos, pictures | those of the environment |
 
     Args:
@@ -71,7 +71,7 @@ class minigrid_view(MiniGridEnv):
         self.escape_room = env
         self._turns = single.turns
         config = single.turns.config
-        super().__init__(MissionSpace(_mission, [MISSIONS]), grid_size=config.size, max_steps=config.max_steps)
+        super().__init__(MissionSpace(_mission, [list(MISSIONS)]), grid_size=config.size, max_steps=config.max_steps)
         self.metadata = env.metadata
         self.render_mode = env.render_mode
         self._tiles = np.zeros(0, np.uint8)
