@@ -28,6 +28,7 @@ from hierroom.env_config import (
 from hierroom.goals import NO_GOAL, GraphSpecs
 from hierroom.meta import MetaController, make_meta, show_step
 from hierroom.options import CONTROLLER
+from hierroom.registered_env import RegisteredEnv
 from hierroom.rewards import RewardSpec
 from hierroom.single_env import SingleEnv
 from hierroom.step import Step
@@ -38,7 +39,7 @@ MetaSpec = str | MetaController | Callable[..., Any]
 """Who picks the goals, as `make_meta` takes it."""
 
 
-class EscapeRoom(gymnasium.Env):
+class EscapeRoom(RegisteredEnv, gymnasium.Env):
     """One EscapeRoom, and in it the controller.
 
     Args:
@@ -64,7 +65,7 @@ class EscapeRoom(gymnasium.Env):
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
     """
 
-    metadata = {"render_modes": RENDER_MODES, "render_fps": FRAMES_PER_SECOND}  # noqa: RUF012 - read from the class
+    metadata = {"render_modes": list(RENDER_MODES), "render_fps": FRAMES_PER_SECOND}  # noqa: RUF012 - read from the class
 
     @known_arguments
     def __init__(
@@ -84,7 +85,8 @@ class EscapeRoom(gymnasium.Env):
         meta: MetaSpec = "none",
         render_mode: str | None = None,
     ):
-        self.single = SingleEnv(EnvConfig.of_arguments(locals()), render_mode)
+        self.config = EnvConfig.of_arguments(locals())
+        self.single = SingleEnv(self.config, render_mode)
         self.meta = make_meta(meta)
         self.render_mode = render_mode
         self.complexity = self.single.complexity
@@ -116,6 +118,17 @@ class EscapeRoom(gymnasium.Env):
             self.single.infos()[CONTROLLER],
         )
 
+    def action_masks(self) -> NDArray[np.bool_]:
+        """[A] bool, the legal actions, as sb3-contrib's MaskablePPO asks for them."""
+        return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
+
+    def get_keys_to_action(self) -> dict[tuple[int, ...], int]:
+        """Keys for `gymnasium.utils.play.play`: arrows move, tab picks up, space opens, left shift drops."""
+        import pygame
+
+        keys = (pygame.K_UP, pygame.K_LEFT, pygame.K_RIGHT, pygame.K_TAB, pygame.K_SPACE, pygame.K_LSHIFT)
+        return {(key,): action for action, key in enumerate(keys[: self.config.n_actions])}
+
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
         return self.single.render()
@@ -125,7 +138,7 @@ class EscapeRoom(gymnasium.Env):
         self.single.close()
 
 
-class EscapeRooms(VectorEnv):
+class EscapeRooms(RegisteredEnv, VectorEnv):
     """N environments on the batch engine; where an episode ends the next one begins in the same step.
 
     Observations and infos are laid out as Gymnasium's own ``SyncVectorEnv`` lays out those of N `EscapeRoom` with
@@ -176,8 +189,8 @@ class EscapeRooms(VectorEnv):
         meta: MetaSpec = "none",
         threads: int = 1,
     ):
-        config = EnvConfig.of_arguments(locals())
-        self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads)
+        self.config = EnvConfig.of_arguments(locals())
+        self.turns = Turns(self.config, num_envs, measure_shortest=True, threads=threads)
         self.complexity = self.turns.complexity
         self.meta = make_meta(meta)
         self.num_envs = num_envs
