@@ -89,6 +89,10 @@ def __dir__() -> list[str]:
 class _Package(ModuleType):
     """The package, in which ``parallel_env`` is the class and ``train`` the function, not the files of these names."""
 
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[str]]:
+        """By name, as modules are: cloudpickle sends functions that use the package to other processes with it."""
+        return importlib.import_module, (self.__name__,)
+
     @property
     def parallel_env(self) -> type:
         return __getattr__("parallel_env")

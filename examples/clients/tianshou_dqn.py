@@ -41,7 +41,7 @@ result = agents.run_training(
         collection_step_num_env_steps=40,
         batch_size=64,
         test_step_num_episodes=1,
-        multi_agent_return_reduction=sum,
+        multi_agent_return_reduction=lambda returns: returns.sum(axis=-1),
         update_step_num_gradient_steps_per_sample=0.1,
         show_progress=False,
     )
