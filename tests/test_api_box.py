@@ -54,10 +54,12 @@ def test_numbers_say_what_the_dicts_say(drop_key):
     (seen, infos), (expected, expected_infos) = env.reset(seed=3), plain.reset(seed=3)
     outcomes, directions = set(), set()
     for _ in range(200):
-        assert infos == expected_infos
         for agent in BOTH:
+            mask = expected[agent]["action_mask"].tolist()
+            assert infos[agent].pop("action_mask").tolist() == [*mask, *[0] * (14 - len(mask))]
             assert env.observation_space(agent).contains(seen[agent])
             np.testing.assert_allclose(seen[agent], numbers(agent, expected[agent]), atol=1e-6)
+        assert infos == expected_infos
         outcomes.add(int(expected["meta_0"]["outcome"]))
         directions.add(int(expected["meta_0"]["direction"]))
         if not env.agents:

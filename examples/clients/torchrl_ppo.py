@@ -50,7 +50,9 @@ for _ in range(3):
     with torch.no_grad():
         data = env.rollout(240, policy, break_when_any_done=False)
         for loss in losses:
-            loss.value_estimator(data, params=loss.critic_network_params, target_params=loss.target_critic_network_params)
+            loss.value_estimator(
+                data, params=loss.critic_network_params, target_params=loss.target_critic_network_params
+            )
     for _ in range(2):
         terms = [loss(data) for loss in losses]
         total = sum(term["loss_objective"] + term["loss_critic"] + term["loss_entropy"] for term in terms)

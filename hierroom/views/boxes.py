@@ -57,9 +57,9 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
         env: a `hierroom.parallel_env` or a `hierroom.env`, which may have features.
 
     Returns:
-        the parallel environment with these boxes as observations, as SuperSuit wants them; the AEC environment with
-        dicts of the box, ``observation``, and beside it the mask of its 14 actions, ``action_mask``, as Tianshou and
-        PettingZoo's tutorials want them.
+        the parallel environment with these boxes as observations, as SuperSuit wants them, and in the infos the mask
+        of the 14 actions, ``action_mask``, as AgileRL and TorchRL want it; the AEC environment with dicts of the box,
+        ``observation``, and beside it ``action_mask``, as Tianshou and PettingZoo's tutorials want them.
 
     Raises:
         InputError: if it is neither.
@@ -142,12 +142,15 @@ class ParallelBoxes(BaseParallelWrapper):
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
         """As the environment's, observations flat."""
         observations, infos = self.env.reset(seed, options)
-        return self._flat(observations), infos
+        return self._flat(observations), self._with_masks(infos, observations)
 
     def step(self, actions: dict[str, int]):
         """As the environment's, observations flat."""
-        observations, *results = self.env.step(actions)
-        return self._flat(observations), *results
+        observations, *results, infos = self.env.step(actions)
+        return self._flat(observations), *results, self._with_masks(infos, observations)
+
+    def _with_masks(self, infos: dict[str, Any], observations: dict[str, Any]) -> dict[str, Any]:
+        return {agent: {**info, "action_mask": self._boxes.mask(observations[agent])} for agent, info in infos.items()}
 
     def _flat(self, observations: dict[str, dict[str, Any]]) -> dict[str, NDArray[np.float32]]:
         return {agent: self._boxes.vector(agent, observation) for agent, observation in observations.items()}
