@@ -56,7 +56,7 @@ def test_numbers_say_what_the_dicts_say(drop_key):
     for _ in range(200):
         for agent in BOTH:
             mask = expected[agent]["action_mask"].tolist()
-            assert infos[agent].pop("action_mask").tolist() == [*mask, *[0] * (14 - len(mask))]
+            assert infos[agent].pop("action_mask") == [*mask, *[0] * (14 - len(mask))]
             assert env.observation_space(agent).contains(seen[agent])
             np.testing.assert_allclose(seen[agent], numbers(agent, expected[agent]), atol=1e-6)
         assert infos == expected_infos

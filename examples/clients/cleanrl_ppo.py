@@ -3,7 +3,7 @@
 import gymnasium
 import numpy as np
 import torch
-from gymnasium.wrappers.vector import FlattenObservation, RecordEpisodeStatistics
+from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from torch import nn
 from torch.distributions import Categorical
 
@@ -12,8 +12,8 @@ import hierroom  # noqa: F401 - registers the ids
 torch.set_num_threads(1)  # so small a network gains nothing by more
 torch.manual_seed(0)
 N, T, GAMMA, LAMBDA, CLIP = 16, 64, 0.95, 0.95, 0.2
-envs = gymnasium.make_vec("hierroom/EscapeRoom-a-v0", N, size=11, max_steps=100, meta="fixed-dfs", reward="intrinsic")
-envs = RecordEpisodeStatistics(FlattenObservation(envs))
+SETTINGS = {"size": 11, "max_steps": 100, "meta": "fixed-dfs", "reward": "intrinsic"}
+envs = RecordEpisodeStatistics(gymnasium.make_vec("hierroom/EscapeRoom-a-v0", N, flat=True, **SETTINGS))
 n_inputs, n_actions = envs.single_observation_space.shape[0], int(envs.single_action_space.n)
 actor = nn.Sequential(nn.Linear(n_inputs, 64), nn.Tanh(), nn.Linear(64, n_actions))
 critic = nn.Sequential(nn.Linear(n_inputs, 64), nn.Tanh(), nn.Linear(64, 1))
@@ -26,7 +26,7 @@ def as_tensor(observations):
 
 
 observation, returns = as_tensor(envs.reset(seed=0)[0]), []
-for update in range(8):
+for _ in range(8):
     memory = []
     for _ in range(T):
         with torch.no_grad():
