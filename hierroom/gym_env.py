@@ -85,9 +85,9 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
         meta: MetaSpec = "none",
         render_mode: str | None = None,
     ):
-        self.config = EnvConfig.of_arguments(locals())
-        self.single = SingleEnv(self.config, render_mode)
+        self.single = SingleEnv(EnvConfig.of_arguments(locals()), render_mode)
         self.meta = make_meta(meta)
+        self.config = self.single.turns.config
         self.render_mode = render_mode
         self.complexity = self.single.complexity
         self.observation_space = self.single.observation_spaces[CONTROLLER]
@@ -189,10 +189,11 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         meta: MetaSpec = "none",
         threads: int = 1,
     ):
-        self.config = EnvConfig.of_arguments(locals())
-        self.turns = Turns(self.config, num_envs, measure_shortest=True, threads=threads)
+        config = EnvConfig.of_arguments(locals())
+        self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads)
         self.complexity = self.turns.complexity
         self.meta = make_meta(meta)
+        self.config = config
         self.num_envs = num_envs
         self.single_observation_space = self.turns.observation_space(CONTROLLER)
         self.single_action_space = self.turns.action_space(CONTROLLER)
