@@ -28,7 +28,7 @@ from hierroom.env_config import (
 from hierroom.goals import NO_GOAL, GraphSpecs
 from hierroom.meta import MetaController, make_meta, show_step
 from hierroom.options import CONTROLLER
-from hierroom.registered_env import RegisteredEnv
+from hierroom.registered_env import PlayableEnv, RegisteredEnv
 from hierroom.rewards import RewardSpec
 from hierroom.single_env import SingleEnv
 from hierroom.step import Step
@@ -39,7 +39,7 @@ MetaSpec = str | MetaController | Callable[..., Any]
 """Who picks the goals, as `make_meta` takes it."""
 
 
-class EscapeRoom(RegisteredEnv, gymnasium.Env):
+class EscapeRoom(PlayableEnv, gymnasium.Env):
     """One EscapeRoom, and in it the controller.
 
     Args:
@@ -117,17 +117,6 @@ class EscapeRoom(RegisteredEnv, gymnasium.Env):
             truncations[CONTROLLER],
             self.single.infos()[CONTROLLER],
         )
-
-    def action_masks(self) -> NDArray[np.bool_]:
-        """[A] bool, the legal actions, as sb3-contrib's MaskablePPO asks for them."""
-        return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
-
-    def get_keys_to_action(self) -> dict[tuple[int, ...], int]:
-        """Keys for `gymnasium.utils.play.play`: arrows move, tab picks up, space opens, left shift drops."""
-        import pygame
-
-        keys = (pygame.K_UP, pygame.K_LEFT, pygame.K_RIGHT, pygame.K_TAB, pygame.K_SPACE, pygame.K_LSHIFT)
-        return {(key,): action for action, key in enumerate(keys[: self.config.n_actions])}
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""

@@ -1,14 +1,18 @@
-"""What an environment knows of the id that `gymnasium.make` or `gymnasium.make_vec` made it by."""
+"""What libraries ask of Gymnasium's environments beside observations and steps: the spec, masks and keys."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import gymnasium
+import numpy as np
 from gymnasium.envs.registration import EnvSpec
+from numpy.typing import NDArray
 
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
+from hierroom.options import CONTROLLER
 
 
 class RegisteredEnv:
@@ -39,3 +43,24 @@ class RegisteredEnv:
                 f"{spec.id} is one goal graph's: give the graph {spec.kwargs.get('graph')!r} to hierroom/EscapeRoom-v0"
             )
         self._spec = spec and replace(spec, max_episode_steps=self.config.max_steps)
+
+
+class PlayableEnv(RegisteredEnv):
+    """One environment, in which legal actions can be asked for, and keys of the keyboard stand for actions.
+
+    Attributes:
+        single: the `SingleEnv` behind it.
+    """
+
+    single: Any
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """[A] bool, the legal actions, as sb3-contrib's MaskablePPO asks for them."""
+        return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
+
+    def get_keys_to_action(self) -> dict[tuple[int, ...], int]:
+        """Keys for `gymnasium.utils.play.play`: arrows move, tab picks up, space opens, left shift drops."""
+        import pygame
+
+        keys = (pygame.K_UP, pygame.K_LEFT, pygame.K_RIGHT, pygame.K_TAB, pygame.K_SPACE, pygame.K_LSHIFT)
+        return {(key,): action for action, key in enumerate(keys[: self.config.n_actions])}

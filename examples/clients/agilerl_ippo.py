@@ -21,6 +21,5 @@ population, _ = train_multi_agent_on_policy(
     env, "hierroom", "IPPO", [agent], max_steps=480, evo_steps=240, eval_steps=60, verbose=False
 )
 after = [weight for actor in population[0].actors.values() for weight in actor.parameters()]
-print(
-    f"{sum(bool((old != new).any()) for old, new in zip(before, after, strict=True))} of {len(after)} weights changed"
-)
+n_changed = sum(bool((old != new).any()) for old, new in zip(before, after, strict=True))
+print(f"{n_changed} of {len(after)} weights changed")

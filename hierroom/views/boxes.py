@@ -57,8 +57,8 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
         env: a `hierroom.parallel_env` or a `hierroom.env`, which may have features.
 
     Returns:
-        the parallel environment with these boxes as observations, as SuperSuit wants them, and in the infos the mask
-        of the 14 actions, the list ``action_mask``, as AgileRL and TorchRL want it; the AEC environment with dicts of the box,
+        the parallel environment with these boxes as observations, as SuperSuit wants them, and in the infos a list
+        ``action_mask`` of the 14 actions, as AgileRL and TorchRL want it; the AEC environment with dicts of the box,
         ``observation``, and beside it ``action_mask``, as Tianshou and PettingZoo's tutorials want them.
 
     Raises:
@@ -150,10 +150,8 @@ class ParallelBoxes(BaseParallelWrapper):
         return self._flat(observations), *results, self._with_masks(infos, observations)
 
     def _with_masks(self, infos: dict[str, Any], observations: dict[str, Any]) -> dict[str, Any]:
-        return {
-            agent: {**info, "action_mask": self._boxes.mask(observations[agent]).tolist()}
-            for agent, info in infos.items()
-        }
+        masks = {agent: self._boxes.mask(observation).tolist() for agent, observation in observations.items()}
+        return {agent: {**info, "action_mask": masks[agent]} for agent, info in infos.items()}
 
     def _flat(self, observations: dict[str, dict[str, Any]]) -> dict[str, NDArray[np.float32]]:
         return {agent: self._boxes.vector(agent, observation) for agent, observation in observations.items()}
