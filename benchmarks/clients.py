@@ -127,7 +127,7 @@ def main(arguments: Arguments) -> None:
         page = arguments.out.read_text()
         table = "\n".join(lines) + "\n"
         new = re.sub(f"{MARKS[0]}.*{MARKS[1]}", lambda _: MARKS[0] + table + MARKS[1], page, flags=re.DOTALL)
-        write_atomically(arguments.out, lambda path: path.write_text(new))
+        write_atomically(arguments.out, new.encode())
 
 
 if __name__ == "__main__":
