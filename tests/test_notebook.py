@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from hierroom import GoalGraph
 from hierroom.complexity import analyze
 from hierroom.complexity.html import html_table
+from hierroom.complexity.measured import MeasuredReport, count_transitions
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -49,6 +50,19 @@ def test_a_report_is_a_table_of_what_it_prints():
     for line, row in zip(str(report).splitlines()[1:], table.iter("tr"), strict=True):
         name, value = (cell.text for cell in row)
         assert line == f"  {name:<16}{value}"
+
+
+def test_a_measured_report_is_a_table_of_what_it_prints():
+    assumed = analyze("a")
+    report = MeasuredReport(assumed, count_transitions([[0, 0, 1], [0, 0, 0]], 5, 0, 4), n_resamples=5)
+    shown = ElementTree.fromstring(f"<div>{report._repr_html_()}</div>")
+    head, columns, *lines = str(report).splitlines()
+    assert shown.find("table/caption").text == head
+    rows = [[cell.text or "" for cell in row] for row in shown.iter("tr")]
+    notes = [note.text for note in shown.iter("p")]
+    assert "nobody escaped, so the times to the exit are infinite" in notes
+    for line, cells in zip([columns, *lines], [*rows, *([note] for note in notes)], strict=True):
+        assert line.split() == " ".join(cells).split()
 
 
 def test_texts_are_escaped():
