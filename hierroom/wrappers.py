@@ -89,10 +89,11 @@ class _AEC(BaseWrapper):
         super().__init__(env)
         self._single = env.unwrapped.single
         self._reader = _Reader(self._single.turns, names, agent)
-        self._space = self._reader.extend(env.observation_space(agent))
+        extended = self._reader.extend(env.observation_space(agent))
+        self.observation_spaces = {**env.unwrapped.observation_spaces, agent: extended}
 
     def observation_space(self, agent: str) -> spaces.Space:
-        return self._space if agent == self._reader.agent else self.env.observation_space(agent)
+        return self.observation_spaces[agent]
 
     def observe(self, agent: str) -> Any:
         observation: Any = self.env.observe(agent)
@@ -106,11 +107,12 @@ class _Parallel(BaseParallelWrapper):
         super().__init__(env)
         self._single = env.unwrapped.single
         self._reader = _Reader(self._single.turns, names, agent)
-        self._space = self._reader.extend(env.observation_space(agent))
+        extended = self._reader.extend(env.observation_space(agent))
+        self.observation_spaces = {**env.unwrapped.observation_spaces, agent: extended}
         self.possible_agents = env.possible_agents
 
     def observation_space(self, agent: str) -> spaces.Space:
-        return self._space if agent == self._reader.agent else self.env.observation_space(agent)
+        return self.observation_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
         observations, infos = self.env.reset(seed, options)

@@ -109,6 +109,20 @@ def test_turns_show_the_same_boxes_and_their_masks(drop_key):
     assert n_illegal > 0
 
 
+@pytest.mark.parametrize("make", [hierroom.env, hierroom.parallel_env])
+@pytest.mark.parametrize(
+    "view",
+    [hierroom.box_view, lambda env: hierroom.add_features(env, ["view"]), lambda env: env],
+    ids=["boxes", "features", "plain"],
+)
+def test_the_tables_of_spaces_are_those_of_the_view(make, view):
+    """Skrl reads the attributes; what a wrapper does not have itself it would take from the environment within."""
+    env = view(make(graph="a", size=11))
+    for agent in BOTH:
+        assert env.observation_spaces[agent] is env.observation_space(agent)
+        assert env.action_spaces[agent] is env.action_space(agent)
+
+
 def test_an_action_that_nobody_has_is_still_refused():
     env = make_aec()
     env.reset(seed=0)

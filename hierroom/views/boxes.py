@@ -128,16 +128,16 @@ class ParallelBoxes(BaseParallelWrapper):
         super().__init__(env)
         self.possible_agents = env.possible_agents
         self._boxes = Boxes({agent: env.observation_space(agent) for agent in env.possible_agents})
-        self._actions = {agent: spaces.Discrete(N_META_ACTIONS) for agent in env.possible_agents}
-        self._spaces = {agent: self._boxes.space() for agent in env.possible_agents}
+        self.action_spaces = {agent: spaces.Discrete(N_META_ACTIONS) for agent in env.possible_agents}
+        self.observation_spaces = {agent: self._boxes.space() for agent in env.possible_agents}
 
     def observation_space(self, agent: str) -> spaces.Space:
         """The observation space of an agent: the same object at every call."""
-        return self._spaces[agent]
+        return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> spaces.Space:
         """The action space of an agent: the same object at every call."""
-        return self._actions[agent]
+        return self.action_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
         """As the environment's, observations flat."""
@@ -168,19 +168,19 @@ class AECBoxes(BaseWrapper):
         super().__init__(env)
         agents = env.unwrapped.possible_agents
         self._boxes = Boxes({agent: env.observation_space(agent) for agent in agents})
-        self._actions = {agent: spaces.Discrete(N_META_ACTIONS) for agent in agents}
+        self.action_spaces = {agent: spaces.Discrete(N_META_ACTIONS) for agent in agents}
         mask = spaces.Box(0, 1, (N_META_ACTIONS,), np.int8)
-        self._spaces = {
+        self.observation_spaces = {
             agent: spaces.Dict({"observation": self._boxes.space(), "action_mask": mask}) for agent in agents
         }
 
     def observation_space(self, agent: str) -> spaces.Space:
         """The observation space of an agent: the same object at every call."""
-        return self._spaces[agent]
+        return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> spaces.Space:
         """The action space of an agent: the same object at every call."""
-        return self._actions[agent]
+        return self.action_spaces[agent]
 
     def observe(self, agent: str) -> dict[str, NDArray]:
         """What an agent sees now, in fresh arrays: ``observation`` [K] float32 and ``action_mask`` [14] int8."""
@@ -190,7 +190,7 @@ class AECBoxes(BaseWrapper):
     def step(self, action: int | None) -> None:
         """Take the selected agent's turn; an action that only the other agent has costs the controller the step."""
         agent = self.env.agent_selection
-        if self._actions[agent].contains(action) and not self.env.action_space(agent).contains(action):
+        if self.action_spaces[agent].contains(action) and not self.env.action_space(agent).contains(action):
             self.unwrapped.step(action)  # it is illegal but no error, which the wrapper that checks bounds cannot know
         else:
             self.env.step(action)
