@@ -23,7 +23,10 @@ if TYPE_CHECKING:
     from hierroom.training.presets import find_preset
     from hierroom.training.rollout import rollout
     from hierroom.training.trained_agent import TrainedAgent, load
-    from hierroom.wrappers import add_features, box_view
+    from hierroom.views.boxes import box_view
+    from hierroom.views.minigrid import minigrid_view
+    from hierroom.views.sb3 import sb3_view
+    from hierroom.wrappers import add_features
 
 __all__ = [
     "EnvConfig",
@@ -38,10 +41,12 @@ __all__ = [
     "env",
     "find_preset",
     "load",
+    "minigrid_view",
     "parallel_env",
     "raw_env",
     "register",
     "rollout",
+    "sb3_view",
     "train",
 ]
 __version__ = "0.1.0"
@@ -54,14 +59,16 @@ _HOMES = {
     "TrainConfig": "training.config",
     "TrainedAgent": "training.trained_agent",
     "add_features": "wrappers",
-    "box_view": "wrappers",
+    "box_view": "views.boxes",
     "enumerate_graphs": "goals",
     "env": "aec_env",
     "find_preset": "training.presets",
     "load": "training.trained_agent",
+    "minigrid_view": "views.minigrid",
     "parallel_env": "parallel_env",
     "raw_env": "aec_env",
     "rollout": "training.rollout",
+    "sb3_view": "views.sb3",
     "train": "train",
 }
 
@@ -81,6 +88,10 @@ def __dir__() -> list[str]:
 
 class _Package(ModuleType):
     """The package, in which ``parallel_env`` is the class and ``train`` the function, not the files of these names."""
+
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[str]]:
+        """By name, as modules are: cloudpickle sends functions that use the package to other processes with it."""
+        return importlib.import_module, (self.__name__,)
 
     @property
     def parallel_env(self) -> type:

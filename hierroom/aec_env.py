@@ -37,6 +37,7 @@ from hierroom.env_config import (
     known_arguments,
 )
 from hierroom.errors import InputError
+from hierroom.global_state import global_state, state_space
 from hierroom.goals import GraphSpecs
 from hierroom.options import AGENTS, CONTROLLER, META
 from hierroom.rewards import RewardSpec
@@ -100,6 +101,7 @@ class raw_env(AECEnv):
         self.possible_agents = list(AGENTS)
         self.observation_spaces = self.single.observation_spaces
         self.action_spaces = self.single.action_spaces
+        self.state_space = state_space(size)
 
     def observation_space(self, agent: str) -> spaces.Space:
         """The observation space of an agent: the same object at every call."""
@@ -146,6 +148,10 @@ class raw_env(AECEnv):
         self.infos = self.single.infos()
         has_ended = self.terminations[META] or self.truncations[META]
         self.agent_selection = META if has_ended or self.single.is_meta_turn else CONTROLLER
+
+    def state(self) -> NDArray[np.uint8]:
+        """The whole grid [size, size, 4], as `global_state` lays it out."""
+        return global_state(self.single.turns)
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""

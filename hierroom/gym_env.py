@@ -1,9 +1,7 @@
 """The Gymnasium environments ``hierroom/EscapeRoom-{a..g}-v0``: the controller alone, in one environment or in many.
 
 The goals come from a meta-controller inside the environment (none by default: flat). Observations, actions, ends and
-infos are those of ``controller_0`` in `hierroom.aec_env`.
-
-Version history: v0, the first.
+infos are those of ``controller_0`` in `hierroom.aec_env`. Version history: v0, the first.
 """
 
 from __future__ import annotations
@@ -29,6 +27,7 @@ from hierroom.errors import InputError
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaController, make_meta, show_step
 from hierroom.options import CONTROLLER
+from hierroom.registered_env import PlayableEnv, RegisteredEnv
 from hierroom.rewards import RewardSpec
 from hierroom.single_env import SingleEnv
 from hierroom.turns import Turns
@@ -41,7 +40,7 @@ MetaSpec = str | MetaController | Callable[..., Any]
 VECTOR_RENDER_MODES = ("ansi", "rgb_array")
 
 
-class EscapeRoom(gymnasium.Env):
+class EscapeRoom(PlayableEnv, gymnasium.Env):
     """One EscapeRoom, and in it the controller.
 
     Args:
@@ -89,6 +88,7 @@ class EscapeRoom(gymnasium.Env):
     ):
         self.single = SingleEnv(EnvConfig.of_arguments(locals()), render_mode)
         self.meta = make_meta(meta)
+        self.config = self.single.turns.config
         self.render_mode = render_mode
         self.complexity = self.single.complexity
         self.observation_space = self.single.observation_spaces[CONTROLLER]
@@ -128,7 +128,7 @@ class EscapeRoom(gymnasium.Env):
         self.single.close()
 
 
-class EscapeRooms(VectorEnv):
+class EscapeRooms(RegisteredEnv, VectorEnv):
     """N environments on the batch engine.
 
     Observations and infos are laid out as Gymnasium's own ``SyncVectorEnv`` lays out those of N `EscapeRoom` with
@@ -206,6 +206,7 @@ class EscapeRooms(VectorEnv):
         self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
         self.complexity = self.turns.complexity
         self.meta = make_meta(meta)
+        self.config = config
         self.num_envs = num_envs
         self.render_mode = render_mode
         self._arrays = VectorArrays(self.turns, flat=flat, copy=copy)

@@ -17,6 +17,7 @@ from pettingzoo import ParallelEnv
 
 from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, GoalMaskName, known_arguments
 from hierroom.errors import InputError
+from hierroom.global_state import global_state, state_space
 from hierroom.goals import GraphSpecs
 from hierroom.options import AGENTS, CONTROLLER, META
 from hierroom.rewards import RewardSpec
@@ -78,6 +79,7 @@ class parallel_env(ParallelEnv):
         self.agents: list[str] = []
         self.observation_spaces = self.single.observation_spaces
         self.action_spaces = self.single.action_spaces
+        self.state_space = state_space(size)
 
     def observation_space(self, agent: str) -> spaces.Space:
         """The observation space of an agent: the same object at every call."""
@@ -120,6 +122,10 @@ class parallel_env(ParallelEnv):
         if terminations[META] or truncations[META]:
             self.agents = []
         return self._observations(), rewards, terminations, truncations, self.single.infos()
+
+    def state(self) -> NDArray[np.uint8]:
+        """The whole grid [size, size, 4], as `global_state` lays it out."""
+        return global_state(self.single.turns)
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""

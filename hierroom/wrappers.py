@@ -1,4 +1,4 @@
-"""Wrappers: the learner's features for users of other learners, and flat, equal spaces where dicts are not taken.
+"""Wrappers: the learner's features for users of other learners.
 
 A feature is one of `agents.features.FEATURES`, such as ``goal-place`` or ``frontier-places``: what an agent could work
 out and remember by itself, but learns slowly to. `add_features` puts features into the observations of any environment
@@ -24,24 +24,9 @@ from pettingzoo.utils.wrappers import BaseWrapper
 from hierroom.agents.features import Features
 from hierroom.controller import Observation
 from hierroom.errors import InputError
-from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.options import AGENTS, CONTROLLER, META
-from hierroom.situation import N_META_ACTIONS
-from hierroom.step import N_OUTCOMES
+from hierroom.options import AGENTS, CONTROLLER
 from hierroom.turns import Turns
-from hierroom.world.kernels import VIEW
 
-SIZES = {
-    "observation": VIEW * VIEW * 3,
-    "goal": GOAL_VECTORS.shape[1],
-    "direction": 4,
-    "keys_held": N_COLOURS,
-    "doors_open": N_COLOURS,
-    "outcome": N_OUTCOMES,
-    "action_mask": N_META_ACTIONS,
-    "is_meta": 1,
-}
-"""Numbers of each part of a `box_view`, in order; features come after them."""
 Env = TypeVar("Env", AECEnv, ParallelEnv, gymnasium.Env, VectorEnv)
 
 
@@ -86,7 +71,7 @@ class _Reader:
 
     def extend(self, space: spaces.Space) -> spaces.Dict:
         """The space of observations with features."""
-        if not isinstance(space, spaces.Dict):
+        if not isinstance(space, spaces.Dict) or "goal" not in space.spaces:
             raise InputError(
                 f"features are added to observations that are dicts, before other wrappers, not to {space}"
             )
@@ -104,10 +89,11 @@ class _AEC(BaseWrapper):
         super().__init__(env)
         self._single = env.unwrapped.single
         self._reader = _Reader(self._single.turns, names, agent)
-        self._space = self._reader.extend(env.observation_space(agent))
+        extended = self._reader.extend(env.observation_space(agent))
+        self.observation_spaces = {**env.unwrapped.observation_spaces, agent: extended}
 
     def observation_space(self, agent: str) -> spaces.Space:
-        return self._space if agent == self._reader.agent else self.env.observation_space(agent)
+        return self.observation_spaces[agent]
 
     def observe(self, agent: str) -> Any:
         observation: Any = self.env.observe(agent)
@@ -121,11 +107,12 @@ class _Parallel(BaseParallelWrapper):
         super().__init__(env)
         self._single = env.unwrapped.single
         self._reader = _Reader(self._single.turns, names, agent)
-        self._space = self._reader.extend(env.observation_space(agent))
+        extended = self._reader.extend(env.observation_space(agent))
+        self.observation_spaces = {**env.unwrapped.observation_spaces, agent: extended}
         self.possible_agents = env.possible_agents
 
     def observation_space(self, agent: str) -> spaces.Space:
-        return self._space if agent == self._reader.agent else self.env.observation_space(agent)
+        return self.observation_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
         observations, infos = self.env.reset(seed, options)
@@ -179,78 +166,3 @@ class _Vector(VectorWrapper):
     def _extended(self, observations: dict[str, Any]) -> dict[str, Any]:
         observation = self._turns.observe(CONTROLLER, self._turns.due(CONTROLLER))
         return {**observations, "features": self._reader.read(observation)}
-
-
-class box_view(BaseParallelWrapper):
-    """A parallel environment whose agents both have one Box to observe and one Discrete to act in, as SuperSuit wants.
-
-    | part | numbers | padded |
-    |---|---|---|
-    | ``observation`` / 10 | 147 | |
-    | ``goal`` | 9 | |
-    | ``direction``, one-hot | 4 | |
-    | ``keys_held`` | 6 | |
-    | ``doors_open`` | 6 | |
-    | ``outcome``, one-hot | 4 | all zero for ``controller_0`` |
-    | ``action_mask`` | 14 | zero for the actions that ``controller_0`` does not have |
-    | whose it is | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
-    | ``features``, one-hot | as many as they have values | all zero for an agent without; see `add_features` |
-
-    Both agents have 14 actions. Those that ``controller_0`` does not have only cost the step.
-
-    Args:
-        env: a `hierroom.parallel_env`.
-    """
-
-    def __init__(self, env: ParallelEnv):
-        if not isinstance(env, ParallelEnv) or not hasattr(env.unwrapped, "single"):
-            raise InputError(f"box_view takes a hierroom.parallel_env, not {env!r}")
-        super().__init__(env)
-        self.possible_agents = env.possible_agents
-        given: list[Any] = [env.observation_space(agent) for agent in env.possible_agents]
-        n_values = [space["features"].nvec if "features" in space.spaces else np.zeros(0, int) for space in given]
-        self._n_values = dict(zip(env.possible_agents, n_values, strict=True))
-        self._size = sum(SIZES.values()) + max(int(of_agent.sum()) for of_agent in n_values)
-        self._actions = {agent: spaces.Discrete(N_META_ACTIONS) for agent in env.possible_agents}
-        self._spaces = {agent: spaces.Box(0, 1, (self._size,), np.float32) for agent in env.possible_agents}
-
-    def observation_space(self, agent: str) -> spaces.Space:
-        """The observation space of an agent: the same object at every call."""
-        return self._spaces[agent]
-
-    def action_space(self, agent: str) -> spaces.Space:
-        """The action space of an agent: the same object at every call."""
-        return self._actions[agent]
-
-    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
-        """As the environment's, observations flat."""
-        observations, infos = self.env.reset(seed, options)
-        return self._flat(observations), infos
-
-    def step(self, actions: dict[str, int]):
-        """As the environment's, observations flat."""
-        observations, *results = self.env.step(actions)
-        return self._flat(observations), *results
-
-    def _flat(self, observations: dict[str, dict[str, Any]]) -> dict[str, NDArray[np.float32]]:
-        return {agent: self._vector(agent, observation) for agent, observation in observations.items()}
-
-    def _vector(self, agent: str, observation: dict[str, Any]) -> NDArray[np.float32]:
-        """One observation as numbers from 0 to 1."""
-        parts = {
-            **observation,
-            "observation": observation["observation"] / np.float32(10),
-            "direction": np.eye(SIZES["direction"])[observation["direction"]],
-            "outcome": np.eye(N_OUTCOMES)[observation["outcome"]] if agent == META else (),
-            "is_meta": (agent == META,),
-        }
-        vector = np.zeros(self._size, np.float32)
-        start = 0
-        for name, size in SIZES.items():
-            part = np.ravel(parts[name])
-            vector[start : start + len(part)] = part
-            start += size
-        if "features" in observation:
-            n_values = self._n_values[agent]
-            vector[start + np.cumsum(n_values) - n_values + observation["features"]] = 1
-        return vector

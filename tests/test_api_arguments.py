@@ -16,7 +16,7 @@ from hierroom.complexity import GraphSet
 from hierroom.env_config import EnvConfig
 from hierroom.gym_env import EscapeRoom, EscapeRooms
 
-ID = "hierroom/EscapeRoom-a-v0"
+ID = "hierroom/EscapeRoom-v0"
 APIS = {
     "env": hierroom.env,
     "raw_env": hierroom.raw_env,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 from gymnasium.spaces import Box, Discrete
-from pettingzoo.test import parallel_api_test, parallel_seed_test
+from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
 from stable_baselines3 import PPO
 from supersuit import concat_vec_envs_v1, pettingzoo_env_to_vec_env_v1
 
@@ -34,7 +34,7 @@ def test_pettingzoo_checkers(drop_key, capsys):
 
 
 def numbers(agent, observation):
-    """The table of the module's docstring, once more."""
+    """The table of the docstring of `box_view`, once more."""
     one_hot = [0] * 4
     one_hot[observation["direction"]] = 1
     outcome = [0] * 4
@@ -54,10 +54,12 @@ def test_numbers_say_what_the_dicts_say(drop_key):
     (seen, infos), (expected, expected_infos) = env.reset(seed=3), plain.reset(seed=3)
     outcomes, directions = set(), set()
     for _ in range(200):
-        assert infos == expected_infos
         for agent in BOTH:
+            mask = expected[agent]["action_mask"].tolist()
+            assert infos[agent].pop("action_mask") == [*mask, *[0] * (14 - len(mask))]
             assert env.observation_space(agent).contains(seen[agent])
             np.testing.assert_allclose(seen[agent], numbers(agent, expected[agent]), atol=1e-6)
+        assert infos == expected_infos
         outcomes.add(int(expected["meta_0"]["outcome"]))
         directions.add(int(expected["meta_0"]["direction"]))
         if not env.agents:
@@ -68,6 +70,64 @@ def test_numbers_say_what_the_dicts_say(drop_key):
         assert told == expected_told
     assert len(outcomes) > 1
     assert directions == {0, 1, 2, 3}
+
+
+def make_aec(**settings):
+    return hierroom.box_view(hierroom.env(**{"graph": "a", "size": 11, "max_steps": 60, **settings}))
+
+
+@pytest.mark.filterwarnings("ignore:Observation:UserWarning")  # a dict with a mask, as PettingZoo itself proposes
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_pettingzoo_checkers_of_turns(drop_key, capsys):
+    api_test(make_aec(drop_key=drop_key), num_cycles=200)
+    seed_test(lambda: make_aec(drop_key=drop_key), num_cycles=200)
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_turns_show_the_same_boxes_and_their_masks(drop_key):
+    """Played beside the dicts, with every action there is, legal or not."""
+    settings = {"drop_key": drop_key, "goal_mask": "existing", "subgoal_horizon": 5, "reward": "bonus"}
+    env, plain = make_aec(**settings), hierroom.raw_env(graph="a", size=11, max_steps=60, **settings)
+    assert env.observation_space("meta_0") == env.observation_space("controller_0")
+    rng, n_illegal = np.random.default_rng(0), 0
+    for episode in range(4):
+        seed = 7 if episode == 0 else None
+        env.reset(seed=seed)
+        plain.reset(seed=seed)
+        for agent in plain.agent_iter():
+            assert env.agent_selection == agent
+            (seen, *told), (expected, *expected_told) = env.last(), plain.last()
+            assert told == expected_told
+            assert env.observation_space(agent).contains(seen)
+            np.testing.assert_allclose(seen["observation"], numbers(agent, expected), atol=1e-6)
+            mask = expected["action_mask"].tolist()
+            assert seen["action_mask"].tolist() == [*mask, *[0] * (14 - len(mask))]
+            action = None if told[1] or told[2] else int(rng.integers(14))
+            env.step(action)
+            plain.step(action)
+        n_illegal += expected_told[3]["illegal_actions"]
+    assert n_illegal > 0
+
+
+@pytest.mark.parametrize("make", [hierroom.env, hierroom.parallel_env])
+@pytest.mark.parametrize(
+    "view",
+    [hierroom.box_view, lambda env: hierroom.add_features(env, ["view"]), lambda env: env],
+    ids=["boxes", "features", "plain"],
+)
+def test_the_tables_of_spaces_are_those_of_the_view(make, view):
+    """Skrl reads the attributes; what a wrapper does not have itself it would take from the environment within."""
+    env = view(make(graph="a", size=11))
+    for agent in BOTH:
+        assert env.observation_spaces[agent] is env.observation_space(agent)
+        assert env.action_spaces[agent] is env.action_space(agent)
+
+
+def test_an_action_that_nobody_has_is_still_refused():
+    env = make_aec()
+    env.reset(seed=0)
+    with pytest.raises(AssertionError, match="action is not in action space"):
+        env.step(14)
 
 
 def test_supersuit_for_ten_thousand_steps():

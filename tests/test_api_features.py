@@ -164,8 +164,14 @@ def test_only_what_was_asked_for_is_remembered(name, memory):
             lambda: hierroom.add_features(hierroom.add_features(hierroom.env(), ["goal"]), ["view"]),
             "have features already",
         ),
-        (lambda: hierroom.box_view(hierroom.env()), "box_view takes a hierroom.parallel_env, not"),
-        (lambda: hierroom.box_view(gymnasium.make("CartPole-v1")), "box_view takes a hierroom.parallel_env, not"),
+        (
+            lambda: hierroom.add_features(hierroom.box_view(hierroom.env()), ["view"]),
+            "features are added to observations that are dicts, before other wrappers, not to Dict",
+        ),
+        (
+            lambda: hierroom.box_view(gymnasium.make("CartPole-v1")),
+            "box_view takes a hierroom.env or a hierroom.parallel_env, not",
+        ),
     ],
 )
 def test_refusals_are_one_line(make, said):

@@ -17,6 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.chain import EXIT, Chain
+from hierroom.complexity.html import html_table
 from hierroom.complexity.report import REPORT_TIMES, ComplexityReport
 from hierroom.complexity.weights import as_times, row_sums
 from hierroom.errors import InputError
@@ -221,25 +222,42 @@ class MeasuredReport:
             "moves": [move._asdict() for move in self.moves()],
         }
 
-    def __str__(self) -> str:
-        lines = [
-            f"goal graph {self.assumed.graph.name}, {self.episodes} episodes played, {self.success_rate:.1%} escaped",
-            f"  {'':<18}{'assumed walk':>14}{'episodes':>12}{'their chain':>14}   {self.level:.0%} interval",
-        ]
+    @property
+    def _head(self) -> str:
+        return f"goal graph {self.assumed.graph.name}, {self.episodes} episodes played, {self.success_rate:.1%} escaped"
+
+    @property
+    def _columns(self) -> tuple[str, ...]:
+        return "", "assumed walk", "episodes", "their chain", f"{self.level:.0%} interval"
+
+    def _rows(self) -> list[tuple[str, ...]]:
         counted = {"expected_steps": self.empirical_steps}
         counted |= {
             _within(t): float(share) for t, share in zip(REPORT_TIMES, self.empirical_reach(REPORT_TIMES), strict=True)
         }
+        rows = []
         for name, (value, low, high) in self.intervals.items():
             seen = f"{counted[name]:.4g}" if name in counted else ""
-            lines.append(
-                f"  {name:<18}{self.predictions[name]:>14.4g}{seen:>12}{value:>14.4g}   {low:.4g} to {high:.4g}"
-            )
+            rows.append((name, f"{self.predictions[name]:.4g}", seen, f"{value:.4g}", f"{low:.4g} to {high:.4g}"))
+        return rows
+
+    def _notes(self) -> list[str]:
         unforeseen = sum(move.count for move in self.moves() if move.assumed == 0)
-        lines.append(f"  {unforeseen} of {self.counts.counts.sum()} steps took an edge that the assumed walk lacks")
+        notes = [f"{unforeseen} of {self.counts.counts.sum()} steps took an edge that the assumed walk lacks"]
         if not self.counts.escaped.any():
-            lines.append("  nobody escaped, so the times to the exit are infinite")
-        return "\n".join(lines)
+            notes.append("nobody escaped, so the times to the exit are infinite")
+        return notes
+
+    def __str__(self) -> str:
+        lines = [
+            f"  {name:<18}{assumed:>14}{seen:>12}{measured:>14}   {interval}"
+            for name, assumed, seen, measured, interval in (self._columns, *self._rows())
+        ]
+        return "\n".join([self._head, *lines, *(f"  {note}" for note in self._notes())])
+
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        return html_table(self._head, self._columns, self._rows(), self._notes())
 
     def _chain(self, counts: sp.csr_array) -> Chain:
         augmented = self.assumed.augmented

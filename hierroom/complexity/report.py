@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph, alike_nodes
 from hierroom.complexity.chain import Chain, EdgeSensitivity
+from hierroom.complexity.html import html_table
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph, as_goal_graph
 
@@ -173,7 +174,12 @@ class ComplexityReport:
     def _limit(self) -> str:
         return f", saturates near {1 / self.walk.restart:.4g}" if self.walk.restart else ""
 
-    def __str__(self) -> str:
+    @property
+    def _head(self) -> str:
+        drop = "with" if self.drop_key else "without"
+        return f"goal graph {self.graph.name}, {self.graph.n_rooms} rooms, {drop} drop"
+
+    def _lines(self) -> list[tuple[str, str]]:
         reached = ", ".join(
             f"{t}: {chance:.3f}" for t, chance in zip(REPORT_TIMES, self.reach_probability(REPORT_TIMES), strict=True)
         )
@@ -189,7 +195,11 @@ class ComplexityReport:
         hardest = [f"{goal} {change:+.2f}%" for goal, change in self.goal_sensitivity().items()][:3]
         if hardest:
             lines.append(("hardest goals", f"{', '.join(hardest)}   (steps, if 1% easier)"))
-        head = (
-            f"goal graph {self.graph.name}, {self.graph.n_rooms} rooms, {'with' if self.drop_key else 'without'} drop"
-        )
-        return "\n".join([head, *(f"  {name:<16}{value}" for name, value in lines)])
+        return lines
+
+    def __str__(self) -> str:
+        return "\n".join([self._head, *(f"  {name:<16}{value}" for name, value in self._lines())])
+
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        return html_table(self._head, (), self._lines())

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
+from hierroom.goals.drawing import tree_svg
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,9 @@ class GoalGraph:
         graph.add_node("exit", kind="exit", room=self.exit_room)
         graph.add_edge(f"door {self.exit_room}", "exit")
         return graph
+
+    def _repr_svg_(self) -> str:
+        return tree_svg(self.key_rooms, self.exit_room, f"goal graph {self.name}")
 
     def to_dict(self) -> dict[str, Any]:
         """The graph as plain types: ``name``, ``key_rooms`` and ``exit_room``."""

@@ -58,7 +58,7 @@ def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: st
     for row, col in np.ndindex(size, size):
         direction = int(level.direction) if (row, col) == agent else None
         frame[row, :, col] = _tile_picture(int(tiles[row, col]), direction, bool(is_seen[row, col]), int(tile_size))
-    for row, col in _cells_of(goal, tiles):
+    for row, col in cells_of(goal, tiles):
         _outline(frame[row, :, col])
     frame = frame.reshape(size * tile_size, size * tile_size, 3)
     if goal != NO_GOAL:
@@ -166,7 +166,7 @@ def _seen(state: State) -> NDArray[np.bool_]:
     return is_seen[MARGIN:-MARGIN, MARGIN:-MARGIN]
 
 
-def _cells_of(goal: int, tiles: NDArray[np.uint8]) -> NDArray[np.intp]:
+def cells_of(goal: int, tiles: NDArray[np.uint8]) -> NDArray[np.intp]:
     """The cell of a goal, [0 or 1, 2] as (row, col); a key that is held has none."""
     if goal == NO_GOAL:
         codes = []
@@ -180,8 +180,8 @@ def _cells_of(goal: int, tiles: NDArray[np.uint8]) -> NDArray[np.intp]:
 
 
 @cache
-def _objects() -> list:
-    """MiniGrid's object for each tile code."""
+def minigrid_objects() -> list:
+    """MiniGrid's object for each tile code, or None for an empty cell and one that is not seen."""
     from minigrid.core.world_object import Door, Goal, Key, Wall
 
     objects: list = [None] * N_TILES
@@ -196,7 +196,7 @@ def _objects() -> list:
 def _tile_picture(tile: int, direction: int | None, is_seen: bool, tile_size: int) -> NDArray[np.uint8]:
     from minigrid.core.grid import Grid
 
-    return Grid.render_tile(_objects()[tile], direction, is_seen, tile_size)  # MiniGrid caches it
+    return Grid.render_tile(minigrid_objects()[tile], direction, is_seen, tile_size)  # MiniGrid caches it
 
 
 def _outline(cell: NDArray[np.uint8]) -> None:

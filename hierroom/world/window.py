@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,10 @@ class Window:
         self.frames_per_second = frames_per_second
         self._screen = None
         self._clock = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy, in this process or another, opens a window of its own with its first picture."""
+        return {**self.__dict__, "_screen": None, "_clock": None}
 
     def show(self, frame: NDArray[np.uint8]) -> None:
         """Show a picture [H, W, 3] uint8 and process the window's events.

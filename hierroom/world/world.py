@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -85,13 +85,24 @@ class World:
         n_slices = max(1, min(threads, num_envs // MIN_ENVS_PER_THREAD))
         bounds = np.linspace(0, num_envs, n_slices + 1).astype(int)
         self._slices = [slice(a, b) for a, b in pairwise(bounds)]
-        self._pool = ThreadPoolExecutor(len(self._slices)) if len(self._slices) > 1 else None
+        self._pool = self._new_pool()
         self.remember(memories)
         if seed is not None:
             self.reset(seed)
 
     def __len__(self) -> int:
         return len(self.outcomes)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy, in this process or another, is made from: threads cannot be copied, so it starts its own."""
+        return {**self.__dict__, "_pool": None}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self._pool = self._new_pool()
+
+    def _new_pool(self) -> ThreadPoolExecutor | None:
+        return ThreadPoolExecutor(len(self._slices)) if len(self._slices) > 1 else None
 
     @property
     def has_begun(self) -> bool:

@@ -1,0 +1,46 @@
+"""The global state of an environment, for learners with a central critic: the whole grid, as no agent sees it."""
+
+from __future__ import annotations
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from hierroom.errors import InputError
+from hierroom.turns import Turns
+from hierroom.world.kernels import MARGIN
+from hierroom.world.render import cells_of
+from hierroom.world.tiles import TRIPLES
+
+AGENT_ID = 10
+"""MiniGrid's object id of the agent."""
+
+
+def state_space(size: int) -> spaces.Box:
+    """The space of `global_state` for grids of so many cells a side."""
+    return spaces.Box(0, AGENT_ID, (size, size, 4), np.uint8)
+
+
+def global_state(turns: Turns) -> NDArray[np.uint8]:
+    """The level of one environment as it is now.
+
+    Args:
+        turns: of one environment.
+
+    Returns:
+        [size, size, 4] uint8 by row and column: MiniGrid's object id and colour id; 1 for an open door, and where the
+        agent is its direction; 1 for the cell of the goal that is pursued. A key that is held is not on the grid.
+
+    Raises:
+        InputError: before the first reset.
+    """
+    if not turns.world.has_begun:
+        raise InputError("reset the environment before its state is asked for")
+    level = turns.world.state.levels[0]
+    tiles = turns.world.state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN]
+    state = np.zeros((*tiles.shape, 4), np.uint8)
+    state[..., :3] = TRIPLES[tiles]
+    state[level.row - MARGIN, level.col - MARGIN, :3] = AGENT_ID, 0, level.direction
+    for row, col in cells_of(int(turns.goals[0]), tiles):
+        state[row, col, 3] = 1
+    return state

@@ -1,0 +1,71 @@
+"""A goal graph as a small picture: the tree of its rooms, as notebooks show it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+COLUMN, ROW, RADIUS, TOP = 78, 74, 17, 48
+"""Pixels between rooms side by side, between depths, the radius of a room, and the height of the title."""
+INK, PAPER, START, EXIT = "#333333", "#ffffff", "#d9d9d9", "#35a853"
+
+
+def tree_svg(key_rooms: Sequence[int], exit_room: int, title: str) -> str:
+    """Draw rooms below the room that holds their key; the exit's has a second ring.
+
+    Args:
+        key_rooms: where the keys of rooms 1, 2, ... lie.
+        exit_room: the room of the exit.
+        title: written above.
+
+    Returns:
+        an SVG document.
+    """
+    places = _places(key_rooms)  # (column, depth) of each room
+    width = max(int(COLUMN * (1 + max(column for column, _ in places))), 8 * len(title) + 20)
+    height = TOP + ROW * max(depth for _, depth in places) + 2 * RADIUS + 24
+    centres = [(COLUMN * (column + 0.5), TOP + RADIUS + ROW * depth) for column, depth in places]
+    lines, rooms = [], []
+    for room, (x, y) in enumerate(centres):
+        if room:
+            above, over = centres[key_rooms[room - 1]]
+            lines.append(f'<line x1="{above:g}" y1="{over:g}" x2="{x:g}" y2="{y:g}" stroke="{INK}"/>')
+            lines.append(_text((above + x) / 2, (over + y) / 2 + 4, f"key {room}", 11, behind=PAPER))
+        fill = PAPER if room else START
+        rooms.append(f'<circle cx="{x:g}" cy="{y:g}" r="{RADIUS}" fill="{fill}" stroke="{INK}"/>')
+        rooms.append(_text(x, y + 5, str(room), 14))
+        if room == exit_room:
+            ring = f'r="{RADIUS + 4}" fill="none" stroke="{EXIT}" stroke-width="3"'
+            rooms.append(f'<circle cx="{x:g}" cy="{y:g}" {ring}/>')
+            rooms.append(_text(x, y + RADIUS + 19, "exit", 12, colour=EXIT))
+    head = f'<text x="10" y="24" font-size="14" fill="{INK}">{escape(title)}</text>'
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" '
+        f'font-family="sans-serif"><rect width="100%" height="100%" fill="{PAPER}"/>'
+        f"{head}{''.join(lines)}{''.join(rooms)}</svg>"
+    )
+
+
+def _text(x: float, y: float, words: str, size: int, colour: str = INK, behind: str = "none") -> str:
+    halo = f'stroke="{behind}" stroke-width="5" paint-order="stroke"'
+    return f'<text x="{x:g}" y="{y:g}" font-size="{size}" text-anchor="middle" fill="{colour}" {halo}>{words}</text>'
+
+
+def _places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
+    """(column, depth) of each room: leaves side by side, every other room in the middle above its first and last."""
+    places: dict[int, tuple[float, int]] = {}
+    n_leaves = 0
+
+    def place(room: int, depth: int) -> float:
+        nonlocal n_leaves
+        below = [place(child, depth + 1) for child, home in enumerate(key_rooms, start=1) if home == room]
+        if below:
+            column = (below[0] + below[-1]) / 2
+        else:
+            column = float(n_leaves)
+            n_leaves += 1
+        places[room] = column, depth
+        return column
+
+    place(0, 0)
+    return [places[room] for room in range(len(key_rooms) + 1)]

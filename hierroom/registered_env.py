@@ -1,0 +1,66 @@
+"""What libraries ask of Gymnasium's environments beside observations and steps: the spec, masks and keys."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.envs.registration import EnvSpec
+from numpy.typing import NDArray
+
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.options import CONTROLLER
+
+
+class RegisteredEnv:
+    """An environment whose ``spec`` tells its step limit, and which is of the graph that its id names.
+
+    Attributes:
+        config: what the environment is made of.
+    """
+
+    config: EnvConfig
+    _spec: EnvSpec | None = None
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """The id's description and the arguments, with ``max_steps`` as ``max_episode_steps``.
+
+        Raises:
+            InputError: when it is set, if the id names a graph and another one was asked for.
+        """
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        known = None if spec is None else gymnasium.registry.get(spec.id)
+        named = {} if known is None else known.kwargs
+        if spec is not None and "graph" in named and spec.kwargs.get("graph") != named["graph"]:
+            raise InputError(
+                f"{spec.id} is one goal graph's: give the graph {spec.kwargs.get('graph')!r} to hierroom/EscapeRoom-v0"
+            )
+        self._spec = spec and replace(spec, max_episode_steps=self.config.max_steps)
+
+
+class PlayableEnv(RegisteredEnv):
+    """One environment, in which legal actions can be asked for, and keys of the keyboard stand for actions.
+
+    Attributes:
+        single: the `SingleEnv` behind it.
+    """
+
+    single: Any
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """[A] bool, the legal actions, as sb3-contrib's MaskablePPO asks for them."""
+        return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
+
+    def get_keys_to_action(self) -> dict[tuple[int, ...], int]:
+        """Keys for `gymnasium.utils.play.play`: arrows move, tab picks up, space opens, left shift drops."""
+        import pygame
+
+        keys = (pygame.K_UP, pygame.K_LEFT, pygame.K_RIGHT, pygame.K_TAB, pygame.K_SPACE, pygame.K_LSHIFT)
+        return {(key,): action for action, key in enumerate(keys[: self.config.n_actions])}

@@ -1,0 +1,1 @@
+"""Views: the same environments in the form that other libraries expect."""

@@ -1,0 +1,196 @@
+"""The box view: flat, equal spaces for both agents, for libraries that take no dicts or want all agents alike."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, overload
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+from pettingzoo import AECEnv, ParallelEnv
+from pettingzoo.utils import BaseParallelWrapper
+from pettingzoo.utils.wrappers import BaseWrapper
+
+from hierroom.errors import InputError
+from hierroom.goals import GOAL_VECTORS, N_COLOURS
+from hierroom.options import META
+from hierroom.situation import N_META_ACTIONS
+from hierroom.step import N_OUTCOMES
+from hierroom.world.kernels import VIEW
+
+SIZES = {
+    "observation": VIEW * VIEW * 3,
+    "goal": GOAL_VECTORS.shape[1],
+    "direction": 4,
+    "keys_held": N_COLOURS,
+    "doors_open": N_COLOURS,
+    "outcome": N_OUTCOMES,
+    "action_mask": N_META_ACTIONS,
+    "is_meta": 1,
+}
+"""Numbers of each part of a box, in order; features come after them."""
+
+
+@overload
+def box_view(env: ParallelEnv) -> ParallelBoxes: ...
+@overload
+def box_view(env: AECEnv) -> AECBoxes: ...
+def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
+    """An environment whose agents both have one Box to observe and one Discrete to act in.
+
+    | part | numbers | padded |
+    |---|---|---|
+    | ``observation`` / 10 | 147 | |
+    | ``goal`` | 9 | |
+    | ``direction``, one-hot | 4 | |
+    | ``keys_held`` | 6 | |
+    | ``doors_open`` | 6 | |
+    | ``outcome``, one-hot | 4 | all zero for ``controller_0`` |
+    | ``action_mask`` | 14 | zero for the actions that ``controller_0`` does not have |
+    | whose it is | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
+    | ``features``, one-hot | as many as they have values | all zero for an agent without; see `add_features` |
+
+    Both agents have 14 actions. Those that ``controller_0`` does not have only cost the step.
+
+    Args:
+        env: a `hierroom.parallel_env` or a `hierroom.env`, which may have features.
+
+    Returns:
+        the parallel environment with these boxes as observations, as SuperSuit wants them, and in the infos a list
+        ``action_mask`` of the 14 actions, as AgileRL and TorchRL want it; the AEC environment with dicts of the box,
+        ``observation``, and beside it ``action_mask``, as Tianshou and PettingZoo's tutorials want them.
+
+    Raises:
+        InputError: if it is neither.
+    """
+    if hasattr(getattr(env, "unwrapped", None), "single"):
+        if isinstance(env, ParallelEnv):
+            return ParallelBoxes(env)
+        if isinstance(env, AECEnv):
+            return AECBoxes(env)
+    raise InputError(f"box_view takes a hierroom.env or a hierroom.parallel_env, not {env!r}")
+
+
+class Boxes:
+    """How the observations of both agents become boxes of one size.
+
+    Args:
+        given: the observation space of each agent.
+    """
+
+    def __init__(self, given: Mapping[str, Any]) -> None:
+        self._n_values = {
+            agent: space["features"].nvec if "features" in space.spaces else np.zeros(0, int)
+            for agent, space in given.items()
+        }
+        self._size = sum(SIZES.values()) + max(int(of_agent.sum()) for of_agent in self._n_values.values())
+
+    def space(self) -> spaces.Box:
+        """The space of one agent's boxes."""
+        return spaces.Box(0, 1, (self._size,), np.float32)
+
+    def mask(self, observation: Mapping[str, Any]) -> NDArray[np.int8]:
+        """[14] int8, the legal actions."""
+        mask = np.zeros(N_META_ACTIONS, np.int8)
+        mask[: len(observation["action_mask"])] = observation["action_mask"]
+        return mask
+
+    def vector(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
+        """One observation as numbers from 0 to 1."""
+        parts: dict[str, Sequence[Any] | NDArray] = {
+            **observation,
+            "observation": observation["observation"] / np.float32(10),
+            "direction": np.eye(SIZES["direction"])[observation["direction"]],
+            "outcome": np.eye(N_OUTCOMES)[observation["outcome"]] if agent == META else (),
+            "is_meta": (agent == META,),
+        }
+        vector = np.zeros(self._size, np.float32)
+        start = 0
+        for name, size in SIZES.items():
+            part = np.ravel(parts[name])
+            vector[start : start + len(part)] = part
+            start += size
+        if "features" in observation:
+            n_values = self._n_values[agent]
+            vector[start + np.cumsum(n_values) - n_values + observation["features"]] = 1
+        return vector
+
+
+class ParallelBoxes(BaseParallelWrapper):
+    """The parallel environment as `box_view` gives it.
+
+    Args:
+        env: a `hierroom.parallel_env`.
+    """
+
+    def __init__(self, env: ParallelEnv) -> None:
+        super().__init__(env)
+        self.possible_agents = env.possible_agents
+        self._boxes = Boxes({agent: env.observation_space(agent) for agent in env.possible_agents})
+        self.action_spaces = {agent: spaces.Discrete(N_META_ACTIONS) for agent in env.possible_agents}
+        self.observation_spaces = {agent: self._boxes.space() for agent in env.possible_agents}
+
+    def observation_space(self, agent: str) -> spaces.Space:
+        """The observation space of an agent: the same object at every call."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> spaces.Space:
+        """The action space of an agent: the same object at every call."""
+        return self.action_spaces[agent]
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
+        """As the environment's, observations flat."""
+        observations, infos = self.env.reset(seed, options)
+        return self._flat(observations), self._with_masks(infos, observations)
+
+    def step(self, actions: dict[str, int]):
+        """As the environment's, observations flat."""
+        observations, *results, infos = self.env.step(actions)
+        return self._flat(observations), *results, self._with_masks(infos, observations)
+
+    def _with_masks(self, infos: dict[str, Any], observations: dict[str, Any]) -> dict[str, Any]:
+        masks = {agent: self._boxes.mask(observation).tolist() for agent, observation in observations.items()}
+        return {agent: {**info, "action_mask": masks[agent]} for agent, info in infos.items()}
+
+    def _flat(self, observations: dict[str, dict[str, Any]]) -> dict[str, NDArray[np.float32]]:
+        return {agent: self._boxes.vector(agent, observation) for agent, observation in observations.items()}
+
+
+class AECBoxes(BaseWrapper):
+    """The AEC environment as `box_view` gives it.
+
+    Args:
+        env: a `hierroom.env`.
+    """
+
+    def __init__(self, env: AECEnv) -> None:
+        super().__init__(env)
+        agents = env.unwrapped.possible_agents
+        self._boxes = Boxes({agent: env.observation_space(agent) for agent in agents})
+        self.action_spaces = {agent: spaces.Discrete(N_META_ACTIONS) for agent in agents}
+        mask = spaces.Box(0, 1, (N_META_ACTIONS,), np.int8)
+        self.observation_spaces = {
+            agent: spaces.Dict({"observation": self._boxes.space(), "action_mask": mask}) for agent in agents
+        }
+
+    def observation_space(self, agent: str) -> spaces.Space:
+        """The observation space of an agent: the same object at every call."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> spaces.Space:
+        """The action space of an agent: the same object at every call."""
+        return self.action_spaces[agent]
+
+    def observe(self, agent: str) -> dict[str, NDArray]:
+        """What an agent sees now, in fresh arrays: ``observation`` [K] float32 and ``action_mask`` [14] int8."""
+        observation: Any = self.env.observe(agent)
+        return {"observation": self._boxes.vector(agent, observation), "action_mask": self._boxes.mask(observation)}
+
+    def step(self, action: int | None) -> None:
+        """Take the selected agent's turn; an action that only the other agent has costs the controller the step."""
+        agent = self.env.agent_selection
+        if self.action_spaces[agent].contains(action) and not self.env.action_space(agent).contains(action):
+            self.unwrapped.step(action)  # it is illegal but no error, which the wrapper that checks bounds cannot know
+        else:
+            self.env.step(action)

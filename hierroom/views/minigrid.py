@@ -1,0 +1,130 @@
+"""The MiniGrid view: our Gymnasium environment as a MiniGrid environment, for MiniGrid's wrappers and their users."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from minigrid.core.actions import Actions
+from minigrid.core.grid import Grid
+from minigrid.core.mission import MissionSpace
+from minigrid.minigrid_env import MiniGridEnv
+from numpy.typing import NDArray
+
+from hierroom.errors import InputError
+from hierroom.goals import COLOURS
+from hierroom.world import kernels
+from hierroom.world.kernels import MARGIN
+from hierroom.world.layout import State
+from hierroom.world.render import minigrid_objects
+from hierroom.world.tiles import DOOR_ID
+
+MISSIONS = (
+    *(f"pick up the {colour} key" for colour in COLOURS),
+    *(f"open the {colour} door" for colour in COLOURS),
+    "get to the green goal square",
+    "traverse the rooms to get to the goal",
+)
+"""The mission for each goal id, the last one where there is no goal: in words that are in MiniGrid's dictionary."""
+ACTIONS = {
+    Actions.left: kernels.LEFT,
+    Actions.right: kernels.RIGHT,
+    Actions.forward: kernels.FORWARD,
+    Actions.pickup: kernels.PICKUP,
+    Actions.drop: kernels.DROP,
+    Actions.toggle: kernels.OPEN,
+    Actions.done: len(Actions) - 1,  # which no level has
+}
+"""Our action for each of MiniGrid's."""
+_OPEN, _LOCKED = 0, 2
+
+
+class minigrid_view(MiniGridEnv):
+    """One EscapeRoom as a MiniGrid environment, which MiniGrid's wrappers take for one of their own.
+
+    | | |
+    |---|---|
+    | observations | MiniGrid's ``image``, ``direction`` and ``mission``, the goal in words |
+    | actions | MiniGrid's: 0 left, 1 right, 2 forward, 3 pickup, 4 drop, 5 toggle, 6 done |
+    | rules that are not MiniGrid's | several keys can be held, and ``image`` shows the one that would be dropped; |
+    | | toggle opens a locked door with its key and closes none; done, and drop without ``drop_key``, cost the step |
+    | rewards, ends, infos, pictures | those of the environment |
+
+    Args:
+        env: ``hierroom/EscapeRoom-a-v0`` or the like from `gymnasium.make`, without other wrappers than its own.
+
+    Attributes:
+        escape_room: the environment.
+
+    Raises:
+        InputError: if it is another environment.
+    """
+
+    def __init__(self, env: gymnasium.Env) -> None:
+        single = getattr(getattr(env, "unwrapped", None), "single", None)
+        if single is None or not isinstance(env, gymnasium.Env):
+            raise InputError(f"minigrid_view takes a Gymnasium environment of hierroom, not {env!r}")
+        if not isinstance(env.observation_space, spaces.Dict) or "goal" not in env.observation_space.spaces:
+            raise InputError("minigrid_view takes the environment without wrappers that change its observations")
+        self.escape_room = env
+        self._turns = single.turns
+        config = single.turns.config
+        super().__init__(MissionSpace(_mission, [list(MISSIONS)]), grid_size=config.size, max_steps=config.max_steps)
+        self.metadata = env.metadata
+        self.render_mode = env.render_mode
+        self._tiles = np.zeros(0, np.uint8)
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
+        """Begin an episode, as the environment does."""
+        gymnasium.Env.reset(self, seed=seed)
+        observation, info = self.escape_room.reset(seed=seed, options=options)
+        self.grid = Grid(self.width, self.height)
+        self._tiles = np.full((self.height, self.width), kernels.EMPTY, np.uint8)
+        self._follow()
+        return self._view(observation), info
+
+    def step(self, action: int):
+        """Take one of MiniGrid's actions.
+
+        Raises:
+            InputError: if it is none of them.
+        """
+        if action not in ACTIONS:
+            raise InputError(f"MiniGrid's actions are 0 to {len(ACTIONS) - 1}, not {action!r}")
+        observation, *results = self.escape_room.step(ACTIONS[Actions(int(action))])
+        self._follow()
+        return self._view(observation), *results
+
+    def render(self):
+        """As the environment does."""
+        return self.escape_room.render()
+
+    def close(self) -> None:
+        """Close the window, if one is open."""
+        self.escape_room.close()
+
+    def _follow(self) -> None:
+        """Bring MiniGrid's grid, agent and mission to where the level is."""
+        state: State = self._turns.world.state
+        level, tiles = state.levels[0], state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN]
+        for row, col in np.argwhere(tiles != self._tiles):
+            self.grid.set(int(col), int(row), minigrid_objects()[tiles[row, col]])
+        self._tiles[:] = tiles
+        self.agent_pos = int(level.col) - MARGIN, int(level.row) - MARGIN
+        self.agent_dir = int(level.direction)
+        self.step_count = int(level.steps)
+        carried = int(level.carried)
+        self.carrying = None if carried < 0 else minigrid_objects()[kernels.KEY + level.colours[carried]]
+        self.mission = MISSIONS[int(self._turns.goals[0])]
+
+    def _view(self, observation: dict[str, NDArray]) -> dict[str, Any]:
+        image = observation["observation"]
+        is_open = image[..., 2] == 1
+        image[..., 2] = np.where((image[..., 0] == DOOR_ID) & ~is_open, _LOCKED, _OPEN)
+        return {"image": image, "direction": observation["direction"], "mission": self.mission}
+
+
+def _mission(mission: str) -> str:
+    return mission

@@ -1,0 +1,41 @@
+"""The Stable-Baselines3 view: the batch engine's environments as a ``VecEnv``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gymnasium.vector import AutoresetMode, VectorEnv
+
+from hierroom.errors import InputError
+
+if TYPE_CHECKING:
+    from hierroom.views.sb3_vec_env import BatchVecEnv
+
+
+def sb3_view(envs: VectorEnv) -> BatchVecEnv:
+    """The environments of the batch engine as a ``VecEnv`` of Stable-Baselines3, many times as fast as its own.
+
+    Args:
+        envs: what `gymnasium.make_vec` gives for an id of hierroom, N environments; they may have features.
+
+    Returns:
+        the ``VecEnv``. `seed` takes one seed for all environments, whose indices make their episodes differ. At the
+        end of an episode the info holds, beside Stable-Baselines3's own entries, all of the environment's, and
+        ``is_success``; ``VecMonitor`` adds ``episode``. MaskablePPO finds ``action_masks``.
+
+    Raises:
+        InputError: if it is another environment, one that does not begin the next episode in the step that ends one,
+            or Stable-Baselines3 is not installed.
+    """
+    if not isinstance(envs, VectorEnv) or not hasattr(envs.unwrapped, "turns"):
+        raise InputError(f"sb3_view takes what gymnasium.make_vec gives for an id of hierroom, not {envs!r}")
+    mode = envs.metadata.get("autoreset_mode")
+    if mode != AutoresetMode.SAME_STEP:
+        raise InputError(f"sb3_view takes environments whose autoreset_mode is {AutoresetMode.SAME_STEP}, not {mode}")
+    try:
+        from hierroom.views.sb3_vec_env import BatchVecEnv
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.split(".")[0] != "stable_baselines3":
+            raise
+        raise InputError("sb3_view needs Stable-Baselines3: pip install stable-baselines3") from None
+    return BatchVecEnv(envs)

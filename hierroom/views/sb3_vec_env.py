@@ -1,0 +1,100 @@
+"""The ``VecEnv`` that `hierroom.sb3_view` makes; apart from it, because importing it needs Stable-Baselines3."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, cast
+
+import numpy as np
+from gymnasium.vector import VectorEnv
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import VecEnv
+
+from hierroom.errors import InputError
+from hierroom.gym_env import EscapeRooms
+from hierroom.options import CONTROLLER
+
+NOT_ARRAYS = ("final_obs", "final_info", "complexity")
+"""Entries of Gymnasium's infos that are no numbers, one for each environment."""
+
+
+class BatchVecEnv(VecEnv):
+    """N environments on the batch engine, in the terms of Stable-Baselines3.
+
+    Args:
+        envs: Gymnasium's, which begin the next episode in the step that ends one.
+    """
+
+    def __init__(self, envs: VectorEnv) -> None:
+        self.envs = envs
+        self._actions = np.zeros(envs.num_envs, np.int64)
+        super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)  # type: ignore[arg-type]
+
+    def reset(self) -> Any:
+        """Begin an episode in every environment: the first one of a seed given before, or each one's next."""
+        observations, infos = self.envs.reset(seed=self._seeds[0], options=self._options[0])
+        self.reset_infos = _by_environment(infos)
+        self._reset_seeds()
+        self._reset_options()
+        return observations
+
+    def step_async(self, actions: NDArray[np.integer]) -> None:
+        """Keep the actions [N] for `step_wait`."""
+        self._actions = np.asarray(actions)
+
+    def step_wait(self) -> Any:
+        """Act once in every environment: (observations, rewards [N] float32, dones [N] bool, N infos)."""
+        observations, rewards, terminated, truncated, told = self.envs.step(self._actions)
+        dones, infos = terminated | truncated, _by_environment(told)
+        if dones.any():
+            finals = _by_environment(told["final_info"])
+            for n in np.flatnonzero(dones):
+                infos[n] = {
+                    **finals[n],
+                    "is_success": bool(terminated[n]),
+                    "terminal_observation": told["final_obs"][n],
+                    "TimeLimit.truncated": bool(truncated[n] and not terminated[n]),
+                }
+        return observations, rewards.astype(np.float32), dones, infos
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """[N, A] bool, the legal actions."""
+        turns = cast(EscapeRooms, self.envs.unwrapped).turns
+        return np.array(turns.observe(CONTROLLER, turns.due(CONTROLLER)).masks)
+
+    def close(self) -> None:
+        """Close the environments."""
+        self.envs.close()
+
+    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
+        """An attribute of the environments, the same for each."""
+        if attr_name == "render_mode":
+            value = getattr(self.envs.unwrapped, attr_name, None)
+        else:
+            value = self.action_masks if attr_name == "action_masks" else getattr(self.envs, attr_name)
+        return [value for _ in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
+        """Refused: environments of the batch engine are not objects of their own."""
+        raise InputError(f"the environments of the batch engine have no attributes of their own to set, {attr_name}")
+
+    def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
+        """What ``action_masks`` gives for each environment.
+
+        Raises:
+            AttributeError: for another method, which they do not have one by one.
+        """
+        if method_name != "action_masks":
+            raise AttributeError(f"environments of the batch engine have the method action_masks, not {method_name}")
+        masks = self.action_masks()
+        return [masks[n] for n in self._get_indices(indices)]
+
+    def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
+        """False for each: environments of the batch engine are not wrapped one by one."""
+        return [False for _ in self._get_indices(indices)]
+
+
+def _by_environment(infos: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Infos in arrays, as Gymnasium lays them out, as a dict for each environment."""
+    names = [name for name in infos if not name.startswith("_") and name not in NOT_ARRAYS]
+    return [dict(zip(names, row, strict=True)) for row in zip(*(infos[name].tolist() for name in names), strict=True)]

@@ -1,0 +1,171 @@
+"""Environments can be pickled, copied and spawned at any moment, and the copy goes on as the original does."""
+
+import copy
+import multiprocessing
+import pickle
+
+import gymnasium
+import numpy as np
+import pygame
+import pytest
+from minigrid.wrappers import ImgObsWrapper
+
+import hierroom
+from hierroom.options import META
+
+ID = "hierroom/EscapeRoom-b-v0"
+SETTINGS = {"size": 11, "max_steps": 30, "subgoal_horizon": 7}
+
+
+def play_gymnasium(env, actions):
+    for action in actions:
+        _, *told, _ = results = env.step(int(action) % 5)
+        yield results
+        if told[1] or told[2]:
+            yield env.reset()
+
+
+def play_turns(env, actions):
+    for action in actions:
+        if not env.agents:
+            env.reset()
+        observation, *told = env.last()
+        yield observation, *told
+        if told[1] or told[2]:
+            env.step(None)
+        else:
+            env.step(int(action) % (14 if env.agent_selection == META else 5))
+
+
+def play_parallel(env, actions):
+    for action in actions:
+        yield env.step({"meta_0": int(action), "controller_0": int(action) % 5}) if env.agents else env.reset()
+
+
+def play_vector(env, actions):
+    for action in actions:
+        yield env.step((int(action) + np.arange(env.num_envs)) % 5)
+
+
+def play_vec_env(env, actions):
+    yield from play_vector(env, actions)
+
+
+def make_rooms(**settings):
+    return gymnasium.make_vec(ID, **{"num_envs": 3, **SETTINGS, **settings})
+
+
+KINDS = {
+    "gymnasium": (lambda **s: gymnasium.make(ID, **SETTINGS, **s), play_gymnasium),
+    "novelty": (lambda: gymnasium.make(ID, reward="novelty", meta="random", **SETTINGS), play_gymnasium),
+    "features": (
+        lambda: hierroom.add_features(gymnasium.make(ID, meta="fixed-dfs", **SETTINGS), ["goal-place"]),
+        play_gymnasium,
+    ),
+    "minigrid": (lambda: hierroom.minigrid_view(gymnasium.make(ID, meta="fixed-dfs", **SETTINGS)), play_gymnasium),
+    "aec": (lambda **s: hierroom.env(graph="b", **SETTINGS, **s), play_turns),
+    "aec boxes": (lambda: hierroom.box_view(hierroom.env(graph="b", **SETTINGS)), play_turns),
+    "parallel": (lambda **s: hierroom.parallel_env(graph="b", **SETTINGS, **s), play_parallel),
+    "parallel boxes": (lambda: hierroom.box_view(hierroom.parallel_env(graph="b", **SETTINGS)), play_parallel),
+    "vector": (make_rooms, play_vector),
+    "sb3": (lambda: hierroom.sb3_view(make_rooms()), play_vec_env),
+}
+COPIES = {"pickle": lambda env: pickle.loads(pickle.dumps(env)), "deepcopy": copy.deepcopy}
+
+
+def plain(value):
+    """Observations, rewards and infos as something that can be compared."""
+    if isinstance(value, dict):
+        return {name: plain(one) for name, one in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(one) for one in value]
+    return plain(value.tolist()) if isinstance(value, np.ndarray) else value
+
+
+def begin(env):
+    if hasattr(env, "seed") and not isinstance(env, gymnasium.Env):
+        env.seed(3)
+        env.reset()
+    else:
+        env.reset(seed=3)
+
+
+def actions(n, seed=0):
+    return np.random.default_rng(seed).integers(14, size=n)
+
+
+@pytest.mark.parametrize("how", COPIES)
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("n_before", [0, 31])
+def test_a_copy_goes_on_as_the_original(kind, how, n_before):
+    """31 steps are the first of an episode, or right after its end, of each kind."""
+    make, play = KINDS[kind]
+    env = make()
+    begin(env)
+    for _ in play(env, actions(n_before)):
+        pass
+    twin = COPIES[how](env)
+    after = actions(40, seed=1)
+    ours = [plain(results) for results in play(env, after)]
+    assert plain(list(play(twin, after))) == ours  # only now: it shares nothing with the original
+    assert len({str(results) for results in ours}) > 1
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_copy_can_be_made_before_the_first_reset(kind):
+    make, play = KINDS[kind]
+    env = make()
+    twin = pickle.loads(pickle.dumps(env))
+    for one in (env, twin):
+        begin(one)
+    assert plain(list(play(env, actions(5)))) == plain(list(play(twin, actions(5))))
+
+
+def test_a_copy_steps_with_threads_of_its_own():
+    envs = make_rooms(num_envs=2048, threads=2)
+    envs.reset(seed=3)
+    twin = pickle.loads(pickle.dumps(envs))
+    ours, theirs = (one.step(np.ones(2048, np.int64))[0]["observation"] for one in (envs, twin))
+    np.testing.assert_array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize("kind", ["gymnasium", "aec", "parallel"])
+def test_a_window_stays_with_the_original(kind, monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    make, play = KINDS[kind]
+    env = make(render_mode="human")
+    begin(env)
+    for copied in COPIES.values():
+        twin = copied(env)
+        assert twin.unwrapped.single._screen._window._screen is None
+        assert plain(list(play(copied(twin), actions(2)))) == plain(list(play(copied(env), actions(2))))
+    assert pygame.display.get_surface() is not None
+    env.close()
+
+
+def in_another_process(kind, env, seed, results):
+    results.put([plain(one) for one in KINDS[kind][1](env, actions(20, seed))])
+
+
+def test_a_spawned_process_goes_on_with_it():
+    context = multiprocessing.get_context("spawn")
+    results = context.Queue()
+    env = KINDS["parallel"][0]()
+    begin(env)
+    env.step({"meta_0": 0, "controller_0": 1})
+    process = context.Process(target=in_another_process, args=("parallel", env, 5, results))
+    process.start()
+    there = results.get(timeout=60)
+    process.join()
+    assert there == [plain(one) for one in KINDS["parallel"][1](env, actions(20, 5))]
+
+
+def test_functions_that_use_the_package_reach_other_processes():
+    """Cloudpickle sends them, in Gymnasium's async vector, Stable-Baselines3's and ray."""
+    make = KINDS["gymnasium"][0]
+    envs = gymnasium.vector.AsyncVectorEnv([lambda: ImgObsWrapper(hierroom.minigrid_view(make()))] * 2, context="spawn")
+    observations, _ = envs.reset(seed=[3, 3])
+    envs.close()
+    expected, _ = hierroom.minigrid_view(make()).reset(seed=3)
+    np.testing.assert_array_equal(observations, [expected["image"]] * 2)
+    assert copy.deepcopy(hierroom) is hierroom

@@ -1,0 +1,129 @@
+"""What other libraries ask of environments beside observations and steps: masks, keys, state, specs, render modes."""
+
+import re
+
+import gymnasium
+import numpy as np
+import pygame
+import pytest
+from gymnasium.wrappers import RenderCollection
+from minigrid.wrappers import FullyObsWrapper
+
+import hierroom
+from hierroom import InputError
+from hierroom.goals import COLOURS
+from hierroom.gym_env import EscapeRoom, EscapeRooms
+
+ID = "hierroom/EscapeRoom-b-v0"
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_action_masks_are_those_of_the_observations(drop_key):
+    env = gymnasium.make(ID, size=11, drop_key=drop_key)
+    observation, _ = env.reset(seed=0)
+    masks = env.get_wrapper_attr("action_masks")()
+    assert masks.dtype == bool
+    assert masks.tolist() == observation["action_mask"].astype(bool).tolist() == [True] * (5 + drop_key)
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_each_action_has_a_key(drop_key):
+    keys = gymnasium.make(ID, drop_key=drop_key).get_wrapper_attr("get_keys_to_action")()
+    assert list(keys.values()) == list(range(5 + drop_key))
+    assert keys[(pygame.K_UP,)] == 0
+    assert keys[(pygame.K_SPACE,)] == 4
+
+
+def test_gymnasium_plays_it(monkeypatch):
+    """With a keyboard of our own: twice left, forward, and escape."""
+    from gymnasium.utils import play
+
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    pressed = iter([pygame.K_LEFT, pygame.K_LEFT, pygame.K_UP, pygame.K_ESCAPE])
+    held = []
+
+    def events():
+        key = next(pressed)
+        released = [pygame.event.Event(pygame.KEYUP, key=held.pop())] if held else []
+        held.append(key)
+        return [*released, pygame.event.Event(pygame.KEYDOWN, key=key)]
+
+    monkeypatch.setattr(pygame.event, "get", events)
+    actions = []
+    env = gymnasium.make(ID, size=11, render_mode="rgb_array")
+    play.play(env, wait_on_player=True, seed=0, fps=100, callback=lambda *step: actions.append(int(step[2])))
+    assert actions == [1, 1, 0]
+
+
+@pytest.mark.parametrize("make", [hierroom.parallel_env, hierroom.env], ids=["parallel", "aec"])
+def test_the_state_is_the_whole_grid_as_minigrid_shows_it(make):
+    env = make(graph="b", size=13)
+    env.reset(seed=4)
+    state = env.state()
+    assert env.state_space.contains(state)
+    whole = FullyObsWrapper(hierroom.minigrid_view(gymnasium.make(ID, size=13)))
+    expected = whole.reset(seed=4)[0]["image"].swapaxes(0, 1)
+    np.testing.assert_array_equal(state[..., :2], expected[..., :2])
+    is_door, is_agent = expected[..., 0] == 4, expected[..., 0] == 10
+    np.testing.assert_array_equal(state[is_agent], np.append(expected[is_agent], [[0]], axis=1))
+    assert (state[is_door, 2] == 0).all()  # locked
+    assert (state[..., 3] == 0).all()
+    turns = env.unwrapped.single.turns
+    goal = int(turns.world.state.levels[0].colours[0])
+    if make is hierroom.env:
+        env.step(goal)
+    else:
+        env.step({"meta_0": goal, "controller_0": 1})
+    ((row, col),) = np.argwhere(env.state()[..., 3])
+    assert env.state()[row, col].tolist() == [5, goal, 0, 1]
+    assert goal < len(COLOURS)
+
+
+def test_the_state_needs_a_reset():
+    with pytest.raises(InputError, match=r"^reset the environment before its state is asked for$"):
+        hierroom.raw_env().state()
+
+
+def test_the_spec_tells_the_step_limit():
+    env = gymnasium.make(ID, max_steps=77)
+    assert env.spec.max_episode_steps == 77
+    assert env.unwrapped.spec.max_episode_steps == 77
+    assert gymnasium.make_vec(ID, 2, max_steps=77).spec.max_episode_steps == 77
+    again = gymnasium.make(env.spec)
+    assert again.spec.max_episode_steps == 77
+    assert '"max_episode_steps": 77' in env.spec.to_json()
+    again.reset(seed=0)
+    ends = [again.step(1)[2:4] for _ in range(77)]
+    assert ends == [(False, False)] * 76 + [(False, True)]
+
+
+@pytest.mark.parametrize("make", [gymnasium.make, gymnasium.make_vec])
+def test_an_id_of_one_graph_takes_no_other(make):
+    said = f"{ID} is one goal graph's: give the graph 'f' to hierroom/EscapeRoom-v0"
+    with pytest.raises(InputError, match=f"^{re.escape(said)}$"):
+        make(ID, graph="f")
+    assert make(ID, graph="b").spec.id == ID
+    assert make("hierroom/EscapeRoom-v0", graph="f").spec.id == "hierroom/EscapeRoom-v0"
+    assert EscapeRoom("f").spec is EscapeRooms(2, "f").spec is None
+
+
+def test_render_modes_are_lists_that_are_not_shared():
+    classes = EscapeRoom, hierroom.raw_env, hierroom.parallel_env
+    modes = [one.metadata["render_modes"] for one in classes]
+    assert all(type(one) is list for one in modes)
+    assert len({id(one) for one in modes}) == 3
+
+
+@pytest.mark.parametrize("how", ["wrapped", "by name"])
+def test_frames_are_collected(how):
+    if how == "wrapped":
+        env = RenderCollection(gymnasium.make(ID, size=11, render_mode="rgb_array"))
+    else:
+        env = gymnasium.make(ID, size=11, render_mode="rgb_array_list")
+    env.reset(seed=0)
+    for action in (1, 2):
+        env.step(action)
+    frames = env.render()
+    assert len(frames) == 3
+    assert all(frame.shape == frames[0].shape for frame in frames)
+    assert (frames[0] != frames[1]).any()

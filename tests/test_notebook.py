@@ -1,0 +1,72 @@
+"""What notebooks show: goal graphs as drawings, reports as tables, both well-formed whatever the names."""
+
+from xml.etree import ElementTree
+
+from counted_walks import count_transitions
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hierroom import GoalGraph
+from hierroom.complexity import analyze
+from hierroom.complexity.html import html_table
+from hierroom.complexity.measured import MeasuredReport
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@st.composite
+def graphs(draw):
+    n_rooms = draw(st.integers(2, 9))
+    key_rooms = tuple(draw(st.integers(0, room)) for room in range(n_rooms - 1))
+    return GoalGraph(key_rooms, draw(st.integers(1, n_rooms - 1)))
+
+
+@given(graphs())
+def test_the_drawing_has_every_room_within_its_borders_and_apart(graph):
+    root = ElementTree.fromstring(graph._repr_svg_())
+    width, height = float(root.attrib["width"]), float(root.attrib["height"])
+    circles = [circle.attrib for circle in root.iter(f"{SVG}circle")]
+    rooms = [(float(one["cx"]), float(one["cy"])) for one in circles if one["fill"] != "none"]
+    assert len(set(rooms)) == len(rooms) == graph.n_rooms
+    assert len(circles) == graph.n_rooms + 1  # the exit's ring
+    for x, y in rooms:
+        assert 20 < x < width - 20
+        assert 40 < y < height - 30
+    assert all(
+        abs(x - other_x) >= 39 or abs(y - other_y) >= 39
+        for x, y in rooms
+        for other_x, other_y in rooms
+        if (x, y) != (other_x, other_y)
+    )
+    words = [text.text for text in root.iter(f"{SVG}text")]
+    assert words.count("exit") == 1
+    assert {f"key {room}" for room in range(1, graph.n_rooms)} <= set(words)
+    assert len(list(root.iter(f"{SVG}line"))) == graph.n_rooms - 1
+
+
+def test_a_report_is_a_table_of_what_it_prints():
+    report = analyze("f")
+    table = ElementTree.fromstring(f"<div>{report._repr_html_()}</div>")
+    assert table.find("table/caption").text == str(report).splitlines()[0]
+    for line, row in zip(str(report).splitlines()[1:], table.iter("tr"), strict=True):
+        name, value = (cell.text for cell in row)
+        assert line == f"  {name:<16}{value}"
+
+
+def test_a_measured_report_is_a_table_of_what_it_prints():
+    assumed = analyze("a")
+    report = MeasuredReport(assumed, count_transitions([[0, 0, 1], [0, 0, 0]], 5, 0, 4), n_resamples=5)
+    shown = ElementTree.fromstring(f"<div>{report._repr_html_()}</div>")
+    head, columns, *lines = str(report).splitlines()
+    assert shown.find("table/caption").text == head
+    rows = [[cell.text or "" for cell in row] for row in shown.iter("tr")]
+    notes = [note.text for note in shown.iter("p")]
+    assert "nobody escaped, so the times to the exit are infinite" in notes
+    for line, cells in zip([columns, *lines], [*rows, *([note] for note in notes)], strict=True):
+        assert line.split() == " ".join(cells).split()
+
+
+def test_texts_are_escaped():
+    table = html_table("<a>", ("b&",), [("<c>", "d<")], ["e>"])
+    texts = [text for text in ElementTree.fromstring(f"<div>{table}</div>").itertext() if text]
+    assert texts == ["<a>", "b&", "<c>", "d<", "e>"]

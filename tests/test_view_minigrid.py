@@ -1,0 +1,157 @@
+"""The MiniGrid view: MiniGrid's own code sees the level as it is, and each of its wrappers works."""
+
+import re
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from minigrid import wrappers
+from minigrid.core.actions import Actions
+from minigrid.core.world_object import Goal, Key
+
+import hierroom
+from hierroom import InputError
+from hierroom.goals import COLOURS, GOAL_VECTORS
+from hierroom.world.oracle import shortest_actions
+
+TO_MINIGRID = (Actions.forward, Actions.left, Actions.right, Actions.pickup, Actions.toggle, Actions.drop)
+
+
+def make(env_id="hierroom/EscapeRoom-b-v0", **settings):
+    return hierroom.minigrid_view(gymnasium.make(env_id, **{"size": 13, "max_steps": 200, **settings}))
+
+
+@pytest.mark.filterwarnings("ignore:.*For Box action spaces:UserWarning")
+def test_gymnasium_checker():
+    check_env(make(), skip_render_check=True)
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+@pytest.mark.parametrize("meta", ["none", "fixed-dfs"])
+def test_it_is_what_minigrid_would_observe_and_what_the_environment_does(drop_key, meta):
+    """At random and on the way to the exit, beside the environment itself."""
+    settings = {"graph": "e", "size": 13, "max_steps": 200, "drop_key": drop_key, "meta": meta, "reward": "bonus"}
+    plain = gymnasium.make("hierroom/EscapeRoom-v0", **settings)
+    env = hierroom.minigrid_view(gymnasium.make("hierroom/EscapeRoom-v0", **settings))
+    rng, carried, missions = np.random.default_rng(0), set(), set()
+    (seen, info), (expected, expected_info) = env.reset(seed=2), plain.reset(seed=2)
+    for t in range(600):
+        assert info == expected_info
+        again = env.gen_obs()
+        np.testing.assert_array_equal(seen["image"], again["image"])
+        assert seen["direction"] == again["direction"] == expected["direction"]
+        assert seen["mission"] == again["mission"]
+        assert env.observation_space.contains(seen)
+        goal = np.flatnonzero((expected["goal"] == GOAL_VECTORS).all(axis=1))[0]
+        words = seen["mission"].split()
+        if goal < 12:
+            assert words == [
+                *(("pick", "up"), ("open",))[goal // 6],
+                "the",
+                COLOURS[goal % 6],
+                ("key", "door")[goal // 6],
+            ]
+        else:
+            assert words[-1] == ("square" if goal == 12 else "goal")
+        missions.add(seen["mission"])
+        carried.add(env.carrying and env.carrying.color)
+        state = plain.unwrapped.single.turns.world.get_state()
+        action = int(shortest_actions(state)[0]) if t % 200 < 190 and t % 3 else int(rng.integers(5 + drop_key))
+        (seen, *told, info) = env.step(int(TO_MINIGRID[action]))
+        (expected, *expected_told, expected_info) = plain.step(action)
+        assert told == expected_told
+        if told[1] or told[2]:
+            (seen, info), (expected, expected_info) = env.reset(), plain.reset()
+    assert len(carried) > 2
+    assert (len(missions) > 3) == (meta != "none")
+
+
+def test_pictures_are_the_same():
+    env = make(render_mode="rgb_array")
+    env.reset(seed=0)
+    for action in (2, 1, 2, 0, 2):
+        env.step(action)
+    np.testing.assert_array_equal(env.get_frame(tile_size=32), env.render())
+
+
+@pytest.mark.parametrize("action", [Actions.drop, Actions.done])
+def test_what_our_levels_do_not_have_only_costs_the_step(action):
+    env = make()
+    before, info = env.reset(seed=0)
+    after, *_, info = env.step(action)
+    np.testing.assert_array_equal(before["image"], after["image"])
+    assert env.step_count == info["illegal_actions"] == 1
+
+
+class Reseeded(wrappers.ReseedWrapper):
+    def __init__(self, env):
+        super().__init__(env, seeds=[1, 2])
+
+
+WRAPPERS = {
+    wrappers.ImgObsWrapper: (7, 7, 3),
+    wrappers.FlatObsWrapper: (2835,),
+    wrappers.OneHotPartialObsWrapper: (7, 7, 20),
+    wrappers.FullyObsWrapper: (13, 13, 3),
+    wrappers.RGBImgObsWrapper: (13 * 8, 13 * 8, 3),
+    wrappers.RGBImgPartialObsWrapper: (7 * 8, 7 * 8, 3),
+    wrappers.SymbolicObsWrapper: (13, 13, 3),
+    wrappers.DictObservationSpaceWrapper: (7, 7, 3),
+    wrappers.ViewSizeWrapper: (7, 7, 3),
+    wrappers.DirectionObsWrapper: (7, 7, 3),
+    wrappers.ActionBonus: (7, 7, 3),
+    wrappers.PositionBonus: (7, 7, 3),
+    wrappers.StochasticActionWrapper: (7, 7, 3),
+    Reseeded: (7, 7, 3),
+}
+
+
+@pytest.mark.filterwarnings("ignore:.*A seed has been passed:UserWarning")
+@pytest.mark.parametrize("wrapper", WRAPPERS)
+def test_each_wrapper_of_minigrid(wrapper):
+    env = wrapper(make(graph="b", env_id="hierroom/EscapeRoom-v0", meta="fixed-dfs", max_steps=40))
+    rng = np.random.default_rng(0)
+    observation, _ = env.reset(seed=0)
+    for _ in range(100):
+        assert env.observation_space.contains(observation)
+        image = observation["image"] if isinstance(observation, dict) else observation
+        assert image.shape == WRAPPERS[wrapper]
+        observation, _, terminated, truncated, _ = env.step(int(rng.integers(7)))
+        if terminated or truncated:
+            observation, _ = env.reset()
+
+
+def test_the_whole_grid_holds_the_exit_the_keys_and_the_agent():
+    env = wrappers.FullyObsWrapper(make())
+    observation, _ = env.reset(seed=0)
+    objects = observation["image"][..., 0].ravel().tolist()
+    assert (objects.count(8), objects.count(5), objects.count(4), objects.count(10)) == (1, 2, 2, 1)
+    assert sum(isinstance(one, Goal) for one in env.unwrapped.grid.grid) == 1
+    assert sum(isinstance(one, Key) for one in env.unwrapped.grid.grid) == 2
+
+
+@pytest.mark.parametrize(
+    ("attempt", "said"),
+    [
+        (
+            lambda: hierroom.minigrid_view(gymnasium.make("CartPole-v1")),
+            "minigrid_view takes a Gymnasium environment of",
+        ),
+        (
+            lambda: hierroom.minigrid_view(hierroom.env()),
+            "minigrid_view takes a Gymnasium environment of hierroom, not",
+        ),
+        (
+            lambda: hierroom.minigrid_view(
+                gymnasium.wrappers.FlattenObservation(gymnasium.make("hierroom/EscapeRoom-a-v0"))
+            ),
+            "minigrid_view takes the environment without wrappers that change its observations",
+        ),
+        (lambda: make().step(7), "MiniGrid's actions are 0 to 6, not 7"),
+    ],
+)
+def test_refusals_are_one_line(attempt, said):
+    with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
+        attempt()
+    assert "\n" not in str(caught.value)
