@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pictures
 import pytest
 from run_contents import check_picture, check_run
@@ -449,3 +450,11 @@ def test_a_run_that_never_learned_once_can_be_resumed(tmp_path, monkeypatch):
         with pytest.raises(InputError, match="full disk"):
             train([*FLAGS, "--steps", "1024", "--out", str(out)])
     assert train(["--resume", str(out)]) == 0
+
+
+def test_goals_that_are_not_legal_are_told_of(monkeypatch):
+    trainer = Trainer(SMALL)
+    assert trainer.metrics()["meta_illegal_goals"] == 0
+    monkeypatch.setattr(trainer.agents["meta_0"], "act", lambda observation: np.full(len(observation), 12))
+    trainer.advance()
+    assert trainer.metrics()["meta_illegal_goals"] > 0.9  # the exit cannot be reached yet
