@@ -156,7 +156,7 @@ def test_two_files_of_one_name_are_told_apart_or_refused(tmp_path):
         (["hitting_time:-3..2"], "a set of goal graphs must be"),
         (["width:1..2"], "a graph must be a letter .*not 'width:1..2'"),
         (["hitting_time:30..20"], "from low to high, not from 30 to 20"),
-        (["hitting_time:1..2"], r"up to 7 rooms has a hitting_time in 1\.\.2; the values go from 8.36"),
+        (["hitting_time:1..2"], r"up to 7 rooms has hitting_time in 1\.\.2; the values go from 8.36"),
         (["rooms:8"], "rooms:N takes a number of rooms from 2 to 7, not 8"),
         (["rooms:1"], "from 2 to 7, not 1"),
         (["rooms:four"], "a set of goal graphs must be rooms:N"),
