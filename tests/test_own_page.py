@@ -5,7 +5,7 @@ from dataclasses import fields
 from pathlib import Path
 
 from hierroom.situation import Situation
-from hierroom.step import Step
+from hierroom.step import STEP
 from hierroom.world.kernels import MARGIN
 from hierroom.world.layout import LEVEL, MEMORIES
 
@@ -24,7 +24,7 @@ def public(kind: type) -> set[str]:
 
 
 def test_a_step():
-    assert told("step.") == {field.name for field in fields(Step)} | {"episode_ended", "outcomes"}
+    assert told("step.") == {*(STEP.names or ()), "before", "after", "outcomes"}
 
 
 def test_a_level():
