@@ -16,11 +16,13 @@ from collections.abc import Callable
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.core.codegen import get_host_cpu_features
 from numba.extending import intrinsic
 from numpy.typing import NDArray
+
+from hierroom.compile.kernel import njit
 
 _ROWS = 4
 """Number of rows of a tile."""

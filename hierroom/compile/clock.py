@@ -7,7 +7,8 @@ from functools import cache
 
 from numba.core import event
 
-_EVENT = "numba:compile"
+COMPILE_EVENT = "numba:compile"
+"""What Numba calls the compilation of one function; it is announced only where the function is not on disk."""
 
 
 class CompileClock(event.Listener):
@@ -39,5 +40,5 @@ class CompileClock(event.Listener):
 def compile_clock() -> CompileClock:
     """The clock of this process, which runs from the first call on."""
     clock = CompileClock()
-    event.register(_EVENT, clock)
+    event.register(COMPILE_EVENT, clock)
     return clock
