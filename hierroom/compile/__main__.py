@@ -58,7 +58,7 @@ def main() -> int:
 
 
 def compile_all(console: Console) -> int:
-    """Use every kernel once in each way it is used, with a progress bar; returns how many functions were compiled."""
+    """Use every kernel once in each way it is used, with a progress bar; returns how many were compiled."""
     import torch
     from numba.core import event
 
@@ -77,24 +77,21 @@ def compile_all(console: Console) -> int:
         plays = list(_plays())  # they load all kernels
         bar.update(task, total=len(KERNELS))
 
-        class Count(event.Listener):
-            n_compiled = 0
-
+        class Advance(event.Listener):
             def on_start(self, event: event.Event) -> None:
                 bar.update(task, name=escape(event.data["dispatcher"].__name__))
 
             def on_end(self, event: event.Event) -> None:
-                self.n_compiled += 1
                 bar.update(task, completed=sum(bool(kernel.signatures) for kernel in KERNELS))
 
-        with event.install_listener(COMPILE_EVENT, Count()) as count:
+        with event.install_listener(COMPILE_EVENT, Advance()):
             for play in plays:
                 play()
-    return count.n_compiled
+    return sum(bool(kernel.stats.cache_misses) for kernel in KERNELS)
 
 
 def _plays() -> Iterator[Callable[[], object]]:
-    """Short uses of the package that together call each kernel with all types of arguments that it is ever given."""
+    """Short uses of the package that together call the kernels with all types of arguments that they are ever given."""
     import numpy as np
 
     import hierroom
@@ -131,6 +128,11 @@ def _plays() -> Iterator[Callable[[], object]]:
             if n is None and any(ended):
                 env.reset()
 
+    def render() -> None:
+        env = hierroom.env(**small, render_mode="rgb_array")
+        env.reset(seed=0)
+        env.render()
+
     yield train
     for method in ("ppo", "ppo-novelty", "ppo-rnd"):
         yield partial(train, method=method)
@@ -140,6 +142,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield partial(train, meta="oracle", reward="bonus", features=(*FEATURES.keys() - {"goal-outcome"},))
     yield partial(measure_named, "random", "a", False, 4, 0)
     yield lambda: list(hierroom.rollout("oracle", hierroom.EnvConfig(**small), episodes=4))
+    yield render
     for mask, reward in zip(("reachable", "existing", "seen", "none"), REWARDS, strict=True):
         yield partial(play, hierroom.env(**small, goal_mask=mask, reward=reward))
     yield partial(step, EscapeRoom(**small, meta="random"), None)

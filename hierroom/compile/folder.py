@@ -1,4 +1,4 @@
-"""A folder for compiled kernels where Numba finds none: nobody else can write there, for what is read from it is run."""
+"""A folder for compiled kernels where Numba finds none, in which nobody else can write: what is read there is run."""
 
 from __future__ import annotations
 

@@ -18,6 +18,7 @@ from hierroom.compile.folder import private_folder
 
 KERNELS: list[Any] = []
 """All kernels whose compiled code is kept on disk, in the order in which they were defined."""
+NOTICE_TEXT = "compiling kernels, once, for up to a minute; python -m hierroom.compile does it ahead"
 
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -83,12 +84,9 @@ class CompileNotice(event.Listener):
         """Compilation of a function begins; those of other packages are theirs to speak of."""
         if self.is_due and event.data["dispatcher"].py_func.__module__.startswith("hierroom."):
             self.is_due = False
-            # A progress bar or a worker's parent speaks for it.
+            # Where workers compile, their parent does, too.
             if sys.stderr is not None and sys.stderr.isatty() and multiprocessing.parent_process() is None:
-                print(
-                    "compiling kernels, once, for up to a minute; python -m hierroom.compile does it ahead",
-                    file=sys.stderr,
-                )
+                print(NOTICE_TEXT, file=sys.stderr)
 
     def on_end(self, event: event.Event) -> None:
         """Compilation of a function ends."""
