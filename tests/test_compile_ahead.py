@@ -28,7 +28,7 @@ for entries in (
 ):
     trainer = hierroom.train(num_envs=5, steps=500, evaluations=1, evaluation_episodes=3, **entries)
     list(hierroom.rollout(trainer, episodes=2))
-env = hierroom.parallel_env(graph="g", render_mode="ansi", reward="bonus")
+env = hierroom.parallel_env(graph="g", render_mode="rgb_array", reward="bonus")
 env.reset(seed=1)
 env.step({agent: 1 for agent in env.agents})
 env.render()

@@ -21,7 +21,7 @@ def guarded(array):
     n_pages = -(-array.nbytes // mmap.PAGESIZE)
     memory = mmap.mmap(-1, (n_pages + 1) * mmap.PAGESIZE)
     end = ctypes.addressof(ctypes.c_char.from_buffer(memory)) + n_pages * mmap.PAGESIZE
-    assert ctypes.CDLL(None).mprotect(ctypes.c_void_p(end), mmap.PAGESIZE, mmap.PROT_NONE) == 0
+    assert ctypes.CDLL(None).mprotect(ctypes.c_void_p(end), mmap.PAGESIZE, 0) == 0  # PROT_NONE
     start = n_pages * mmap.PAGESIZE - array.nbytes
     copy = np.frombuffer(memory, array.dtype, array.size, start).reshape(array.shape)
     copy[...] = array
