@@ -14,7 +14,6 @@ from typing import Any
 
 import tyro
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn
 
 from hierroom.cli import program, run, words
@@ -36,13 +35,15 @@ class CompileArguments:
 def main() -> int:
     """The command."""
     tyro.cli(CompileArguments, prog=program("compile"), args=words())
-    import numba
+    from numba.core import config
 
-    if numba.config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
+    if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
         raise InputError("NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it")
     started = time.perf_counter()
     from hierroom.world import kernels  # any module of kernels: all are kept in the same place
 
+    if kernels.advance.stats.cache_path is None:
+        raise InputError("there is no folder to keep compiled code in; set NUMBA_CACHE_DIR to one that can be written")
     stamp = Path(kernels.advance.stats.cache_path) / STAMP
     if _is_complete(stamp):
         print(f"all kernels are compiled already ({time.perf_counter() - started:.1f} s)")
@@ -62,7 +63,7 @@ def compile_all(console: Console) -> int:
     import torch
     from numba.core import event
 
-    from hierroom.compile.clock import COMPILE_EVENT
+    from hierroom.compile.clock import COMPILE_EVENT, compiling
     from hierroom.compile.kernel import KERNELS, NOTICE
 
     torch.set_num_threads(1)  # as in training
@@ -70,19 +71,21 @@ def compile_all(console: Console) -> int:
     columns = (
         TextColumn("compiling kernels"),
         BarColumn(),
-        TextColumn("{task.completed} of {task.total}, {task.fields[name]}"),
+        TextColumn("{task.fields[status]}"),
     )
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=None, name="PyTorch is loading")
+        task = bar.add_task("", total=None, status="loading PyTorch")
         plays = list(_plays())  # they load all kernels
         bar.update(task, total=len(KERNELS))
 
         class Advance(event.Listener):
             def on_start(self, event: event.Event) -> None:
-                bar.update(task, name=escape(event.data["dispatcher"].__name__))
+                kernel, n_done = compiling(event), sum(bool(kernel.signatures) for kernel in KERNELS)
+                if kernel in KERNELS:  # not what Numba brings along
+                    bar.update(task, completed=n_done, status=f"{n_done} of {len(KERNELS)}, {kernel.__name__}")
 
             def on_end(self, event: event.Event) -> None:
-                bar.update(task, completed=sum(bool(kernel.signatures) for kernel in KERNELS))
+                pass
 
         with event.install_listener(COMPILE_EVENT, Advance()):
             for play in plays:

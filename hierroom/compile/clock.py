@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import time
 from functools import cache
+from typing import Any
 
 from numba.core import event
 
 COMPILE_EVENT = "numba:compile"
 """What Numba calls the compilation of one function; it is announced only where the function is not on disk."""
+
+
+def compiling(event: event.Event) -> Any:
+    """The kernel whose compilation such an event announces."""
+    assert event.data is not None
+    return event.data["dispatcher"]
 
 
 class CompileClock(event.Listener):

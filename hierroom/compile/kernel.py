@@ -13,7 +13,7 @@ from typing import Any
 import numba
 from numba.core import config, event
 
-from hierroom.compile.clock import COMPILE_EVENT
+from hierroom.compile.clock import COMPILE_EVENT, compiling
 from hierroom.compile.folder import private_folder
 
 KERNELS: list[Any] = []
@@ -54,7 +54,8 @@ def _move_cache() -> bool:
     """Keep compiled code in a private folder from now on, in this process and its children; returns whether it can."""
     folder = _told_folder()
     if folder is not None:
-        config.CACHE_DIR = os.environ["NUMBA_CACHE_DIR"] = folder
+        os.environ["NUMBA_CACHE_DIR"] = folder
+        config.reload_config()  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
     return folder is not None
 
 
@@ -82,7 +83,7 @@ class CompileNotice(event.Listener):
 
     def on_start(self, event: event.Event) -> None:
         """Compilation of a function begins; those of other packages are theirs to speak of."""
-        if self.is_due and event.data["dispatcher"].py_func.__module__.startswith("hierroom."):
+        if self.is_due and compiling(event).py_func.__module__.startswith("hierroom."):
             self.is_due = False
             # Where workers compile, their parent does, too.
             if sys.stderr is not None and sys.stderr.isatty() and multiprocessing.parent_process() is None:

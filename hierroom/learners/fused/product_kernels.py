@@ -31,7 +31,7 @@ def works(kernels: ModuleType) -> bool:
 
 
 def _working_kernels() -> ModuleType:
-    if config.DISABLE_JIT:  # LLVM cannot run as plain Python
+    if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - LLVM cannot run as plain Python
         return blas_kernels
     try:
         from hierroom.learners.fused import tile_kernels
