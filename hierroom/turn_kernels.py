@@ -5,7 +5,8 @@ file of the function that is called. With ``NUMBA_DISABLE_JIT=1`` the same sourc
 """
 
 import numpy as np
-from numba import njit
+
+from hierroom.compile.kernel import njit
 
 NO_GOAL, FIRST_DOOR_GOAL, EXIT_GOAL, N_GOALS = -1, 6, 12, 13
 """As in `hierroom.goals`."""

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hierroom.compile.kernel import njit
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.world.kernels import VIEW, compiled
 from hierroom.world.layout import LEVEL, OUTCOME

@@ -20,9 +20,9 @@ and gets the world's tile codes as a table.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from hierroom.compile.kernel import njit
 from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, N_COLOURS, N_GOALS
 from hierroom.world import kernels
