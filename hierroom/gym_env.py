@@ -239,10 +239,11 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self._have_ended &= ~where
         super().reset(seed=int(seed) if isinstance(seed, (int, np.integer)) else None)
         self.turns.ask(self.meta)
-        infos = self._arrays.at_reset(where)
+        observations, infos = self._arrays.at_reset(where)
+        self._show_last_goals(observations)
         if (options or {}).get("complexity"):
             infos["complexity"] = self.complexity.to_dict()
-        return self._observations(), infos
+        return observations, infos
 
     def step(self, actions: NDArray[np.integer]):
         """Act once in every environment.
@@ -258,13 +259,14 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         if have_ended:
             self.turns.begin_instead(np.flatnonzero(self._have_ended))
         show_step(self.meta, step, self.turns)
-        rewards, terminated, truncated, infos = self._arrays.results(step, begins_anew=is_same_step)
-        if not is_same_step:
-            self._have_ended = terminated | truncated
-        elif self.turns.n_ended:
-            infos |= self._arrays.final(step)
         self.turns.ask(self.meta)
-        return self._observations(), rewards, terminated, truncated, infos
+        told = self._arrays.at_step(step, begins_anew=is_same_step)
+        if not is_same_step:
+            self._have_ended = told[2] | told[3]
+            self._show_last_goals(told[0])
+        elif self.turns.n_ended:
+            told[4].update(self._arrays.final(step))
+        return told
 
     def render(self) -> tuple[Any, ...] | None:
         """A picture [H, W, 3] of each environment, or the levels as text, with the current subgoals shown."""
@@ -275,11 +277,10 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         state, goals = self.turns.world.state, self.turns.goals.tolist()
         return tuple(self._screen.render(state[n], goals[n]) for n in range(self.num_envs))
 
-    def _observations(self) -> Any:
-        observations = self._arrays.observations()
-        if not self._is_same_step and self._have_ended.any() and self.turns.last_step is not None:
+    def _show_last_goals(self, observations: Any) -> None:
+        """Where an episode has ended and none has begun yet, show the goal pursued last."""
+        if self._have_ended.any() and self.turns.last_step is not None:
             self._arrays.show_goals(observations, self.turns.last_step.goals, np.flatnonzero(self._have_ended))
-        return observations
 
     def _seeds(self, seed: Seeds) -> Seeds:
         """Seeds as `Turns.reset` takes them; what is not given is drawn where nobody has given one before."""

@@ -55,40 +55,38 @@ def write_one(outcomes, levels, goal, triples, vectors, image, goal_vector, keys
     return level.direction
 
 
-@njit(cache=True, nogil=True)
-def write_batch(outcomes, levels, ledgers, triples, vectors, images, goal_vectors, directions, keys, doors):
-    """Write what N environments show; as `write_one`, with the goals of records of the ledger, and arrays of N rows."""
-    for n in range(outcomes.shape[0]):
-        level, goal = levels[n], ledgers[n].goals
-        write_image(outcomes[n].tiles, triples, images[n])
-        for k in range(GOAL_SIZE):
-            goal_vectors[n, k] = vectors[goal, k]
-        for colour in range(N_COLOURS):
-            branch = level.branches[colour]
-            keys[n, colour], doors[n, colour] = level.keys >> branch & 1, level.doors >> branch & 1
-        directions[n] = level.direction
+@njit(cache=True)
+def write_parts(outcome, level, goal, triples, vectors, n, images, goal_vectors, directions, keys, doors, masks):
+    """Write what environment n shows into arrays of N rows; as `write_one`, with the direction and the action mask."""
+    write_image(outcome.tiles, triples, images[n])
+    for k in range(GOAL_SIZE):
+        goal_vectors[n, k] = vectors[goal, k]
+    for colour in range(N_COLOURS):
+        branch = level.branches[colour]
+        keys[n, colour], doors[n, colour] = level.keys >> branch & 1, level.doors >> branch & 1
+    directions[n] = level.direction
+    for action in range(masks.shape[1]):
+        masks[n, action] = 1
 
 
-@njit(cache=True, nogil=True)
-def write_flat(outcomes, levels, ledgers, triples, vectors, n_actions, rows):
-    """Write what N environments show as rows of numbers, one after the other: see `vector_arrays.flat_space`."""
-    for n in range(outcomes.shape[0]):
-        level, goal, row, tiles = levels[n], ledgers[n].goals, rows[n], outcomes[n].tiles
-        for k in range(n_actions):
-            row[k] = 1
-        at = n_actions
-        for k in range(N_DIRECTIONS):
-            row[at + k] = k == level.direction
-        at += N_DIRECTIONS
-        for colour in range(N_COLOURS):
-            branch = level.branches[colour]
-            row[at + colour] = level.doors >> branch & 1
-            row[at + N_COLOURS + GOAL_SIZE + colour] = level.keys >> branch & 1
-        at += N_COLOURS
-        for k in range(GOAL_SIZE):
-            row[at + k] = vectors[goal, k]
-        at += GOAL_SIZE + N_COLOURS
-        write_image(tiles, triples, row[at : at + N_CELLS * 3].reshape(IMAGE))
+@njit(cache=True)
+def write_row(outcome, level, goal, triples, vectors, n_actions, row):
+    """Write what an environment shows as a row of numbers: see `vector_arrays.flat_space`."""
+    for k in range(n_actions):
+        row[k] = 1
+    at = n_actions
+    for k in range(N_DIRECTIONS):
+        row[at + k] = k == level.direction
+    at += N_DIRECTIONS
+    for colour in range(N_COLOURS):
+        branch = level.branches[colour]
+        row[at + colour] = level.doors >> branch & 1
+        row[at + N_COLOURS + GOAL_SIZE + colour] = level.keys >> branch & 1
+    at += N_COLOURS
+    for k in range(GOAL_SIZE):
+        row[at + k] = vectors[goal, k]
+    at += GOAL_SIZE + N_COLOURS
+    write_image(outcome.tiles, triples, row[at : at + N_CELLS * 3].reshape(IMAGE))
 
 
 _UINT8, _INT8, _FLOAT32 = np.dtype(np.uint8), np.dtype(np.int8), np.dtype(np.float32)
