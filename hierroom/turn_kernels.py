@@ -187,18 +187,18 @@ def choose_goals(levels, ledgers, kind, actions):
         ledger.is_meta_turn = False
 
 
-@njit(cache=True)
-def write_result(
-    step, ledger, begins_anew, n, rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest
-):
-    """Write what a vector environment tells of a step in its environment n.
+@njit(cache=True, nogil=True)
+def write_results(
+    steps, ledgers, begins_anew,
+    rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, told,
+):  # fmt: skip
+    """Write what a vector environment tells of a step.
 
     Args:
-        step: a record of `step.STEP`.
-        ledger: a record of `options.LEDGER`, after the step.
+        steps: [N] records of `step.STEP`.
+        ledgers: [N] records of `options.LEDGER`, after the step.
         begins_anew: whether infos tell of the next episode where one ended.
-        n: which environment.
-        rewards: [N] float64, written at n, like all that follow.
+        rewards: [N] float64, written, like all that follow.
         terminated: [N] bool.
         truncated: [N] bool.
         success: [N] bool, this and all that follow are infos.
@@ -207,11 +207,14 @@ def write_result(
         illegal: [N] int64, illegal actions.
         lengths: [N] int64.
         shortest: [N] int64.
+        told: [N] bool, of which environments infos tell: of all.
     """
-    rewards[n], terminated[n], truncated[n] = step.rewards, step.terminated, step.truncated
-    if begins_anew and step.episode_ended:
-        success[n], events[n], elapsed[n], illegal[n], lengths[n] = False, NO_GOAL, 0, 0, 0
-        shortest[n] = ledger.shortest
-    else:
-        success[n], events[n], elapsed[n] = step.terminated, step.events, step.meta_elapsed > 0
-        illegal[n], lengths[n], shortest[n] = step.illegal_actions, step.lengths, step.shortest
+    for n in range(steps.shape[0]):
+        step, ledger = steps[n], ledgers[n]
+        rewards[n], terminated[n], truncated[n], told[n] = step.rewards, step.terminated, step.truncated, True
+        if begins_anew and step.episode_ended:
+            success[n], events[n], elapsed[n], illegal[n], lengths[n] = False, NO_GOAL, 0, 0, 0
+            shortest[n] = ledger.shortest
+        else:
+            success[n], events[n], elapsed[n] = step.terminated, step.events, step.meta_elapsed > 0
+            illegal[n], lengths[n], shortest[n] = step.illegal_actions, step.lengths, step.shortest

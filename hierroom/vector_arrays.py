@@ -15,12 +15,12 @@ from hierroom.controller import Observation
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.options import CONTROLLER, LEDGER
 from hierroom.step import STEP, Step
-from hierroom.turn_kernels import write_result
+from hierroom.turn_kernels import write_results
 from hierroom.turns import Turns
 from hierroom.world.array_pool import ArrayPool
 from hierroom.world.kernels import compiled
 from hierroom.world.layout import LEVEL, OUTCOME
-from hierroom.world.observations import IMAGE, N_DIRECTIONS, N_NUMBERS, write_parts, write_row
+from hierroom.world.observations import IMAGE, N_DIRECTIONS, N_NUMBERS, write_batch, write_flat
 from hierroom.world.tiles import TRIPLES
 
 INFOS = ("success", "goal_event", "elapsed", "illegal_actions", "length", "shortest_length")
@@ -98,7 +98,7 @@ class VectorArrays:
         """Write a step's results, and new observations, which it returns."""
         arrays, parts = self._kept or self._observations.take()
         world, ledgers = self._turns.world, self._turns.ledger.records
-        write = _compiled_rows() if self._flat else _compiled_parts()
+        write = _compiled_flat() if self._flat else _compiled_batch()
         write(world.outcomes, world.state.levels, steps, ledgers, begins_anew, *results, TRIPLES, GOAL_VECTORS, *arrays)
         return arrays[0] if self._flat else parts.copy()
 
@@ -153,41 +153,31 @@ def _by_name(infos: Iterable[NDArray], told: NDArray[np.bool_]) -> dict[str, NDA
 
 
 @njit(cache=True, nogil=True)
-def write_step_parts(
+def write_step_batch(
     outcomes, levels, steps, ledgers, begins_anew,
     rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, told,
     triples, vectors, images, goal_vectors, directions, keys, doors, masks,
 ):  # fmt: skip
-    """Write what came of a step and what N environments show: see `write_result` and `write_parts`."""
-    for n in range(outcomes.shape[0]):
-        ledger = ledgers[n]
-        write_result(
-            steps[n], ledger, begins_anew, n,
-            rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest,
-        )  # fmt: skip
-        told[n] = True
-        write_parts(
-            outcomes[n], levels[n], ledger.goals, triples, vectors, n,
-            images, goal_vectors, directions, keys, doors, masks,
-        )  # fmt: skip
+    """Write what came of a step and what N environments show, in one call: see `write_results` and `write_batch`."""
+    write_results(
+        steps, ledgers, begins_anew,
+        rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, told,
+    )  # fmt: skip
+    write_batch(outcomes, levels, ledgers, triples, vectors, images, goal_vectors, directions, keys, doors, masks)
 
 
 @njit(cache=True, nogil=True)
-def write_step_rows(
+def write_step_flat(
     outcomes, levels, steps, ledgers, begins_anew,
     rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, told,
     triples, vectors, rows,
 ):  # fmt: skip
-    """Write what came of a step and what N environments show in rows: see `write_result` and `write_row`."""
-    n_actions = rows.shape[1] - N_NUMBERS
-    for n in range(outcomes.shape[0]):
-        ledger = ledgers[n]
-        write_result(
-            steps[n], ledger, begins_anew, n,
-            rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest,
-        )  # fmt: skip
-        told[n] = True
-        write_row(outcomes[n], levels[n], ledger.goals, triples, vectors, n_actions, rows[n])
+    """Write what came of a step and what N environments show as rows: see `write_results` and `write_flat`."""
+    write_results(
+        steps, ledgers, begins_anew,
+        rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, told,
+    )  # fmt: skip
+    write_flat(outcomes, levels, ledgers, triples, vectors, rows)
 
 
 def _read_and_results() -> tuple:
@@ -198,14 +188,14 @@ def _read_and_results() -> tuple:
 
 
 @cache
-def _compiled_parts() -> Callable[..., None]:
-    """Compile `write_step_parts` for the types of a batch's arrays."""
+def _compiled_batch() -> Callable[..., None]:
+    """Compile `write_step_batch` for the types of a batch's arrays."""
     images, goals = np.zeros((1, *IMAGE), _UINT8), np.zeros((1, 1), _FLOAT32)
     bits = [np.zeros((1, 1), _INT8) for _ in range(3)]
-    return compiled(write_step_parts, *_read_and_results(), images, goals, np.zeros(1, _INT64), *bits)
+    return compiled(write_step_batch, *_read_and_results(), images, goals, np.zeros(1, _INT64), *bits)
 
 
 @cache
-def _compiled_rows() -> Callable[..., None]:
-    """Compile `write_step_rows`, likewise."""
-    return compiled(write_step_rows, *_read_and_results(), np.zeros((1, 1), _UINT8))
+def _compiled_flat() -> Callable[..., None]:
+    """Compile `write_step_flat`, likewise."""
+    return compiled(write_step_flat, *_read_and_results(), np.zeros((1, 1), _UINT8))
