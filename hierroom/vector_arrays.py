@@ -138,7 +138,7 @@ def rows(observation: Observation, *, flat: bool) -> Iterable[Any]:
     """The observations of M environments one by one, in new arrays."""
     parts = observation.as_dict()
     if not flat:
-        return ({name: values[m] for name, values in parts.items()} for m in range(len(observation)))
+        return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=True))
     parts["direction"] = np.eye(N_DIRECTIONS)[parts["direction"]]
     numbers = [parts[name].reshape(len(observation), -1) for name in sorted(parts)]
     return np.concatenate(numbers, axis=1, dtype=np.uint8, casting="unsafe")
