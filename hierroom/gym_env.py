@@ -161,6 +161,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
 
     Attributes:
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
+        have_ended: [N] bool, whose episode has ended and whose next one has not begun yet.
     """
 
     metadata = {  # noqa: RUF012 - Gymnasium reads it from the class
@@ -215,7 +216,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._is_seeded = False
-        self._have_ended = np.zeros(num_envs, bool)  # whose next episode has not begun yet
+        self.have_ended = np.zeros(num_envs, bool)
         self._screen = Screen(render_mode)
 
     def reset(self, *, seed: Seeds = None, options: dict | None = None):
@@ -236,7 +237,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         else:
             some = [one for one, is_one in zip(seeds, where, strict=True) if is_one] if is_list(seeds) else seeds
             self.turns.reset(some, np.flatnonzero(where))
-        self._have_ended &= ~where
+        self.have_ended &= ~where
         super().reset(seed=int(seed) if isinstance(seed, (int, np.integer)) else None)
         self.turns.ask(self.meta)
         observations, infos = self._arrays.at_reset(where)
@@ -251,18 +252,18 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         Raises:
             InputError: if autoreset is disabled and an episode has ended whose environment was not reset.
         """
-        is_same_step, have_ended = self._is_same_step, not self._is_same_step and self._have_ended.any()
+        is_same_step, have_ended = self._is_same_step, not self._is_same_step and self.have_ended.any()
         if have_ended and self.autoreset_mode == AutoresetMode.DISABLED:
-            ended = ", ".join(map(str, np.flatnonzero(self._have_ended)))
+            ended = ", ".join(map(str, np.flatnonzero(self.have_ended)))
             raise InputError(f"the episodes of environments {ended} have ended: reset them first, by their reset_mask")
         step = self.turns.step(actions)
         if have_ended:
-            self.turns.begin_instead(np.flatnonzero(self._have_ended))
+            self.turns.begin_instead(np.flatnonzero(self.have_ended))
         show_step(self.meta, step, self.turns)
         self.turns.ask(self.meta)
         told = self._arrays.at_step(step, begins_anew=is_same_step)
         if not is_same_step:
-            self._have_ended = told[2] | told[3]
+            self.have_ended = told[2] | told[3]
             self._show_last_goals(told[0])
         elif self.turns.n_ended:
             told[4].update(self._arrays.final(step))
@@ -279,8 +280,8 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
 
     def _show_last_goals(self, observations: Any) -> None:
         """Where an episode has ended and none has begun yet, show the goal pursued last."""
-        if self._have_ended.any() and self.turns.last_step is not None:
-            self._arrays.show_goals(observations, self.turns.last_step.goals, np.flatnonzero(self._have_ended))
+        if self.have_ended.any() and self.turns.last_step is not None:
+            self._arrays.show_goals(observations, self.turns.last_step.goals, np.flatnonzero(self.have_ended))
 
     def _seeds(self, seed: Seeds) -> Seeds:
         """Seeds as `Turns.reset` takes them; what is not given is drawn where nobody has given one before."""
