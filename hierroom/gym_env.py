@@ -207,9 +207,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
         self.complexity = self.turns.complexity
         self.meta = make_meta(meta)
-        self.config = config
-        self.num_envs = num_envs
-        self.render_mode = render_mode
+        self.config, self.num_envs, self.render_mode = config, num_envs, render_mode
         self._arrays = VectorArrays(self.turns, flat=flat, copy=copy)
         self.single_observation_space = self._arrays.space
         self.single_action_space = self.turns.action_space(CONTROLLER)
@@ -252,7 +250,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         Raises:
             InputError: if autoreset is disabled and an episode has ended whose environment was not reset.
         """
-        is_same_step, have_ended = self._is_same_step, not self._is_same_step and self.have_ended.any()
+        have_ended = not self._is_same_step and self.have_ended.any()
         if have_ended and self.autoreset_mode == AutoresetMode.DISABLED:
             ended = ", ".join(map(str, np.flatnonzero(self.have_ended)))
             raise InputError(f"the episodes of environments {ended} have ended: reset them first, by their reset_mask")
@@ -261,8 +259,8 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             self.turns.begin_instead(np.flatnonzero(self.have_ended))
         show_step(self.meta, step, self.turns)
         self.turns.ask(self.meta)
-        told = self._arrays.at_step(step, begins_anew=is_same_step)
-        if not is_same_step:
+        told = self._arrays.at_step(step, begins_anew=self._is_same_step)
+        if not self._is_same_step:
             self.have_ended = told[2] | told[3]
             self._show_last_goals(told[0])
         elif self.turns.n_ended:
@@ -280,8 +278,8 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
 
     def _show_last_goals(self, observations: Any) -> None:
         """Where an episode has ended and none has begun yet, show the goal pursued last."""
-        if self.have_ended.any() and self.turns.last_step is not None:
-            self._arrays.show_goals(observations, self.turns.last_step.goals, np.flatnonzero(self.have_ended))
+        if (step := self.turns.last_step) is not None and self.have_ended.any():
+            self._arrays.show_goals(observations, step.goals, np.flatnonzero(self.have_ended))
 
     def _seeds(self, seed: Seeds) -> Seeds:
         """Seeds as `Turns.reset` takes them; what is not given is drawn where nobody has given one before."""
