@@ -156,7 +156,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         threads: most threads to step with.
         autoreset_mode: ``AutoresetMode.SAME_STEP``, ``NEXT_STEP`` or ``DISABLED``, or its value as text.
         flat: whether observations are rows of numbers, one [N, K] uint8 array: see `vector_arrays.flat_space`.
-        copy: whether observations are new arrays; else each step overwrites those of the last one, which is faster.
+        copy: whether observations are new arrays; else each step overwrites those of the last one.
         render_mode: ``"ansi"``, ``"rgb_array"`` or None.
 
     Attributes:
