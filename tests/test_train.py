@@ -331,7 +331,7 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--novelty-bonus", "-1"], "novelty_bonus must be a number of at least 0"),
         (["--method", "ppo-rnd", "--curiosity-weight", "-1"], "curiosity_weight must be a number of at least 0"),
         (["--size", "10"], "size must be a whole number from 11 to 63"),
-        (["--num-envs", "0"], "num_envs must be a whole number of at least 1, not 0"),
+        (["--num-envs", "0"], "num_envs must be a whole number from 1 to 2**31 - 1, not 0"),
         (["--steps", "0"], "steps must be at least 1"),
         (["--max-steps", "0"], "max_steps must be"),
         (["--seed", "-1"], "a seed must be a whole number"),
