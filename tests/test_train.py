@@ -175,7 +175,7 @@ def test_a_meta_controller_whose_memory_cannot_be_saved_is_warned_of_at_the_star
     [
         (
             "    def state_dict(self):\n        return {'s': object()}\n",
-            "cannot hold the state of training.agents.meta_0.s",
+            "cannot hold agents.meta_0.s, which is object",
         ),
         ("    state_dict = None\n", "state_dict of a meta-controller is a method"),
         ("    statistics = 5\n", "statistics of a meta-controller are numbers by name"),

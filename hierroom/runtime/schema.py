@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -190,21 +190,24 @@ class Table:
     Args:
         entries: what each of them is, by name.
         optional: names of those that may be missing.
+        is_open: whether there may be others, which nobody reads.
     """
 
     entries: Mapping[Any, Schema]
-    optional: frozenset = frozenset()
+    optional: Collection[Any] = ()
+    is_open: bool = False
 
     def check(self, value: Any, name: str) -> None:
         """Check an entry; see `Schema`."""
         AnyMapping().check(value, name)
         missing = [repr(key) for key in self.entries if key not in value and key not in self.optional]
-        unknown = [shown(key) for key in value if key not in self.entries]
+        unknown = [shown(key) for key in value if key not in self.entries and not self.is_open]
         if missing or unknown:
             wrong = [f"lacks {', '.join(missing)}"] * bool(missing) + [f"has {', '.join(unknown)}"] * bool(unknown)
             raise InputError(f"{name} does not hold what it should: it {' and '.join(wrong)}")
-        for key, entry in value.items():
-            self.entries[key].check(entry, f"{name}.{key}")
+        for key, schema in self.entries.items():
+            if key in value:
+                schema.check(value[key], f"{name}.{key}")
 
 
 def of_records(dtype: np.dtype, n: int, bounds: Mapping[str, tuple[Any, Any]]) -> Table:
@@ -217,6 +220,22 @@ def of_records(dtype: np.dtype, n: int, bounds: Mapping[str, tuple[Any, Any]]) -
     """
     fields = {name: dtype[name] for name in dtype.names or ()}
     return Table({name: Array(f.base, (n, *f.shape), *bounds.get(name, ())) for name, f in fields.items()})
+
+
+def like(example: Any, low: Any = None, high: Any = None, *, is_finite: bool = True) -> Schema:
+    """The schema of arrays with the dtype and shape of another one.
+
+    Args:
+        example: an array or a tensor; of what NumPy cannot hold, nothing is checked.
+        low: as for `Array`.
+        high: likewise.
+        is_finite: likewise.
+    """
+    try:
+        array = example if isinstance(example, np.ndarray) else example.detach().cpu().numpy()
+    except (AttributeError, TypeError, RuntimeError):
+        return Anything()
+    return Array(array.dtype, array.shape, low, high, is_finite)
 
 
 RANDOM_STATE = Table(
