@@ -227,8 +227,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
                 ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
         """
-        options = checked_options(options)
-        where, seeds = self._reset_mask(options), self._seeds(seed)
+        where, seeds = self._reset_mask(options := checked_options(options)), self._seeds(seed)
         if where.all():
             self.turns.reset(seeds)
             self._is_seeded = True

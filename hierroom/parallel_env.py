@@ -19,7 +19,7 @@ from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, Goa
 from hierroom.errors import InputError
 from hierroom.global_state import global_state, state_space
 from hierroom.goals import GraphSpecs
-from hierroom.options import AGENTS, CONTROLLER, META
+from hierroom.options import AGENTS, META
 from hierroom.rewards import RewardSpec
 from hierroom.single_env import SingleEnv, as_action
 from hierroom.world.render import RENDER_MODES

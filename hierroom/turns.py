@@ -325,7 +325,7 @@ class Turns:
         """
         ledger, sampler = dict(state), self.sampler.get_state()
         if ledger.keys() != {*self.ledger.get_state(), *sampler, "grids", "levels"}:
-            raise InputError(f"the state of turns does not hold what get_state gives, but {', '.join(sorted(map(str, state)))}")
+            raise InputError(f"the state of turns does not hold what get_state gives, but {', '.join(map(str, state))}")
         world_state = State(ledger.pop("grids"), ledger.pop("levels"))
         self.world.check_state(world_state)
         self.sampler.check_state(sampler_state := {name: ledger.pop(name) for name in sampler}, world_state.levels)

@@ -146,7 +146,9 @@ class PPOAgent:
         for what, ours in self._description.items():
             theirs = state["description"].get(what)
             if ours != theirs:
-                raise InputError(f"these weights are of another agent: its {what} is {shown(theirs)}, here it is {ours}")
+                raise InputError(
+                    f"these weights are of another agent: its {what} is {shown(theirs)}, here it is {ours}"
+                )
         self.learner.take_weights(state["learner"])
 
     @property

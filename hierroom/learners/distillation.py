@@ -161,7 +161,6 @@ class RandomNetworkDistillation:
         self._pending = [features.numpy().copy() for features in state["pending"]]
         self._random.bit_generator.state = state["random"]
 
-
     def _schema(self) -> Table:
         """What a state of this one may hold."""
         own, n = self.state_dict(), range(len(list(self.predictor.parameters())))

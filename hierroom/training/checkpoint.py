@@ -72,7 +72,8 @@ def from_bytes(content: bytes) -> dict[str, Any]:
         state = torch.load(io.BytesIO(content), "cpu", weights_only=True)
     except Exception as error:  # torch raises many types for what it does not load, RuntimeError among them
         lines = str(error).strip().splitlines() or [type(error).__name__]
-        raise InputError(f"cannot be read: {lines[0].split('. ')[0]}") from error  # the rest is advice to users of torch
+        reason = lines[0].split(". ")[0]  # the rest is advice to users of torch
+        raise InputError(f"cannot be read: {reason}") from error
     found = state.get("format") if isinstance(state, dict) else None
     if type(found) is not int or found != CHECKPOINT_FORMAT:
         raise InputError(f"has format {shown(found)}, this hierroom reads {CHECKPOINT_FORMAT}")

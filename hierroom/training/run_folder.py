@@ -14,7 +14,6 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.csv_table import CSVTable
 
 
-
 class RunFolder:
     """A training run on disk.
 

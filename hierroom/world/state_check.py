@@ -54,12 +54,12 @@ def level_bounds(size: int) -> Mapping[str, tuple[Any, Any]]:
         "key_rooms": (0, MAX_GRID_ROOMS - 1),
         "colours": (0, N_COLOURS - 1),
         "branches": (0, N_COLOURS - 1),
-        **{name: (0, edge) for name in ("rectangles", "doors_at", "keys_at", "exit_at", "divider", "doorways")},
+        **dict.fromkeys(("rectangles", "doors_at", "keys_at", "exit_at", "divider", "doorways"), (0, edge)),
         "row": (MARGIN + 1, edge - MARGIN - 1),
         "col": (MARGIN + 1, edge - MARGIN - 1),
         "direction": (0, 3),
         "steps": (0, _INT32),
-        **{name: (0, bits) for name in ("keys", "doors", "found")},
+        **dict.fromkeys(("keys", "doors", "found"), (0, bits)),
         "opened_at": (0, _INT32),
         "seen": (0, 2**N_GOALS - 1),
         "visited": (0, 2**size - 1),
@@ -119,22 +119,19 @@ def check_state(state: State) -> None:
     if not isinstance(grids, np.ndarray) or grids.ndim != 3 or not MIN_SIZE <= state.size <= MAX_SIZE:
         raise InputError(f"the grids of a state must be an array [N, side, side], {MIN_SIZE} to {MAX_SIZE} and margins")
     side = state.size + 2 * MARGIN
-    if grids.dtype != np.uint8 or grids.shape != (len(levels), side, side):
-        Array(np.uint8, (len(levels), side, side)).check(grids, "grids")
+    Array(np.uint8, (len(levels), side, side), EMPTY, WALL).check(grids, "grids")
     grids, levels = np.ascontiguousarray(grids), np.ascontiguousarray(levels)
     words = levels.view(np.uint8).reshape(len(levels), -1)
-    if not _are_in_bounds(words, words.view(np.int32), words.view(np.uint64), _packed_bounds(state.size), grids):
-        Array(np.uint8, grids.shape, EMPTY, WALL).check(grids, "grids")
+    if not _are_in_bounds(words, words.view(np.int32), words.view(np.uint64), _packed_bounds(state.size)):
         level_schema(len(levels), state.size).check({name: levels[name] for name in LEVEL.names or ()}, "levels")
-    for env in range(len(levels)):
-        rule = _broken_rule(levels[env], grids[env])
-        if rule >= 0:
-            raise InputError(f"the state of environment {env} cannot be used, because not so: {RULES[rule]}")
+    env, rule = _first_broken_rule(levels, grids)
+    if rule >= 0:
+        raise InputError(f"the state of environment {env} cannot be used, because not so: {RULES[rule]}")
 
 
 @njit(cache=True)
-def _are_in_bounds(octets, words_32, words_64, bounds, grids):
-    """Whether all fields of all records, as bytes and as words [N, ...], and all tiles are in their bounds."""
+def _are_in_bounds(octets, words_32, words_64, bounds):
+    """Whether all fields of all records, as bytes and as words [N, ...], are in their bounds."""
     for n in range(octets.shape[0]):
         for i in range(len(bounds.columns_32)):
             if not bounds.low_32[i] <= words_32[n, bounds.columns_32[i]] <= bounds.high_32[i]:
@@ -145,10 +142,17 @@ def _are_in_bounds(octets, words_32, words_64, bounds, grids):
         for i in range(len(bounds.flags)):
             if octets[n, bounds.flags[i]] > 1:
                 return False
-    for tile in grids.flat:
-        if not EMPTY <= tile <= WALL:
-            return False
     return True
+
+
+@njit(cache=True)
+def _first_broken_rule(levels, grids):
+    """The first environment in which one of `RULES` does not hold, and the number of the rule; -1 where all hold."""
+    for n in range(levels.shape[0]):
+        rule = _broken_rule(levels[n], grids[n])
+        if rule >= 0:
+            return n, rule
+    return -1, -1
 
 
 @njit(cache=True)
