@@ -179,7 +179,10 @@ class Trainer:
         Raises:
             InputError: if a trainer with the same config cannot have been in this state.
         """
-        turns = {name: as_array(value, f"turns.{name if type(name) is str else shown(name)}") for name, value in state["turns"].items()}
+        turns = {
+            name: as_array(value, f"turns.{name if type(name) is str else shown(name)}")
+            for name, value in state["turns"].items()
+        }
         level_schema(len(self.turns), self.config.env.size).check(state["levels"], "levels")
         levels = np.zeros(len(self.turns), LEVEL)
         for name, values in state["levels"].items():
