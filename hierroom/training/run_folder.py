@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from hierroom.errors import InputError
 from hierroom.files import to_json, write_atomically
+from hierroom.training import checkpoint
 from hierroom.training.config import TrainConfig
 from hierroom.training.csv_table import CSVTable
-from hierroom.training.plain_state import plain_state
-
-CHECKPOINT_FORMAT = 6
 
 
 class RunFolder:
@@ -109,35 +104,28 @@ class RunFolder:
         Raises:
             InputError: if an entry, which a user's own code may have given, is one that could not be read again.
         """
-        plain = {name: plain_state(entry, name) for name, entry in state.items()}
-        buffer = io.BytesIO()
-        torch.save({"format": CHECKPOINT_FORMAT, **plain}, buffer)
         path = self.checkpoints / f"{state['steps']:012d}.pt"
-        write_atomically(path, buffer.getvalue())
+        write_atomically(path, checkpoint.to_bytes(state))
         return path
 
     def load_checkpoint(self, steps: int | None = None) -> dict[str, Any]:
         """Read the checkpoint after ``steps`` steps, by default the newest; no code from the file is executed.
 
         Raises:
-            InputError: if there is none, it is broken, or another version of hierroom wrote it in another format.
+            InputError: if there is none, it is damaged, or another version of hierroom wrote it in another format.
         """
-        paths = {int(path.stem): path for path in sorted(self.checkpoints.glob("*.pt")) if path.stem.isdigit()}
+        paths = {int(path.stem): path for path in sorted(self.checkpoints.glob("*.pt")) if path.stem.isdecimal()}
         if not paths:
             raise InputError(f"{self.path} has no checkpoint in {self.checkpoints.name}/")
         if steps is not None and steps not in paths:
             raise InputError(f"{self.path} has checkpoints after {', '.join(map(str, paths))} steps, not {steps}")
         path = paths[max(paths) if steps is None else steps]
         try:
-            state = torch.load(path, map_location="cpu", weights_only=True)
-        except Exception as error:  # torch raises many types for a broken file, RuntimeError among them
-            lines = str(error).strip().splitlines() or [type(error).__name__]
-            reason = lines[0].split(". ")[0]  # the rest is advice to users of torch
-            raise InputError(f"cannot read the checkpoint {path}: {reason}") from error
-        found = state.get("format") if isinstance(state, dict) else None
-        if found != CHECKPOINT_FORMAT:
-            raise InputError(f"the checkpoint {path} has format {found}, this hierroom reads {CHECKPOINT_FORMAT}")
-        return state
+            return checkpoint.from_bytes(path.read_bytes())
+        except OSError as error:
+            raise InputError(f"cannot read the checkpoint {path}: {error.strerror}") from error
+        except InputError as error:
+            raise InputError(f"the checkpoint {path} {error}") from error
 
     @property
     def tables(self) -> tuple[CSVTable, ...]:

@@ -16,12 +16,12 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.errors import InputError
 from hierroom.meta import unsaved_memory
 from hierroom.options import META
+from hierroom.training import checkpoint
 from hierroom.training.assembly import evaluation_seed
 from hierroom.training.config import TrainConfig
 from hierroom.training.events import Events
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import LearningCurve, evaluation_points, evaluation_rows
-from hierroom.training.plain_state import plain_state
 from hierroom.training.provenance import record_session
 from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder, claim_folder
@@ -47,6 +47,7 @@ def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
     folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
     _record(folder, config)
     folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
+    folder.load_checkpoint()  # a disk that does not keep what is written is found out now
     return trainer, folder
 
 
@@ -151,14 +152,17 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
 
 
 def _try_out(trainer: Trainer) -> None:
-    """Take one step elsewhere and look at the state to save: a user's own code is to fail before a folder is made.
+    """Take one step elsewhere, and load the state to save: a user's own code is to fail before a folder is made.
 
     Raises:
         InputError: if its own code says or returns something that cannot be used.
     """
     seed = evaluation_seed(trainer.config.seed)
     trainer.freeze(1, seed=seed).step(trainer.fresh_turns(1, seed))
-    plain_state(trainer.state_dict(), "the state of training")
+    try:
+        trainer.load_state_dict(checkpoint.from_bytes(checkpoint.to_bytes(trainer.state_dict())))
+    except InputError as error:
+        raise InputError(f"what this run would save could not be loaded again: {error}") from error
 
 
 def _record(folder: RunFolder, config: TrainConfig) -> None:
@@ -172,5 +176,5 @@ def _load(trainer: Trainer, folder: RunFolder) -> None:
     state = folder.load_checkpoint()
     try:
         trainer.load_state_dict(state)
-    except (RuntimeError, KeyError, ValueError, TypeError) as error:
-        raise InputError(f"the newest checkpoint of {folder.path} does not fit its config.json") from error
+    except InputError as error:
+        raise InputError(f"the newest checkpoint of {folder.path} does not fit its config.json: {error}") from error
