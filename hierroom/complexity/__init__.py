@@ -20,6 +20,9 @@ target node t, b = e_s - e_t.
 `AugmentedGraph` is the paper's augmented graph with its weights W (appendix A). Numbers after a textbook are those of
 its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains, 1960; Golub and Pereyra, The
 Differentiation of Pseudo-Inverses, 1973. The docstring of each function has its equation in full.
+
+Measures of the literature, such as the effective horizon and the covering length, are in
+``hierroom.complexity.measures``, which has a table of its own.
 """
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes

@@ -152,6 +152,8 @@ def _draw(reports: list[ComplexityReport], path: Path) -> None:
 def _show_play(options: ComplexityArguments, player: str) -> None:
     specs = graph_specs(options.graph)
     several = len(specs) > 1 or any(map(is_graph_set, specs)) or options.exclude or options.all
+    if options.measures or options.levels or options.horizon is not None:
+        raise InputError("choose one of --from-play and --measures, not both")
     if several or options.csv or options.sort or options.draw is not None:
         raise InputError(
             "--from-play measures one goal graph and allows only --graph, --drop, --json, --episodes and --seed"
@@ -168,8 +170,8 @@ def _show_play(options: ComplexityArguments, player: str) -> None:
 def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...]) -> None:
     if options.draw is not None or options.sort is not None:
         raise InputError("--measures allows neither --draw nor --sort")
-    from hierroom.complexity.measures.table import print_measures, print_measures_csv  # rich loads slowly
     from hierroom.complexity.measures.graphs import measure_graphs
+    from hierroom.complexity.measures.table import print_measures, print_measures_csv  # rich loads slowly
 
     horizon = options.horizon if options.horizon is not None else 1000 if options.levels else 20
     drop = "with" if options.drop else "without"

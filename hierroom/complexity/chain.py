@@ -109,9 +109,8 @@ class Chain:
         Raises:
             InputError: if there is no such node, a weight is not valid, or only some edges have one.
         """
-        nodes = list(graph)
-        ends = node_index(nodes, source), node_index(nodes, target)
-        return cls.from_matrix(graph_weights(graph, weight, rates), *ends, labels=nodes)
+        weights, nodes = graph_weights(graph, weight, rates), list(graph)
+        return cls.from_matrix(weights, node_index(nodes, source), node_index(nodes, target), nodes)
 
     @cached_property
     def hitting_time(self) -> float:

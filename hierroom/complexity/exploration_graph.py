@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -38,7 +39,8 @@ def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = 
             f"{n_weighted} of {graph.number_of_edges()} have it"
         )
     try:
-        given = nx.to_scipy_sparse_array(graph, weight=weight if n_weighted else None, dtype=np.float64)
+        attribute: Any = weight if n_weighted else None  # its stubs know of no None
+        given = nx.to_scipy_sparse_array(graph, weight=attribute, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"the attribute {weight!r} of the edges must be a number: {error}") from error
     weights = as_weights(given)

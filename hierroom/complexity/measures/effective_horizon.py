@@ -81,9 +81,7 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
     """
     values, is_optimal, table = mdp.random_values(horizon), mdp.optimal_actions(horizon), (mdp.transitions, mdp.rewards)
     variances = np.zeros_like(values)
-    kernels.variance_bounds(
-        mdp.transitions, values, mdp.worst_values(horizon), mdp.optimal_values(horizon), variances
-    )
+    kernels.variance_bounds(mdp.transitions, values, mdp.worst_values(horizon), mdp.optimal_values(horizon), variances)
     rollouts, bound, k = {}, float(horizon), 1
     while k < bound:
         ratio = kernels.greatest_ratio(*table, values, variances, is_optimal, mdp.start)

@@ -55,8 +55,8 @@ def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
     leaving = sp.csr_array(moves[[s]])
     if leaving.nnz == 0:
         return np.eye(n)[s]
-    again = sp.block_array([[moves, sp.csr_array((n, 1))], [leaving, sp.csr_array((1, 1))]], format="csr")
-    visits = expected_visits(again, n, s)
+    again = sp.block_array([[moves, sp.csr_array((n, 1))], [leaving, sp.csr_array((1, 1))]])
+    visits = expected_visits(sp.csr_array(again), n, s)
     at_nodes = visits[:n]
     at_nodes[s] = visits[n]
     return at_nodes / at_nodes.sum()
@@ -236,7 +236,8 @@ def _recurrent(moves: sp.csr_array) -> NDArray[np.int64]:
     classes = closed_classes(moves)
     if len(classes) > 1:
         raise InputError(
-            f"the walk can end in any of {len(classes)} classes of nodes, so that it has no single stationary distribution"
+            f"the walk can end in any of {len(classes)} classes of nodes, so that it has no single stationary "
+            "distribution"
         )
     return classes[0]
 

@@ -1,10 +1,11 @@
 """How many rollouts GORP needs on a deterministic MDP whose return is 0 or 1: exactly, or by runs drawn.
 
-GORP (greedy over random policy; Laidlaw, Russell and Dragan 2023, algorithm 1) fixes one action after the other: at step
-t it makes m rollouts after each of the A^k sequences of k actions that could follow those already fixed, continued by
-the random policy, and fixes the first action of the sequence of the greatest mean return. Its estimates are binomial
-here, so that its choices have known probabilities. m_k is the number of rollouts with which it finds an optimal policy
-with probability 1/2, and H_k = k + log_A m_k (definition 5.2), of which `effective_horizon` gives an upper bound only.
+GORP (greedy over random policy; Laidlaw, Russell and Dragan 2023, algorithm 1) fixes one action after the other: after
+each of the A^k sequences of k actions that could follow those already fixed, it makes m rollouts of the random policy,
+and it fixes the first action of the sequence of the greatest mean return. Its estimates are binomial here, so that its
+choices have known probabilities. m_k is the number of rollouts with which it finds an optimal policy with probability
+1/2, and H_k = k + log_A m_k (definition 5.2), of which `effective_horizon` gives an upper bound only. Ties are broken
+at random.
 """
 
 from __future__ import annotations
@@ -51,7 +52,9 @@ class GorpRollouts:
     @property
     def samples(self) -> float:
         """T^2 A^k m_k, which bounds the steps that GORP samples (lemma 5.3)."""
-        return float("inf") if self.rollouts is None else self.horizon**2 * float(self.n_actions) ** self.k * self.rollouts
+        return (
+            float("inf") if self.rollouts is None else self.horizon**2 * float(self.n_actions) ** self.k * self.rollouts
+        )
 
 
 class Gorp:
@@ -73,9 +76,7 @@ class Gorp:
         if not mdp.is_binary:
             raise InputError("GORP's rollouts are computed for returns of 0 or 1; this MDP has other rewards")
         if k < 1 or mdp.n_actions**k > MAX_SEQUENCES:
-            raise InputError(
-                f"k must be at least 1, and {mdp.n_actions}**k at most {MAX_SEQUENCES}, not k = {k}"
-            )
+            raise InputError(f"k must be at least 1, and {mdp.n_actions}**k at most {MAX_SEQUENCES}, not k = {k}")
         if runs is not None and runs < 1:
             raise InputError(f"draw at least one run of GORP, not {runs}")
         self.mdp, self.horizon, self.k = mdp, horizon, k

@@ -116,15 +116,16 @@ class DeterministicMDP:
         return float(success[self.start])
 
     def shortest_solution(self) -> int:
-        """Fewest steps from the start to an absorbing state that are possible; -1 if there are none."""
+        """Fewest steps from the start until a reward above 0 is earned; -1 if none can be."""
         reached = np.zeros(self.n_states, bool)
         frontier, steps = np.array([self.start]), 0
         while frontier.size:
-            if self.is_absorbing[frontier].any():
+            steps += 1
+            if (self.rewards[frontier] > 0).any():
                 return steps
             reached[frontier] = True
             after = np.unique(self.transitions[frontier])
-            frontier, steps = after[~reached[after]], steps + 1
+            frontier = after[~reached[after]]
         return -1
 
     def _zeros(self, horizon: int) -> Values:

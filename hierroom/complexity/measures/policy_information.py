@@ -80,11 +80,11 @@ def mdp_policy_information(
     """
     check_horizon(mdp, horizon)
     if not mdp.is_binary:
-        raise InputError("the policy information of an MDP is computed for returns of 0 or 1; this one has other rewards")
-    if n_policies < 1 or deviation < 0:
         raise InputError(
-            f"draw at least 1 policy with a deviation of at least 0, not {n_policies} with {deviation}"
+            "the policy information of an MDP is computed for returns of 0 or 1; this one has other rewards"
         )
+    if n_policies < 1 or deviation < 0:
+        raise InputError(f"draw at least 1 policy with a deviation of at least 0, not {n_policies} with {deviation}")
     _check_temperature(temperature)
     rng, successes = np.random.default_rng(seed), []
     for _ in range(n_policies):

@@ -150,7 +150,11 @@ def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasur
     n = len(chain.labels)
     to_exit = committor(weights, source, target)
     leaving = float(row_sums(weights)[source])
-    cover = (cover_time(weights, source), 0.0) if n <= MAX_COVER_NODES else sampled_cover_time(weights, source, n_walks, seed)
+    cover = (
+        (cover_time(weights, source), 0.0)
+        if n <= MAX_COVER_NODES
+        else sampled_cover_time(weights, source, n_walks, seed)
+    )
     return WalkMeasures(
         nodes=n,
         at_exit=float(stationary_distribution(weights)[target]),

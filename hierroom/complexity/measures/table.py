@@ -62,7 +62,7 @@ WALK_COLUMNS: Mapping[str, Callable[[WalkMeasures], str]] = {
     "cover": lambda w: f"{w.cover:.0f}" + (f" +- {w.cover_error:.0f}" if w.cover_error else ""),
 }
 MDP_NOTES = """\
-steps: of a shortest solution; random: success of the random policy within the horizon
+steps: of a shortest solution; random: success of the random policy
 k: the MDP is k-QVI-solvable; W: effective planning window
 bound: on the effective horizon, by theorem 5.4 of Laidlaw et al. (2023)
 H_1 = 1 + log_A m_1, with the rollouts m_1 that GORP needs; - where m_1 > 10^6
