@@ -2,11 +2,10 @@
 
     python benchmarks/minigrid_horizon.py
 
-The settings are those of BRIDGE (Laidlaw, Russell and Dragan, Bridging RL Theory and Practice with the Effective Horizon,
-2023): the level of seed 0; actions 0 to 5, without "done"; reward 1 for the mission, whenever; a horizon of 100 steps;
-states that differ in anything. BRIDGE used MiniGrid 2.2. Its table of all MDPs is on Zenodo (record 8226192); the one
-level whose numbers stand in the authors' repository, github.com/cassidylaidlaw/effective-horizon, is
-MiniGrid-KeyCorridorS3R1-v0.
+The settings are those of BRIDGE (Laidlaw, Russell and Dragan, Bridging RL Theory and Practice with the Effective
+Horizon, 2023): the level of seed 0; actions 0 to 5, without "done"; reward 1 for the mission, whenever; a horizon of
+100 steps. BRIDGE used MiniGrid 2.2. Its table of all MDPs is on Zenodo (record 8226192); the one level whose numbers
+stand in the authors' repository, github.com/cassidylaidlaw/effective-horizon, is MiniGrid-KeyCorridorS3R1-v0.
 """
 
 from __future__ import annotations
@@ -99,8 +98,9 @@ def main(options: Options) -> None:
         if published and options.horizon == 100:
             table.add_row("  published", *(published.get(heading, "") for heading in HEADINGS))
     Console(width=150).print(table)
-    print("bound: on the effective horizon, by theorem 5.4; H_1, H_2: of GORP's exact success probability; - published")
-    print("H_1 is an upper bound; samples: T^2 A^k m_k, the lesser of k = 1 and 2; least d: see covering_length")
+    print("k: the MDP is k-QVI-solvable; W: effective planning window; bound: on the effective horizon, by theorem 5.4")
+    print("H_1, H_2: by GORP's exact probability of success; what is published of H_1 is an upper bound")
+    print("samples: T^2 A^k m_k, the lesser for k = 1 and 2; random: its success; least d: see covering_length")
 
 
 if __name__ == "__main__":
