@@ -187,17 +187,22 @@ def cover_time(weights: Weights, source: int) -> float:
         raise InputError(f"a cover time is exact for up to {MAX_COVER_NODES} nodes, not {n}; sample it instead")
     if not _is_irreducible(moves):
         return math.inf
-    dense, everything = moves.toarray(), (1 << n) - 1
+    dense, places = moves.toarray(), np.arange(n)
     generator = np.diag(dense.sum(axis=1)) - dense
-    means = {everything: np.zeros(n)}
-    for visited in range(everything - 1, 0, -1):  # a set is a smaller number than the sets that contain it
-        if visited >> source & 1:
-            is_inside = (visited >> np.arange(n) & 1).astype(bool)
-            onward = np.array([means[visited | 1 << j][j] for j in np.flatnonzero(~is_inside).tolist()])
-            known = 1 + dense[np.ix_(is_inside, ~is_inside)] @ onward
-            means[visited] = np.zeros(n)
-            means[visited][is_inside] = np.linalg.solve(generator[np.ix_(is_inside, is_inside)], known)
-    return float(means[1 << source][source])
+    sets = np.arange(1 << n)
+    sets = sets[sets >> source & 1 == 1]
+    sizes = (sets[:, None] >> places & 1).sum(axis=1)
+    means = np.zeros((1 << n, n))
+    for size in range(n - 1, 0, -1):  # all sets of one size at once
+        visited = sets[sizes == size]
+        is_inside = (visited[:, None] >> places & 1).astype(bool)
+        inside = np.nonzero(is_inside)[1].reshape(-1, size)
+        outside = np.nonzero(~is_inside)[1].reshape(-1, n - size)
+        onward = means[visited[:, None] | 1 << outside, outside]
+        known = 1 + (dense[inside[:, :, None], outside[:, None, :]] @ onward[:, :, None])
+        solved = np.linalg.solve(generator[inside[:, :, None], inside[:, None, :]], known)[:, :, 0]
+        means[visited[:, None], inside] = solved
+    return float(means[1 << source, source])
 
 
 def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed: int = 0) -> tuple[float, float]:
