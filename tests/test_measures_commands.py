@@ -58,7 +58,7 @@ def test_levels_have_no_walk(printed):
         ({"measures": True, "graph": "g", "sort": "std"}, "neither --draw nor --sort"),
         ({"measures": True, "graph": "g", "horizon": 0}, "horizon"),
         ({"measures": True, "from_play": "random"}, "--from-play"),
-        ({"seed": 3}, "--from-play or --levels"),
+        ({"seed": 3}, "or --seed with --levels"),
     ],
 )
 def test_options_that_contradict_each_other(options, words):

@@ -100,10 +100,9 @@ def show(options: ComplexityArguments) -> None:
     if options.from_play is not None:
         _show_play(options, options.from_play)
         return
-    if options.episodes != ComplexityArguments.episodes:
-        raise InputError("--episodes goes with --from-play, which is missing")
-    if options.seed != ComplexityArguments.seed and not options.levels:
-        raise InputError("--seed goes with --from-play or --levels, which are missing")
+    has_seed = options.seed != ComplexityArguments.seed and not options.levels
+    if has_seed or options.episodes != ComplexityArguments.episodes:
+        raise InputError("--episodes and --seed go with --from-play, which is missing, or --seed with --levels")
     if (options.levels or options.horizon is not None) and not options.measures:
         raise InputError("--levels and --horizon go with --measures, which is missing")
     specs = _specs(options)

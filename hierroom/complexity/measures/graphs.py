@@ -42,4 +42,6 @@ def with_progress(
 ) -> list[MeasuredGraph]:
     """Measure each item, with a progress bar that disappears."""
     console = Console(stderr=True)
-    return [measure(item) for item in track(list(items), description, console=console, transient=True)]
+    is_hidden = not console.is_terminal  # in a file it would leave an empty line
+    tracked = track(list(items), description, console=console, transient=True, disable=is_hidden)
+    return [measure(item) for item in tracked]
