@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -157,7 +158,9 @@ class PPOAgent:
 
     def state_dict(self) -> dict[str, Any]:
         """Everything that decides what happens next, as tensors and plain types."""
+        known = {name: float(value) for name, value in self._updated.items() if not isnan(value)}
         state: dict[str, Any] = {"description": self._description, "learner": self.learner.state_dict()}
+        state["statistics"] = known  # rows are written between two updates of a meta-controller, too
         if self._warm_up is not None:
             state["warm_up"] = self._warm_up.state_dict()
         if self.curiosity is not None:
@@ -167,6 +170,7 @@ class PPOAgent:
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go back to what `state_dict` gave."""
         self.learner.load_state_dict(state["learner"])
+        self._updated = dict.fromkeys(self._updated, float("nan")) | state["statistics"]
         if self._warm_up is not None:
             self._warm_up.load_state_dict(state["warm_up"])
         if self.curiosity is not None:
