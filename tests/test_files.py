@@ -15,7 +15,7 @@ def test_a_planted_link_is_not_followed(tmp_path, monkeypatch):
     assert (tmp_path / "mine").read_text() == "precious"
     monkeypatch.setattr("secrets.token_hex", lambda n: "0" * 2 * n)  # as if somebody had guessed it
     (tmp_path / f".{'0' * 16}.part").symlink_to(tmp_path / "mine")
-    with pytest.raises(InputError, match="cannot write .*: File exists"):
+    with pytest.raises(InputError, match=r"cannot write .*: File exists"):
         write_atomically(tmp_path / "config.json", b"newer")
     assert (tmp_path / "mine").read_text() == "precious"
     assert (tmp_path / "config.json").read_bytes() == b"new"

@@ -74,7 +74,7 @@ def test_a_lock_is_held_until_it_is_released(tmp_path):
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_a_folder_that_cannot_be_written_is_one_line(run):
     run.path.chmod(0o500)
-    with pytest.raises(InputError, match="cannot lock the run folder .*: Permission denied"):
+    with pytest.raises(InputError, match=r"cannot lock the run folder .*: Permission denied"):
         RunLock(run.path.parent / "run").acquire()
 
 
