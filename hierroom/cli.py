@@ -70,6 +70,10 @@ def run(command: Callable[[], int]) -> None:
         code = 130
     except BrokenPipeError:  # the reader, such as head, has seen enough
         code = 0
+    except OSError as error:
+        if error.filename is not None:  # it was no stream that could not be written
+            raise
+        code = _tell_unwritten(error)
     except SystemExit as error:
         if not isinstance(error.__context__, BrokenPipeError):
             raise
@@ -99,7 +103,12 @@ def _flush(code: int) -> int:
         except OSError as error:
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, stream.fileno())  # Python flushes once more at exit
-            if not isinstance(error, BrokenPipeError) and stream is sys.stdout:
-                print(f"error: cannot write the output: {error.strerror}", file=sys.stderr)
-                code = code or 2
+            if not isinstance(error, BrokenPipeError) and stream is sys.stdout and code == 0:
+                code = _tell_unwritten(error)
     return code
+
+
+def _tell_unwritten(error: OSError) -> int:
+    """Say that the output is not complete; returns the exit code."""
+    print(f"error: cannot write the output: {error.strerror}", file=sys.stderr)
+    return 2

@@ -23,11 +23,8 @@ TRAIN += " --sequence-length 16 --steps 512 --evaluations 1 --evaluation-episode
     ("command", "code"),
     [
         (f"set -o pipefail; {TRAIN} | head -1", 0),
-        (f"set -o pipefail; {TRAIN} 2>&1 | true", 0),
-        (f"{TRAIN} >&-", 0),
         (f"{TRAIN} >&- 2>&- <&-", 0),
-        (f"{TRAIN} > /dev/full", 0),
-        (f"PYTHONIOENCODING=ascii PYTHONUTF8=0 LC_ALL=C {TRAIN}", 0),
+        (f"PYTHONIOENCODING=ascii {TRAIN} > /dev/full", 0),
         (f"{TRAIN} --graph z 2>&-", 2),
     ],
 )
@@ -64,10 +61,13 @@ def test_a_terminal_that_is_closed_saves(tmp_path):
 
 
 class Broken(io.StringIO):
+    error: Exception
+
     def write(self, text: str) -> int:
         raise self.error
 
-    flush = write
+    def flush(self) -> None:
+        raise self.error
 
 
 @pytest.mark.parametrize("error", [OSError(errno.EIO, "gone"), BrokenPipeError(), ValueError("closed file")])

@@ -17,12 +17,13 @@ from hierroom.training.provenance import FILE
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
 
-FLAGS = "--size 11 --max-steps 60 --num-envs 8 --sequence-length 16 --minibatches 2 --epochs 1 --hidden-size 8".split()
-FLAGS += "--evaluations 3 --evaluation-episodes 8 --threads 1 --steps 2048".split()
+FLAGS = ["--size", "11", "--max-steps", "60", "--num-envs", "8", "--sequence-length", "16", "--minibatches", "2"]
+FLAGS += ["--epochs", "1", "--hidden-size", "8", "--evaluations", "3", "--evaluation-episodes", "8"]
+FLAGS += ["--threads", "1", "--steps", "2048"]
 RUNS = {
     "fixed": ["--graph", "a", "b"],
-    "learned": "--graph a --meta learned --meta-ppo.sequence-length 32 --meta-start-success 0".split(),
-    "curriculum": "--graph rooms:3 --curriculum-stages 2".split(),
+    "learned": ["--graph", "a", "--meta", "learned", "--meta-ppo.sequence-length", "32", "--meta-start-success", "0"],
+    "curriculum": ["--graph", "rooms:3", "--curriculum-stages", "2"],
 }
 KILLS = Path(__file__).parent / "fuzz" / "kills.py"
 
