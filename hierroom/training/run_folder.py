@@ -18,7 +18,7 @@ from hierroom.training.csv_table import CSVTable
 from hierroom.training.plain_state import plain_state
 from hierroom.training.run_lock import RunLock
 
-CHECKPOINT_FORMAT = 6
+CHECKPOINT_FORMAT = 7
 _INTERRUPTED = "-interrupted"
 
 
@@ -81,7 +81,8 @@ class RunFolder:
     def _refuse_content(self) -> None:
         """Raise FileExistsError if there is more than what `create` leaves if it is killed."""
         for path in self.path.iterdir():
-            is_empty = path == self.checkpoints and all(map(is_unfinished, path.iterdir()))
+            is_ours = path == self.checkpoints and not path.is_symlink()
+            is_empty = is_ours and all(map(is_unfinished, path.iterdir()))
             if not (is_empty or path.name == RunLock.FILE or is_unfinished(path)):
                 raise FileExistsError
 
