@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from hierroom.goals import NO_GOAL
 from hierroom.learners.policy import Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.options import Transition
-from hierroom.runtime.schema import AnyMapping, Exactly, Table, shown
+from hierroom.runtime.schema import AnyMapping, Exactly, Real, Table, shown
 from hierroom.situation import Situation
 from hierroom.turns import Turns
 
@@ -162,7 +163,9 @@ class PPOAgent:
 
     def state_dict(self) -> dict[str, Any]:
         """Everything that decides what happens next, as tensors and plain types."""
+        known = {name: float(value) for name, value in self._updated.items() if not isnan(value)}
         state: dict[str, Any] = {"description": self._description, "learner": self.learner.state_dict()}
+        state["statistics"] = known  # rows are written between two updates of a meta-controller, too
         if self._warm_up is not None:
             state["warm_up"] = self._warm_up.state_dict()
         if self.curiosity is not None:
@@ -178,11 +181,14 @@ class PPOAgent:
         parts = {"learner": self.learner, "warm_up": self._warm_up, "curiosity": self.curiosity}
         restored = {name: part for name, part in parts.items() if part is not None}
         description = Table({what: Exactly(ours) for what, ours in self._description.items()})
-        Table({"description": description, **dict.fromkeys(restored, AnyMapping())}).check(state, "agent")
+        statistics = Table(dict.fromkeys(self._updated, Real()), optional=self._updated)
+        rest = dict.fromkeys(restored, AnyMapping())
+        Table({"description": description, "statistics": statistics, **rest}).check(state, "agent")
         for name, part in restored.items():
             part.load_state_dict(state[name])
         if not self.is_learning and self.learner.has_begun.any():
             raise InputError("no turn of the learner can have begun before its warm-up has ended")
+        self._updated = dict.fromkeys(self._updated, float("nan")) | state["statistics"]
 
 
 class FrozenAgent:
