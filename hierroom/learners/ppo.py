@@ -18,11 +18,18 @@ Reinforcement Learning (2021).
 6.  A sequence holds T consecutive turns of one agent in one environment, whatever other agents did in between. Nothing
     is padded.
 7.  A sequence is replayed from the recurrent state stored at its first turn, and the state is reset where an episode
-    begins inside the sequence. The first epoch therefore computes exactly the probabilities with which the actions were
-    sampled (37 details, LSTM 2-5; Kapturowski et al. 2019 on stored states). Later epochs use the same stored state,
-    which is then slightly stale.
+    begins inside the sequence. Before the first gradient step this gives exactly the probabilities with which the
+    actions were sampled (37 details, LSTM 2-5; Kapturowski et al. 2019 on stored states), except for the sequences of
+    point 8. Later minibatches use the same stored state, which is then slightly stale.
 8.  The first action after an update is sampled with the new weights, because `act` is not called between the last
-    `finish` and `update`. Only sequences that were not yet full at an update mix turns of old and new weights.
+    `finish` and `update`. An agent whose environments all fill their sequences together, as the controller's do, thus
+    learns from turns of one policy. Of others, some sequences were begun before the last update. For these,
+    log-probabilities, values and the recurrent states inside the sequence are computed anew before advantages are
+    estimated. The clip range then lies around the policy that the update starts from, and what is clipped is multiplied
+    by min(1, p / q), with p the probability of the action under that policy and q the one it was sampled with (the
+    decoupled objective of Hilton, Cobbe & Schulman 2022, whose weight is p / q; truncated as in V-trace, Espeholt et
+    al. 2018). Of weights before the last update remain the state before the first turn and the value that bootstraps a
+    truncated turn. `Learner._renewed`.
 9.  Minibatches consist of whole sequences, in a new random order every epoch (37 details, LSTM 4).
 10. Illegal actions are masked out of the softmax, and the entropy is that of the masked distribution (Huang & Ontanon
     2020).
@@ -122,6 +129,7 @@ class Learner:
             self.network = (network or RecurrentActorCritic)(space, config.hidden_size)
         if not isinstance(self.network, PolicyNetwork):
             raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")
+        self._device = torch.device(device)
         # The exact type: a subclass may compute something else. Kernels run as plain Python would be far too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
         is_shipped = type(self.network) is RecurrentActorCritic
@@ -285,7 +293,7 @@ class Learner:
         if (self._rollout.awaiting >= 0).any():
             raise RuntimeError("update() was called before bootstrap() for the environments without an open turn")
         config = self.config
-        batch = self._rollout.take()
+        batch, weights = self._renewed(self._rollout.take())
         advantages = generalized_advantages(
             batch.rewards,
             batch.values,
@@ -303,7 +311,7 @@ class Learner:
             for part in np.array_split(self._shuffle_random.permutation(n_sequences), config.minibatches)
         ]
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
-        means = self._backend.train(in_hindsight(batch, advantages), advantages, parts, learning_rate)
+        means = self._backend.train(in_hindsight(batch, advantages), advantages, weights, parts, learning_rate)
         if not np.isfinite(means).all():
             found = ", ".join(f"{name} {value:g}" for name, value in zip(STATISTICS, means, strict=True))
             raise FloatingPointError(f"training diverged ({found}); a smaller learning rate may help")
@@ -314,6 +322,26 @@ class Learner:
             "learning_rate": learning_rate,
             "turns": float(length * n_sequences),
         }
+
+    def _renewed(self, batch: Batch) -> tuple[Batch, NDArray[np.float32]]:
+        """The batch as the current weights see it, and the weights [T, M] of its turns in the policy loss.
+
+        Sequences that were begun before the last update are replayed from their stored states: see point 8 above.
+        """
+        weights = np.ones_like(batch.log_probs)
+        if not batch.spans_update.any():
+            return batch, weights
+        with torch.no_grad():
+            inputs = (batch.features, batch.initial_states, batch.resets)
+            outputs = self.network.sequence(*(torch.from_numpy(array).to(self._device) for array in inputs))
+        logits, values = (output.cpu().numpy() for output in outputs)
+        flat = (logits.reshape(-1, self.space.n_actions), batch.masks.reshape(-1, self.space.n_actions))
+        log_probs = log_probabilities(*flat, batch.actions.ravel()).reshape(batch.actions.shape)
+        goes_on = ~(batch.terminated | batch.truncated)[:-1]
+        next_values = batch.next_values.copy()
+        next_values[:-1][goes_on] = values[1:][goes_on]
+        weights = np.minimum(np.exp(log_probs - batch.log_probs), 1)
+        return replace(batch, log_probs=log_probs, values=values, next_values=next_values), weights
 
     def policy(self, num_envs: int, *, seed: int) -> Policy:
         """A policy for evaluation that acts with the learner's current weights in ``num_envs`` environments."""

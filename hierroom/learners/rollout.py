@@ -20,6 +20,7 @@ class Batch:
     """Full sequences of turns: T turns by M sequences, all floats float32."""
 
     initial_states: NDArray[np.float32]  # [M, S] before turn 0
+    spans_update: NDArray[np.bool_]  # [M] whether there was an update after turn 0 began
     features: NDArray[np.uint8]  # [T, M, K] the observations
     masks: NDArray[np.bool_]  # [T, M, A] the legal actions
     resets: NDArray[np.bool_]  # [T, M] whether the turn begins an episode
@@ -33,6 +34,10 @@ class Batch:
     next_values: NDArray[np.float32]  # [T, M] zero where terminated
     hindsight_actions: NDArray[np.int64]  # [T, M] the other action whose effect the turn had, or -1
     hindsight_log_probs: NDArray[np.float32]  # [T, M] of the hindsight actions, when the turn began
+
+
+_BY_SEQUENCE = ("initial_states", "spans_update")
+"""What a `Batch` has once for each sequence and not for each turn."""
 
 
 class Rollout:
@@ -53,6 +58,7 @@ class Rollout:
         self.length = length
         self.slots = Batch(
             initial_states=np.zeros((capacity, state_size), np.float32),
+            spans_update=np.zeros(capacity, bool),
             features=np.zeros((length, capacity, n_features), np.uint8),
             masks=np.zeros((length, capacity, n_actions), bool),
             resets=np.zeros((length, capacity), bool),
@@ -102,6 +108,7 @@ class Rollout:
                 raise RuntimeError("every sequence is full: the learner was ready but update() was not called")
             self.columns[envs[starting]] = [self._free.pop(0) for _ in starting]
             self.slots.initial_states[self.columns[envs[starting]]] = states[starting]
+            self.slots.spans_update[self.columns[envs[starting]]] = False
         columns, turns = self.columns[envs], self.turns[envs]
         slots = self.slots
         slots.resets[turns, columns] = resets
@@ -167,11 +174,13 @@ class Rollout:
         self.turns[full] = 0
 
     def take(self) -> Batch:
-        """Copy all full sequences, those that have waited longest first, and free their columns."""
+        """Copy all full sequences for an update, those that have waited longest first, and free their columns."""
         taken, self._full = self._full, []
         self._free.extend(taken)
         slots = vars(self.slots).items()
-        return Batch(**{name: a.take(taken, axis=0 if name == "initial_states" else 1) for name, a in slots})
+        batch = Batch(**{name: a.take(taken, axis=0 if name in _BY_SEQUENCE else 1) for name, a in slots})
+        self.slots.spans_update[self.columns[self.columns >= 0]] = True
+        return batch
 
     def state_dict(self) -> dict:
         """The complete state as tensors and lists, open turns and partly filled sequences included."""
