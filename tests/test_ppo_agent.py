@@ -284,7 +284,6 @@ def test_one_command_trains_it_with_the_settings_it_needs(tmp_path):
 @pytest.mark.parametrize(
     ("flags", "said"),
     [
-        (["--meta-features", "view"], "meta_features have one number for each of 13 goals, not 49 in all"),
         (["--meta-start-success", "2"], "meta_start_success must be from 0 to 1, not 2.0"),
     ],
 )

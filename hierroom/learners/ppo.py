@@ -54,6 +54,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import torch
@@ -333,7 +334,9 @@ class Learner:
             return batch, weights
         with torch.no_grad():
             inputs = (batch.features, batch.initial_states, batch.resets)
-            outputs = self.network.sequence(*(torch.from_numpy(array).to(self._device) for array in inputs))
+            outputs = cast(PolicyNetwork, self.network).sequence(
+                *(torch.from_numpy(array).to(self._device) for array in inputs)
+            )
         logits, values = (output.cpu().numpy() for output in outputs)
         flat = (logits.reshape(-1, self.space.n_actions), batch.masks.reshape(-1, self.space.n_actions))
         log_probs = log_probabilities(*flat, batch.actions.ravel()).reshape(batch.actions.shape)
