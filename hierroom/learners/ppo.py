@@ -42,11 +42,7 @@ Reinforcement Learning (2021).
     annealed linearly (37 details, 4).
 15. The norm of the gradient of all parameters together is clipped to 0.5 (37 details, 11).
 16. Policy and value function share the encoder and the recurrent core (37 details, 13).
-17. Hindsight is available to an agent whose turn can have the effect of another action than the one it took (the
-    options of a meta-controller): where the advantage is positive, the policy learns as if the other action had been
-    taken (after Andrychowicz et al. 2017 and, for learning from positive advantages only, Oh et al. 2018). The
-    value function does not depend on the action and learns from all turns alike. `relabel`.
-18. Actions are sampled by inverting the distribution function at uniforms from the learner's own generator; weights and
+17. Actions are sampled by inverting the distribution function at uniforms from the learner's own generator; weights and
     shuffles have generators of their own. No global random state is read or written.
 """
 
@@ -140,7 +136,6 @@ class Learner:
             self._backend = TorchBackend(self.network, config, device)
         self._initial_state = self._backend.initial_states(1)  # [1, S]
         self._states = np.repeat(self._initial_state, num_envs, axis=0)  # [N, S]
-        self._logits = np.zeros((num_envs, space.n_actions), np.float32)  # [N, A] of the latest turns
         self._starts_episode = np.ones(num_envs, bool)
         self._rollout = Rollout(
             num_envs,
@@ -194,26 +189,10 @@ class Learner:
         states = self._states[envs]
         states[resets] = self._initial_state
         logits, values, self._states[envs] = self._backend.step(features, states)
-        self._logits[envs] = logits
         actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(envs)))
         self._rollout.begin(envs, states, resets, features, masks, actions, log_probs, values)
         self._starts_episode[envs] = False
         return actions
-
-    def relabel(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> None:
-        """Record that the open turn of some environments had the effect of another action than the one taken.
-
-        Where the advantage of the turn is positive, the policy learns as if that other action had been taken. Actions
-        that were not legal when the turn began are ignored.
-
-        Args:
-            envs: [M] int, environments with an open turn.
-            actions: [M] int, 0 to A - 1.
-        """
-        masks = self._rollout.masks(envs)
-        legal = np.flatnonzero(masks[np.arange(len(envs)), actions])
-        envs, actions = envs[legal], actions[legal]
-        self._rollout.relabel(envs, actions, log_probabilities(self._logits[envs], masks[legal], actions))
 
     def finish(
         self,
@@ -312,7 +291,7 @@ class Learner:
             for part in np.array_split(self._shuffle_random.permutation(n_sequences), config.minibatches)
         ]
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
-        means = self._backend.train(in_hindsight(batch, advantages), advantages, weights, parts, learning_rate)
+        means = self._backend.train(batch, advantages, weights, parts, learning_rate)
         if not np.isfinite(means).all():
             found = ", ".join(f"{name} {value:g}" for name, value in zip(STATISTICS, means, strict=True))
             raise FloatingPointError(f"training diverged ({found}); a smaller learning rate may help")
@@ -356,7 +335,6 @@ class Learner:
             "backend": self._backend.state_dict(),
             "rollout": self._rollout.state_dict(),
             "states": torch.from_numpy(self._states.copy()),
-            "logits": torch.from_numpy(self._logits.copy()),
             "starts_episode": torch.from_numpy(self._starts_episode.copy()),
             "action_random": self._action_random.bit_generator.state,
             "shuffle_random": self._shuffle_random.bit_generator.state,
@@ -371,17 +349,6 @@ class Learner:
         self._backend.load_state_dict(state["backend"])
         self._rollout.load_state_dict(state["rollout"])
         self._states[...] = state["states"].numpy()
-        self._logits[...] = state["logits"].numpy()
         self._starts_episode[...] = state["starts_episode"].numpy()
         self._action_random.bit_generator.state = state["action_random"]
         self._shuffle_random.bit_generator.state = state["shuffle_random"]
-
-
-def in_hindsight(batch: Batch, advantages: NDArray[np.floating]) -> Batch:
-    """The batch with the actions given to `Learner.relabel`, not those taken, where advantages [T, M] are positive."""
-    better = (batch.hindsight_actions >= 0) & (advantages > 0)
-    return replace(
-        batch,
-        actions=np.where(better, batch.hindsight_actions, batch.actions),
-        log_probs=np.where(better, batch.hindsight_log_probs, batch.log_probs),
-    )

@@ -32,8 +32,6 @@ class Batch:
     terminated: NDArray[np.bool_]  # [T, M]
     truncated: NDArray[np.bool_]  # [T, M]
     next_values: NDArray[np.float32]  # [T, M] zero where terminated
-    hindsight_actions: NDArray[np.int64]  # [T, M] the other action whose effect the turn had, or -1
-    hindsight_log_probs: NDArray[np.float32]  # [T, M] of the hindsight actions, when the turn began
 
 
 _BY_SEQUENCE = ("initial_states", "spans_update")
@@ -70,8 +68,6 @@ class Rollout:
             terminated=np.zeros((length, capacity), bool),
             truncated=np.zeros((length, capacity), bool),
             next_values=np.zeros((length, capacity), np.float32),
-            hindsight_actions=np.full((length, capacity), -1),
-            hindsight_log_probs=np.zeros((length, capacity), np.float32),
         )
         self.columns = np.full(num_envs, -1)  # [N] the column that the environment is writing, or -1
         self.turns = np.zeros(num_envs, np.int64)  # [N] number of finished turns in that column
@@ -116,7 +112,6 @@ class Rollout:
         slots.masks[turns, columns] = masks
         slots.actions[turns, columns] = actions
         slots.log_probs[turns, columns] = log_probs
-        slots.hindsight_actions[turns, columns] = -1
         slots.values[turns, columns] = values
         # The value of this observation bootstraps the previous turn, unless its return ended there.
         before = turns - 1
@@ -124,16 +119,6 @@ class Rollout:
         slots.next_values[before[follows], columns[follows]] = values[follows]
         self.bootstrap(envs, values)
         self.is_open[envs] = True
-
-    def relabel(self, envs: NDArray[np.integer], actions: NDArray[np.integer], log_probs: NDArray[np.float32]) -> None:
-        """Store other actions [M] whose effect the open turns of ``envs`` [M] had, and their log-probabilities."""
-        columns, turns = self.columns[envs], self.turns[envs]
-        self.slots.hindsight_actions[turns, columns] = actions
-        self.slots.hindsight_log_probs[turns, columns] = log_probs
-
-    def masks(self, envs: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Legal actions [M, A] of the open turns of ``envs`` [M]."""
-        return self.slots.masks[self.turns[envs], self.columns[envs]]
 
     def bootstrap(self, envs: NDArray[np.integer], values: NDArray[np.float32]) -> None:
         """Store the values [M] of the next turns of ``envs`` [M] in the full columns that wait for them."""

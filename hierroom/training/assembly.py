@@ -84,7 +84,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     network = GoalNetwork if features.are_by_goal else partial(make_network, "recurrent", vectors=features.vectors)
     learner = make_learner(features, N_META_ACTIONS, config.meta_ppo, seed=seed, network=network)
     warm_up = WarmUp(agents.meta_start_success)
-    return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up, hindsight=True), controller
+    return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up), controller
 
 
 def controller_features(config: TrainConfig) -> Features:
