@@ -13,7 +13,6 @@ from hierroom.agents.features import Features
 from hierroom.agents.warm_up import WarmUp
 from hierroom.controller import Observation
 from hierroom.errors import InputError
-from hierroom.goals import NO_GOAL
 from hierroom.learners.policy import Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.options import Transition
@@ -38,8 +37,6 @@ class PPOAgent:
         learner: of its policy, in as many environments as there are.
         network: the name of its network, by which a warm start tells whether weights fit.
         warm_up: chooses its actions until it ends; None: the agent learns from the first turn on.
-        hindsight: whether an option that did not reach its goal, but achieved another one, may be learned from as if
-            the first of those had been given: see `Learner.relabel`.
         curiosity: a reward added to the environment's; None: none.
 
     Attributes:
@@ -55,7 +52,6 @@ class PPOAgent:
         *,
         network: str,
         warm_up: WarmUp | None = None,
-        hindsight: bool = False,
         curiosity: Curiosity | None = None,
     ) -> None:
         self.features = features
@@ -63,7 +59,6 @@ class PPOAgent:
         self.curiosity = curiosity
         self._network = network
         self._warm_up = warm_up
-        self._hindsight = hindsight
         self._updated = dict.fromkeys((*UPDATE_STATISTICS, *(curiosity.STATISTICS if curiosity else ())), float("nan"))
 
     @property
@@ -95,9 +90,6 @@ class PPOAgent:
         # A turn that began in the warm-up is none of the learner's.
         ours = np.flatnonzero(self.learner.has_begun[transition.envs])
         envs, truncated = transition.envs[ours], transition.truncated[ours]
-        if self._hindsight:
-            instead = transition.achieved_instead[ours]
-            self.learner.relabel(envs[instead != NO_GOAL], instead[instead != NO_GOAL])
         self.learner.finish(
             envs,
             rewards[ours],

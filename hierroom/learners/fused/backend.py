@@ -98,6 +98,7 @@ class FusedBackend:
         self,
         batch: Batch,
         advantages: NDArray[np.float32],
+        weights: NDArray[np.float32],
         parts: Iterable[NDArray[np.integer]],
         learning_rate: float,
     ) -> NDArray[np.float64]:
@@ -121,7 +122,7 @@ class FusedBackend:
                 rows,
                 counts,
                 batch,
-                scores=(advantages - shift) * scale,
+                scores=(advantages - shift) * scale * weights,
                 targets=targets,
                 turn_weight=1 / (len(advantages) * len(part)),
             )
