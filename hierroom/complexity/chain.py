@@ -20,6 +20,7 @@ from hierroom.complexity.hitting import (
 )
 from hierroom.complexity.laplacian import laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.reach import expected_states, reach_probability
+from hierroom.complexity.weights import as_node
 from hierroom.errors import InputError
 
 EXIT = "exit"
@@ -57,6 +58,10 @@ class Chain:
         goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
         kinds: one representative of each class of equivalent nodes, and the size of each class, for sums over nodes;
             None: all nodes.
+
+    Raises:
+        InputError: if there is not one label for each node, two are the same, there is no goal `"exit"`, or the source
+            or a node of a goal is not a node.
     """
 
     weights: sp.csr_array
@@ -65,13 +70,27 @@ class Chain:
     goals: Mapping[str, tuple[int, ...]]
     kinds: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
 
+    def __post_init__(self) -> None:
+        n = self.weights.shape[0]
+        if len(self.labels) != n:
+            raise InputError(f"a chain of {n} nodes needs {n} labels, not {len(self.labels)}")
+        if len(set(self.labels)) < n:
+            twice = next(label for label in self.labels if self.labels.count(label) > 1)
+            raise InputError(f"the labels of a chain's nodes must differ, but {twice!r} is given twice")
+        if EXIT not in self.goals:
+            raise InputError(
+                f"a chain needs a goal {EXIT!r}; its goals are {', '.join(map(repr, self.goals)) or 'none'}"
+            )
+        for node in (self.source, *(node for nodes in self.goals.values() for node in nodes)):
+            as_node(node, n)
+
     @cached_property
     def hitting_time(self) -> float:
         """The paper's hitting time of the exit, b' pinv(D - W) b.
 
         It is not a number of steps, and it saturates near 1 / 0.01 = 100: see `hierroom.complexity.laplacian`.
         """
-        return laplacian_hitting_time(self.weights, self.source, self.goals[EXIT][0])
+        return self.hitting_time_to(EXIT)
 
     @cached_property
     def expected_steps(self) -> float:
@@ -202,8 +221,11 @@ class Chain:
         Raises:
             InputError: if there is no such goal or node.
         """
-        if goal in self.goals:
+        if isinstance(goal, str) and goal in self.goals:
             return tuple(self.goals[goal])
-        if goal in self.labels:
+        if isinstance(goal, str) and goal in self.labels:
             return (self.labels.index(goal),)
-        raise InputError(f"the goals are {', '.join(self.goals)}, or the label of a node; there is no {goal!r}")
+        raise InputError(
+            f"there is no goal or node {goal!r}; the goals are {', '.join(self.goals)}, and nodes are called "
+            f"{', '.join(map(repr, self.labels[:2]))}, ...: see the labels of the chain"
+        )
