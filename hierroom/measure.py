@@ -29,6 +29,7 @@ from hierroom.complexity.augmented import AugmentedGraph
 from hierroom.complexity.episodes import EpisodeCounts, counts_of
 from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.report import analyze
+from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, GraphSpec
@@ -116,6 +117,8 @@ def measure(
     episodes: int = 1000,
     progress: Callable[[int], object] = lambda done: None,
     seed: int = 0,
+    walk: Walk = PAPER_WALK,
+    reading: Reading = TABLE_READING,
 ) -> MeasuredReport:
     """Play in real levels and report the chain that comes of it, beside the walk that is assumed.
 
@@ -125,12 +128,14 @@ def measure(
         episodes: how many in all.
         progress: called with the number of episodes done.
         seed: fixes the bootstrap.
+        walk: the walk that is assumed.
+        reading: interpretation of the paper's augmented graph.
 
     Raises:
         InputError: if fewer than one episode is asked for, or the environments are of several goal graphs.
     """
     counts = count_transitions(turns, player, episodes, progress)
-    assumed = analyze(graph_of(turns), drop_key=bool(turns.world.state.levels["can_drop"][0]))
+    assumed = analyze(graph_of(turns), bool(turns.world.state.levels["can_drop"][0]), walk, reading)
     return MeasuredReport(assumed, counts, seed=seed)
 
 
@@ -142,6 +147,8 @@ def measure_named(
     seed: int,
     size: int | None = None,
     max_steps: int | None = None,
+    walk: Walk = PAPER_WALK,
+    reading: Reading = TABLE_READING,
 ) -> MeasuredReport:
     """Measure the player that the command line names, with a progress bar.
 
@@ -153,6 +160,8 @@ def measure_named(
         seed: fixes the levels, the actions and the bootstrap.
         size: cells of the grid's side; None: the run's, and for `"random"` and `"oracle"` the default.
         max_steps: primitive steps after which an episode is truncated; None likewise.
+        walk: the walk that is assumed, to compare with.
+        reading: interpretation of the paper's augmented graph, likewise.
 
     Raises:
         InputError: if there is no such run, or an argument is not valid.
@@ -169,7 +178,7 @@ def measure_named(
         turns, player = _trained(name, entries, drop_key, num_envs, seed)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("playing", total=episodes)
-        return measure(turns, player, episodes, lambda done: bar.update(task, completed=done), seed)
+        return measure(turns, player, episodes, lambda done: bar.update(task, completed=done), seed, walk, reading)
 
 
 def graph_of(turns: Turns) -> GoalGraph:

@@ -36,6 +36,7 @@ from hierroom.complexity.hitting import (
 from hierroom.complexity.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.reach import expected_states, reach_probability
 from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.complexity.tables import to_frame
 from hierroom.complexity.walk import Reading, Walk
 
 __all__ = [
@@ -60,4 +61,5 @@ __all__ = [
     "mean_first_passage_time",
     "passage_time_sensitivity",
     "reach_probability",
+    "to_frame",
 ]

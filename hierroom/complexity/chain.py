@@ -18,9 +18,10 @@ from hierroom.complexity.hitting import (
     mean_first_passage_time,
     passage_time_sensitivity,
 )
+from hierroom.complexity.html import html_table
 from hierroom.complexity.laplacian import laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.reach import expected_states, reach_probability
-from hierroom.complexity.weights import as_node
+from hierroom.complexity.weights import as_node, n_nodes
 from hierroom.errors import InputError
 
 EXIT = "exit"
@@ -71,7 +72,7 @@ class Chain:
     kinds: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
 
     def __post_init__(self) -> None:
-        n = self.weights.shape[0]
+        n = n_nodes(self.weights)
         if len(self.labels) != n:
             raise InputError(f"a chain of {n} nodes needs {n} labels, not {len(self.labels)}")
         if len(set(self.labels)) < n:
@@ -214,6 +215,15 @@ class Chain:
             achieves = ~achieved[elasticity.row] & achieved[elasticity.col]
             by_goal[goal] = float(elasticity.data[achieves].sum() / self.expected_steps)
         return dict(sorted(by_goal.items(), key=lambda item: item[1]))
+
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        steps = [
+            (goal, f"{self.expected_steps_to(goal):.4g}", f"{self.hitting_probability(goal):.4g}")
+            for goal in self.goals
+        ]
+        caption = f"random walk on {len(self.labels)} nodes from {self.labels[self.source]}"
+        return html_table(caption, ("goal", "expected steps", "probability ever"), steps)
 
     def nodes_of(self, goal: str) -> tuple[int, ...]:
         """The nodes at which a goal has been achieved, or the single node with that label.

@@ -41,17 +41,18 @@ def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
     Raises:
         InputError: if the graph is too large to be readable, the suffix is unknown, or the file cannot be written.
     """
-    boxes, goals = _boxes(augmented), place_goals(augmented.graph)
-    width, height = _extent(_corners(boxes))
-    goal_width, goal_height = _extent(list(goals.values()))
-    whole = (width + goal_width) * INCHES, (max(height, goal_height) + 2) * INCHES
-    scale = max(LEAST_SCALE, min(1.0, MOST_INCHES / max(whole)))
-    figure = Figure(figsize=(whole[0] * scale, whole[1] * scale), layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=[goal_width, width])
-    draw_goal_graph(augmented.graph, left, scale)
-    draw_augmented(augmented, right, scale)
-    figure.supxlabel(caption(augmented), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
-    save_figure(figure, path)
+    save_figure(_figure(augmented), path)
+
+
+def svg_of(augmented: AugmentedGraph) -> str:
+    """The picture of `draw_graph` as the text of an SVG document.
+
+    Raises:
+        InputError: if the graph is too large to be readable.
+    """
+    picture = io.StringIO()
+    _figure(augmented).savefig(picture, format="svg", facecolor="white")
+    return picture.getvalue()
 
 
 def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
@@ -139,6 +140,20 @@ def save_figure(figure: Figure, path: str | Path) -> None:
     except ValueError as error:  # matplotlib does not know the suffix; its message lists those it knows
         raise InputError(f"cannot write the drawing {path}: {error}") from error
     write_atomically(path, picture.getvalue())
+
+
+def _figure(augmented: AugmentedGraph) -> Figure:
+    boxes, goals = _boxes(augmented), place_goals(augmented.graph)
+    width, height = _extent(_corners(boxes))
+    goal_width, goal_height = _extent(list(goals.values()))
+    whole = (width + goal_width) * INCHES, (max(height, goal_height) + 2) * INCHES
+    scale = max(LEAST_SCALE, min(1.0, MOST_INCHES / max(whole)))
+    figure = Figure(figsize=(whole[0] * scale, whole[1] * scale), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=[goal_width, width])
+    draw_goal_graph(augmented.graph, left, scale)
+    draw_augmented(augmented, right, scale)
+    figure.supxlabel(caption(augmented), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
+    return figure
 
 
 def _boxes(augmented: AugmentedGraph) -> list[Box]:

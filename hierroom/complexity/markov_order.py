@@ -61,8 +61,8 @@ def markov_test(triples: NDArray[np.int64]) -> MarkovTest | None:
         table[rows, columns] = here[:, 3]
         table = _pooled(_pooled(table).T)
         if min(table.shape) > 1:
-            found = chi2_contingency(table, correction=False)
-            statistic, degrees = statistic + float(found.statistic), degrees + int(found.dof)
+            of_node = tuple(chi2_contingency(table, correction=False))  # statistic, p-value, degrees, expected
+            statistic, degrees = statistic + float(of_node[0]), degrees + int(of_node[2])
     return MarkovTest(statistic, degrees, float(chi2.sf(statistic, degrees))) if degrees else None
 
 

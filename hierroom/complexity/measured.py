@@ -196,7 +196,8 @@ class MeasuredReport:
 
     @property
     def _head(self) -> str:
-        return f"goal graph {self.assumed.graph.name}, {self.episodes} episodes played, {self.success_rate:.1%} escaped"
+        played = f"{self.episodes} episode{'s' * (self.episodes > 1)} played"
+        return f"goal graph {self.assumed.graph.name}, {played}, {self.success_rate:.1%} escaped"
 
     @property
     def _columns(self) -> tuple[str, ...]:

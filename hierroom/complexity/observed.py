@@ -44,7 +44,8 @@ def wilson_interval(share: float, n: int, level: float) -> Interval:
     z = float(norm.ppf((1 + level) / 2))
     middle = (share + z**2 / (2 * n)) / (1 + z**2 / n)
     half = z / (1 + z**2 / n) * np.sqrt(share * (1 - share) / n + z**2 / (4 * n**2))
-    return Interval(share, max(0.0, float(middle - half)), min(1.0, float(middle + half)))
+    low = float(middle - half) if share > 0 else 0.0  # exactly, where rounding would give 1e-19
+    return Interval(share, low, float(middle + half) if share < 1 else 1.0)
 
 
 def percentile_interval(value: float, resampled: ArrayLike, n_episodes: int, level: float) -> Interval:
