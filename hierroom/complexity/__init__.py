@@ -17,7 +17,7 @@ target node t, b = e_s - e_t.
 | sensitivity dm_s / dW_ij = v_i (m_j - m_i) | `passage_time_sensitivity` | from dN = N dQ N |
 | sensitivity d(b' pinv(D - W) b) / dW_ij | `laplacian_sensitivity` | Golub and Pereyra, 4.3 |
 
-Systems for m, v and h are solved without subtraction (`elimination.Elimination`; Grassmann, Taksar and Heyman, 1985), and
+Systems for m, v and h are solved without subtraction (`elimination.Elimination`; Grassmann, Taksar and Heyman, 1985).
 `markov_order.markov_test` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
 
 `AugmentedGraph` is the paper's augmented graph with its weights W (appendix A). Numbers after a textbook are those of

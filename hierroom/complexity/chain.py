@@ -236,6 +236,6 @@ class Chain:
         if isinstance(goal, str) and goal in self.labels:
             return (self.labels.index(goal),)
         raise InputError(
-            f"the goals are {', '.join(self.goals)}, and nodes are called {', '.join(map(repr, self.labels[:2]))}, ...; "
-            f"there is no {goal!r}"
+            f"the goals are {', '.join(self.goals)}, and nodes are called "
+            f"{', '.join(map(repr, self.labels[:2]))}, ...; there is no {goal!r}"
         )
