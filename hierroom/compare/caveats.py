@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from hierroom.compare.comparison import Comparison
 from hierroom.compare.evaluated_run import EvaluatedRun
-from hierroom.compare.grouping import Group, describe_differences
+from hierroom.compare.grouping import Group, describe_differences, shortened
 from hierroom.compare.tasks import OWN, Tasks
 
 _SHOWN = 3
@@ -35,7 +35,7 @@ def _on_lengths(runs: Sequence[EvaluatedRun], end: float) -> Iterable[str]:
     unfinished = [run for run in runs if run.last_steps < run.entries["steps"]]
     if unfinished:
         told = [f"{run.path} ({run.last_steps:,.0f} of {run.entries['steps']:,} steps)" for run in unfinished]
-        yield f"unfinished: {_shortened(told)}"
+        yield f"unfinished: {shortened(told, _SHOWN)}"
     planned = [run.entries["steps"] for run in runs]
     if min(planned) < max(planned):
         yield f"the runs are to train for {min(planned):,} to {max(planned):,} steps"
@@ -50,7 +50,7 @@ def _on_graphs(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
         return
     left_out = sorted({graph for group in groups for run in group.runs for graph in run.curves} - set(tasks.graphs))
     if left_out:
-        yield f"left out, as not every group has it: graph {_shortened(left_out)}"
+        yield f"left out, as not every group has it: graph {shortened(left_out, _SHOWN)}"
 
 
 def _on_seeds(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
@@ -59,23 +59,18 @@ def _on_seeds(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
         counts = {graph: sum(graph in tasks.on(run) for run in group.runs) for graph in tasks.graphs}
         single = [graph for graph, count in counts.items() if count == 1]
         if single:
-            where = "" if len(counts) == 1 else f" on graph {_shortened(single)}"
+            where = "" if len(counts) == 1 else f" on graph {shortened(single, _SHOWN)}"
             yield f"{group.label} has a single run{where}: no interval, as nothing tells how much seeds differ"
         elif min(counts.values()) < _FEW_RUNS:
             few.append(f"{group.label} ({min(counts.values())})")
         if len(set(counts.values())) > 1:
-            told = _shortened([f"{count} on {graph}" for graph, count in counts.items()])
+            told = shortened([f"{count} on {graph}" for graph, count in counts.items()], _SHOWN)
             yield f"{group.label} has unequal numbers of runs ({told}); graphs with more runs weigh more over all"
     if few:
-        yield f"intervals from fewer than {_FEW_RUNS} runs on a graph are too narrow: {_shortened(few)}"
+        yield f"intervals from fewer than {_FEW_RUNS} runs on a graph are too narrow: {shortened(few, _SHOWN)}"
 
 
 def _on_episodes(runs: Sequence[EvaluatedRun]) -> Iterable[str]:
     counts = {count for run in runs for count in run.episodes}
     if len(counts) > 1:
         yield f"the evaluations are not alike: they have {min(counts):,} to {max(counts):,} episodes each"
-
-
-def _shortened(words: Sequence[str]) -> str:
-    more = len(words) - _SHOWN
-    return ", ".join(words[:_SHOWN]) + (f" and {more} more" if more > 0 else "")

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.training.learning_curve import first_crossing
+
 
 @dataclass(frozen=True)
 class Curve:
@@ -42,14 +44,7 @@ class Curve:
 
     def steps_to(self, level: float) -> float:
         """The steps after which the curve is first as high as a level; infinity if it never is."""
-        reached = np.flatnonzero(self.values >= level)
-        if not len(reached):
-            return np.inf
-        after = reached[0]
-        if after == 0 or np.isnan(self.values[after - 1]):
-            return float(self.steps[after])
-        (low, high), (start, end) = self.values[after - 1 : after + 1], self.steps[after - 1 : after + 1]
-        return float(start + (level - low) / (high - low) * (end - start))
+        return first_crossing(self.steps, self.values, level)
 
 
 def shared_steps(curves: Sequence[Curve]) -> NDArray[np.float64]:

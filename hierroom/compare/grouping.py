@@ -87,11 +87,11 @@ def describe_differences(groups: Sequence[Group], by: Sequence[str]) -> list[str
         all_mixed.update(mixed)
         if mixed:
             values = [f"{name} ({', '.join(sorted({run.choice(name) for run in group.runs}))})" for name in mixed]
-            lines.append(f"{group.label} mixes runs that differ in {_shortened(values)}")
+            lines.append(f"{group.label} mixes runs that differ in {shortened(values, _SHOWN)}")
     firsts = [group.runs[0] for group in groups]
     besides = [name for name in _differing(firsts) if name not in by and name not in all_mixed]
     if besides:
-        lines.append(f"the groups differ also in {_shortened(besides)}")
+        lines.append(f"the groups differ also in {shortened(besides, _SHOWN)}")
     return lines
 
 
@@ -133,6 +133,7 @@ def _is_number(text: str) -> bool:
         return False
 
 
-def _shortened(words: Sequence[str]) -> str:
-    more = len(words) - _SHOWN
-    return ", ".join(words[:_SHOWN]) + (f" and {more} more" if more > 0 else "")
+def shortened(words: Sequence[str], n_shown: int) -> str:
+    """The first words of a list, and how many more there are."""
+    more = len(words) - n_shown
+    return ", ".join(words[:n_shown]) + (f" and {more} more" if more > 0 else "")

@@ -83,12 +83,26 @@ class LearningCurve:
         Returns:
             (steps, seconds), or None if no evaluation reached it.
         """
-        above = np.flatnonzero(self.success >= percent / 100)
-        if not len(above):
-            return None
-        after = int(above[0])
-        if after == 0:
-            return float(self.steps[0]), float(self.seconds[0])
-        low, high = self.success[after - 1 : after + 1]
-        share = (percent / 100 - low) / (high - low)
-        return tuple(float(x[after - 1] + share * (x[after] - x[after - 1])) for x in (self.steps, self.seconds))  # pyright: ignore[reportReturnType]
+        steps, seconds = (first_crossing(x, self.success, percent / 100) for x in (self.steps, self.seconds))
+        return None if np.isinf(steps) else (steps, seconds)
+
+
+def first_crossing(x: np.ndarray, values: np.ndarray, level: float) -> float:
+    """Where values first reach a level, by straight lines between them.
+
+    Args:
+        x: [P] where the values are, such as steps; increasing.
+        values: [P] the values; NaN where there is none.
+        level: to be reached.
+
+    Returns:
+        a place between the first x and the last; infinity if no value is as high.
+    """
+    reached = np.flatnonzero(values >= level)
+    if not len(reached):
+        return np.inf
+    after = reached[0]
+    if after == 0 or np.isnan(values[after - 1]):
+        return float(x[after])
+    (low, high), (start, end) = values[after - 1 : after + 1], x[after - 1 : after + 1]
+    return float(start + (level - low) / (high - low) * (end - start))
