@@ -17,10 +17,10 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.linalg import splu
 
+from hierroom.compile.kernel import njit
 from hierroom.errors import InputError
 
 LEAST_RATE = 1e-290
