@@ -55,7 +55,7 @@ def test_levels_have_no_walk(printed):
         ({"graph": "g", "horizon": 5}, "go with --measures"),
         ({"graph": "g", "levels": 2}, "go with --measures"),
         ({"measures": True, "graph": "g", "levels": -1}, "at least one level"),
-        ({"measures": True, "graph": "g", "sort": "std"}, "neither --draw nor --sort"),
+        ({"measures": True, "graph": "g", "sort": "std"}, "none of --draw, --sort, --latex and --markdown"),
         ({"measures": True, "graph": "g", "horizon": 0}, "horizon"),
         ({"measures": True, "from_play": "random"}, "--from-play"),
         ({"seed": 3}, "or --seed with --levels"),

@@ -17,6 +17,9 @@ target node t, b = e_s - e_t.
 | sensitivity dm_s / dW_ij = v_i (m_j - m_i) | `passage_time_sensitivity` | from dN = N dQ N |
 | sensitivity d(b' pinv(D - W) b) / dW_ij | `laplacian_sensitivity` | Golub and Pereyra, 4.3 |
 
+Systems for m, v and h are solved without subtraction (`elimination.Elimination`; Grassmann, Taksar and Heyman, 1985).
+`markov_order.markov_test` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
+
 `AugmentedGraph` is the paper's augmented graph with its weights W (appendix A). Numbers after a textbook are those of
 its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains, 1960; Golub and Pereyra, The
 Differentiation of Pseudo-Inverses, 1973. The docstring of each function has its equation in full.
@@ -41,6 +44,7 @@ from hierroom.complexity.laplacian import laplacian, laplacian_hitting_time, lap
 from hierroom.complexity.played_chain import PlayedChain, measure_trajectories
 from hierroom.complexity.reach import expected_states, reach_probability
 from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.complexity.tables import to_frame
 from hierroom.complexity.walk import Reading, Walk
 
 __all__ = [
@@ -68,4 +72,5 @@ __all__ = [
     "measure_trajectories",
     "passage_time_sensitivity",
     "reach_probability",
+    "to_frame",
 ]

@@ -20,6 +20,7 @@ from hierroom.complexity.hitting import (
     mean_first_passage_time,
     passage_time_sensitivity,
 )
+from hierroom.complexity.html import html_table
 from hierroom.complexity.laplacian import laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.reach import expected_states, reach_probability
 from hierroom.complexity.weights import Weights, as_moves, as_node, as_weights, n_nodes
@@ -60,6 +61,10 @@ class Chain:
         goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
         kinds: one representative of each class of equivalent nodes, and the size of each class, for sums over nodes;
             None: all nodes.
+
+    Raises:
+        InputError: if there is not one label for each node, two are the same, there is no goal `"exit"`, or the source
+            or a node of a goal is not a node.
     """
 
     weights: sp.csr_array
@@ -67,6 +72,20 @@ class Chain:
     source: int
     goals: Mapping[str, tuple[int, ...]]
     kinds: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
+
+    def __post_init__(self) -> None:
+        n = n_nodes(self.weights)
+        if len(self.labels) != n:
+            raise InputError(f"a chain of {n} nodes needs {n} labels, not {len(self.labels)}")
+        if len(set(self.labels)) < n:
+            twice = next(label for label in self.labels if self.labels.count(label) > 1)
+            raise InputError(f"the labels of a chain's nodes must differ, but {twice!r} is given twice")
+        if EXIT not in self.goals:
+            raise InputError(
+                f"a chain needs a goal {EXIT!r}; its goals are {', '.join(map(repr, self.goals)) or 'none'}"
+            )
+        for node in (self.source, *(node for nodes in self.goals.values() for node in nodes)):
+            as_node(node, n)
 
     @classmethod
     def from_matrix(
@@ -118,7 +137,7 @@ class Chain:
 
         It is not a number of steps, and it saturates near 1 / 0.01 = 100: see `hierroom.complexity.laplacian`.
         """
-        return laplacian_hitting_time(self.weights, self.source, self.goals[EXIT][0])
+        return self.hitting_time_to(EXIT)
 
     @cached_property
     def expected_steps(self) -> float:
@@ -243,14 +262,26 @@ class Chain:
             by_goal[goal] = float(elasticity.data[achieves].sum() / self.expected_steps)
         return dict(sorted(by_goal.items(), key=lambda item: item[1]))
 
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        steps = [
+            (goal, f"{self.expected_steps_to(goal):.4g}", f"{self.hitting_probability(goal):.4g}")
+            for goal in self.goals
+        ]
+        caption = f"random walk on {len(self.labels)} nodes from {self.labels[self.source]}"
+        return html_table(caption, ("goal", "expected steps", "probability ever"), steps)
+
     def nodes_of(self, goal: str) -> tuple[int, ...]:
         """The nodes at which a goal has been achieved, or the single node with that label.
 
         Raises:
             InputError: if there is no such goal or node.
         """
-        if goal in self.goals:
+        if isinstance(goal, str) and goal in self.goals:
             return tuple(self.goals[goal])
-        if goal in self.labels:
+        if isinstance(goal, str) and goal in self.labels:
             return (self.labels.index(goal),)
-        raise InputError(f"the goals are {', '.join(self.goals)}, or the label of a node; there is no {goal!r}")
+        raise InputError(
+            f"the goals are {', '.join(self.goals)}, and nodes are called "
+            f"{', '.join(map(repr, self.labels[:2]))}, ...; there is no {goal!r}"
+        )
