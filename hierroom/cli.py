@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import os
+import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stderr
 from pathlib import Path
 
 from hierroom.errors import InputError
@@ -18,6 +21,14 @@ COMMANDS: Mapping[str, str] = {
     "paper": "the paper's tables, ours beside its own numbers",
 }
 """What people run, as ``python -m hierroom.NAME``, and what for."""
+
+_MAX_CHARACTERS = 1000
+"""Of a line on standard error: what was given may be a whole file."""
+_WORDS = {
+    "invalid literal for int() with base 10:": "it must be a whole number, not",
+    "could not convert string to float:": "it must be a number, not",
+}
+"""What Python says of a text that is no number, in words for who typed it."""
 
 
 def program(name: str) -> str:
@@ -47,19 +58,89 @@ def words(argv: Sequence[str] | None = None) -> list[str]:
     return given
 
 
+@contextmanager
+def one_line_usage(argv: Sequence[str] | None = None) -> Iterator[None]:
+    """A context in which tyro reads a command line, and what it refuses becomes one line instead of a box.
+
+    Args:
+        argv: the words it reads, by default those of this process.
+
+    Raises:
+        InputError: if tyro refuses the command line.
+    """
+    given, said, columns = sys.argv[1:] if argv is None else argv, io.StringIO(), os.environ.get("COLUMNS")
+    is_help = not {"-h", "--help"}.isdisjoint(given)
+    try:
+        if not is_help:
+            os.environ["COLUMNS"] = "100000"  # tyro breaks no line of the box, so that none has to be put together
+        with redirect_stderr(said):
+            yield
+    except SystemExit as error:
+        if error.code != 2:  # it was asked for help, or for what completes options in a shell
+            raise
+        raise InputError(_without_box(said.getvalue())) from None
+    finally:
+        if not is_help:
+            os.environ.pop("COLUMNS")
+            os.environ.update({} if columns is None else {"COLUMNS": columns})
+
+
+def _without_box(text: str) -> str:
+    """What tyro's box says, on one line: its first part, the options that are near to a wrong one, and how to go on."""
+    rows = [line.removeprefix("│").removesuffix("│").rstrip() for line in text.splitlines() if line[:1] not in "╭╰"]
+    parts: list[list[str]] = [[]]
+    for row in rows:
+        if row.strip("─ "):
+            parts[-1].append(row)
+        else:
+            parts.append([])
+    first, *others = ([row.strip() for row in part if not row.startswith(" " * 9)] for part in parts)
+    message = " ".join(first).removeprefix("Error parsing ").replace(". Expected", "; expected")
+    for python, ours in _WORDS.items():
+        message = message.replace(python, ours)
+    near = [row.split()[0] for part in others for row in part[1:2] if re.match("Perhaps|Arguments similar", part[0])]
+    known = [
+        row.replace("Available subcommands:", "there is")
+        for part in others
+        for row in part
+        if row.startswith("Available")
+    ]
+    hints = [f"is it {' or '.join(dict.fromkeys(near))}?"] * bool(near) + known
+    help_of = [match[1] for part in others if (match := re.search(r"(\S[^│]* --help)", " ".join(part)))]
+    advice = [re.sub("^For full helptext, (run:?|see) ", "see ", one) for one in help_of[-1:]]
+    return "; ".join([message[:1].lower() + message[1:].removesuffix("."), *hints, *advice])
+
+
+def one_line(text: str) -> str:
+    """A text as one line that no terminal obeys: control characters escaped, and the middle of a long text cut."""
+    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    half = _MAX_CHARACTERS // 2
+    return plain if len(plain) <= _MAX_CHARACTERS else f"{plain[:half]} ... {plain[-half:]}"
+
+
+def _say(kind: str, text: object) -> None:
+    print(one_line(f"{kind}: {text}"), file=sys.stderr)
+
+
+def warn(lines: Iterable[str]) -> None:
+    """Print warnings, a line each, on standard error."""
+    for line in lines:
+        _say("warning", line)
+
+
 def run(command: Callable[[], int]) -> None:
     """Run a command and leave the process with its exit code, or with 2 where an input cannot be used."""
     try:
         code = command()
         sys.stdout.flush()
     except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
+        _say("error", error)
         code = 2
     except FloatingPointError as error:
-        print(f"error: {error}", file=sys.stderr)
+        _say("error", error)
         code = 1
     except MemoryError as error:
-        print(f"error: there is not memory enough: {error}", file=sys.stderr)
+        _say("error", f"there is not memory enough: {error}")
         code = 2
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
@@ -67,4 +148,12 @@ def run(command: Callable[[], int]) -> None:
     except BrokenPipeError:  # the reader, such as head, has seen enough; what is left must not be flushed at exit
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
+    except OSError as error:  # such as a name that is too long, or a folder that may not be read
+        _say("error", f"{error.strerror or error}" + (f": {os.fspath(error.filename)!r}" if error.filename else ""))
+        code = 2
+    except RuntimeError as error:  # torch has no MemoryError
+        if "allocate" not in str(error):
+            raise
+        _say("error", f"there is not memory enough: {error}")
+        code = 2
     sys.exit(code)

@@ -129,7 +129,9 @@ def measure(
     return MeasuredReport(assumed, counts, seed=seed)
 
 
-def measure_named(name: str, graph: GraphSpec | None, drop_key: bool, episodes: int, seed: int) -> MeasuredReport:
+def measure_named(
+    name: str, graph: GraphSpec | None, drop_key: bool, episodes: int, seed: int, trust: bool = False
+) -> MeasuredReport:
     """Measure the player that the command line names, with a progress bar.
 
     Args:
@@ -138,6 +140,7 @@ def measure_named(name: str, graph: GraphSpec | None, drop_key: bool, episodes: 
         drop_key: whether keys can be dropped; a run that trained so has it on anyway.
         episodes: how many.
         seed: fixes the levels, the actions and the bootstrap.
+        trust: whether to run the code that the run's config names, as for `load`.
 
     Raises:
         InputError: if there is no such run, or an argument is not valid.
@@ -149,7 +152,7 @@ def measure_named(name: str, graph: GraphSpec | None, drop_key: bool, episodes: 
         turns = Turns(EnvConfig("c" if graph is None else graph, drop_key=drop_key), num_envs, seed=seed)
         player: Player = make_player(name, seed)
     else:
-        turns, player = _trained(name, graph, drop_key, num_envs, seed)
+        turns, player = _trained(name, graph, drop_key, num_envs, seed, trust)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("playing", total=episodes)
         return measure(turns, player, episodes, lambda done: bar.update(task, completed=done), seed)
@@ -167,9 +170,11 @@ def graph_of(turns: Turns) -> GoalGraph:
     return graph
 
 
-def _trained(name: str, graph: GraphSpec | None, drop_key: bool, num_envs: int, seed: int) -> tuple[Turns, Player]:
+def _trained(
+    name: str, graph: GraphSpec | None, drop_key: bool, num_envs: int, seed: int, trust: bool
+) -> tuple[Turns, Player]:
     other: dict[str, Any] = {} if graph is None else {"graph": graph}
-    agent = load(name)
+    agent = load(name, trust=trust)
     turns = agent.turns(num_envs, seed=seed, env=agent.env(**other))
     if drop_key and not turns.world.state.levels["can_drop"][0]:
         raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")

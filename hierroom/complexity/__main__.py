@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from hierroom.cli import program, run, words
+from hierroom.cli import one_line_usage, program, run, words
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.env_config import GRAPHS
@@ -67,6 +67,8 @@ class ComplexityArguments:
             graph is that of the run, or c for random and oracle.
         episodes: how many episodes to play.
         seed: seed of the levels, the actions and the bootstrap.
+        trust_run: run the code that the config of that run names beside what ships with hierroom (a network, a reward,
+            a meta-controller of somebody's own).
     """
 
     graph: Annotated[GraphSpecs, GRAPHS] = ()
@@ -80,6 +82,7 @@ class ComplexityArguments:
     from_play: str | None = None
     episodes: int = 1000
     seed: int = 1_000_000
+    trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 
 
 def show(options: ComplexityArguments) -> None:
@@ -116,7 +119,10 @@ def show(options: ComplexityArguments) -> None:
 
 def main() -> int:
     """Run the command."""
-    show(tyro.cli(ComplexityArguments, prog=program("complexity"), args=words()))
+    argv = words()
+    with one_line_usage(argv):
+        options = tyro.cli(ComplexityArguments, prog=program("complexity"), args=argv)
+    show(options)
     return 0
 
 
@@ -144,7 +150,8 @@ def _show_play(options: ComplexityArguments, player: str) -> None:
         )
     from hierroom.measure import measure_named  # imported here, because it loads the world and the learners
 
-    report = measure_named(player, specs[0] if specs else None, options.drop, options.episodes, options.seed)
+    graph = specs[0] if specs else None
+    report = measure_named(player, graph, options.drop, options.episodes, options.seed, options.trust_run)
     if options.json:
         print(to_json(report.to_dict()))
     else:

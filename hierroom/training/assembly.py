@@ -28,6 +28,7 @@ from hierroom.options import CONTROLLER, META
 from hierroom.situation import N_META_ACTIONS
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.trust import require_trust
 from hierroom.turns import Turns
 
 
@@ -102,7 +103,7 @@ def controller_features(config: TrainConfig) -> Features:
 
 
 def load_agents(
-    run: RunFolder, *, meta: Any = None, steps: int | None = None
+    run: RunFolder, *, meta: Any = None, steps: int | None = None, trust: bool = False
 ) -> tuple[TrainConfig, PPOAgent | ScriptedAgent, PPOAgent, int]:
     """The agents that a run has trained, on the CPU wherever they were trained.
 
@@ -110,15 +111,18 @@ def load_agents(
         run: the run's folder.
         meta: another meta-controller than the run's, as `make_meta` takes it; None for the run's own.
         steps: which checkpoint, by its steps; None for the newest.
+        trust: whether to run the code that the run's config names besides what ships with hierroom.
 
     Returns:
         the run's config, the meta-controller, the controller, and the steps they were trained for.
 
     Raises:
         InputError: if the run has no such checkpoint, or it does not fit its config, or there is no such
-            meta-controller.
+            meta-controller, or it names code and is not trusted.
     """
-    config, checkpoint = run.config().changed(device="cpu"), run.load_checkpoint(steps)
+    config = run.config().changed(device="cpu")
+    require_trust(run.path, config if meta is None else config.changed(meta=None), trust=trust)
+    checkpoint = run.load_checkpoint(steps)
     state = checkpoint["agents"]
     if meta is None:
         meta_agent, controller = make_agents(config)

@@ -22,7 +22,7 @@ _GRAPHS = str | dict | tuple[str | dict, ...]
 """What a file may hold for goal graphs: how they are named, or what they are in a table."""
 
 
-def read_config(path: str | Path, **entries: Any) -> TrainConfig:
+def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> TrainConfig:
     """Read the config of a run from a file.
 
     A TOML file holds entries flat, named as on the command line with underscores (``num_envs = 32``), those of
@@ -31,18 +31,24 @@ def read_config(path: str | Path, **entries: Any) -> TrainConfig:
     goal graph, are meant from the current folder.
 
     Args:
-        path: the TOML file, or the ``config.json`` in the folder of a run.
+        path: the TOML file, which is the user's own word, or the ``config.json`` in the folder of a run, which is not.
+        trust: whether to accept code that a ``config.json`` names besides what ships with hierroom, and that the
+            entries do not name: a network, a reward or a meta-controller of somebody's own.
         **entries: entries that replace those of the file; a ``preset`` among them is what those of a TOML file start
             from.
 
     Raises:
-        InputError: if the file cannot be read, or an entry is unknown, of another type or out of its range.
+        InputError: if the file cannot be read, an entry is unknown, of another type or out of its range, or a
+            ``config.json`` names code and is not trusted.
     """
     path = Path(path)
     if path.name == "config.json":
         from hierroom.training.run_folder import RunFolder  # it brings torch along
+        from hierroom.training.trust import require_trust
 
-        return RunFolder.open(path.parent).config().changed(**entries)
+        config = RunFolder.open(path.parent).config().changed(**entries)
+        require_trust(path.parent, config, trust=trust, named=entries)
+        return config
     table = _read_entries(path)
     learner, preset = table.pop(_META_PPO, {}), table.pop("preset", None)
     preset = entries.pop("preset", None) or preset

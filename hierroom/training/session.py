@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from collections import deque
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hierroom.agents.scripted_agent import ScriptedAgent
+from hierroom.cli import warn
 from hierroom.errors import InputError
 from hierroom.meta import unsaved_memory
 from hierroom.options import META
@@ -27,6 +27,7 @@ from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder, claim_folder
 from hierroom.training.run_name import run_name
 from hierroom.training.trainer import Trainer
+from hierroom.training.trust import trust_option
 
 ROWS_PER_RUN, CHECKPOINTS_PER_RUN = 500, 10
 
@@ -95,7 +96,9 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
     if not trainer.is_done:
         console.print("stopped and saved; go on with:")
         console.print(
-            f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}", soft_wrap=True, markup=False
+            f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}",
+            soft_wrap=True,
+            markup=False,
         )
         return 130
     write_results(trainer, folder, console)
@@ -163,8 +166,7 @@ def _try_out(trainer: Trainer) -> None:
 
 def _record(folder: RunFolder, config: TrainConfig) -> None:
     """Write what works on the run now, and say which of the user's own modules are not what they were."""
-    for line in record_session(folder.path, config):
-        print(f"warning: {line}", file=sys.stderr)
+    warn(record_session(folder.path, config))
 
 
 def _load(trainer: Trainer, folder: RunFolder) -> None:
