@@ -87,14 +87,15 @@ def one_line_usage(argv: Sequence[str] | None = None) -> Iterator[None]:
 
 def _without_box(text: str) -> str:
     """What tyro's box says, on one line: its first part, the options that are near to a wrong one, and how to go on."""
-    rows = [line.removeprefix("│").removesuffix("│").rstrip() for line in text.splitlines() if line[:1] not in "╭╰"]
+    lines = text.splitlines()
+    rows = [line[2:].removesuffix("│").rstrip() for line in lines[1 if text.startswith("╭") else 2 : -1]]
     parts: list[list[str]] = [[]]
-    for row in rows:
-        if row.strip("─ "):
+    for row in rows:  # a rule stands between two parts
+        if row.strip("─-"):
             parts[-1].append(row)
         else:
             parts.append([])
-    first, *others = ([row.strip() for row in part if not row.startswith(" " * 9)] for part in parts)
+    first, *others = ([row.strip() for row in part if not row.startswith(" " * 8)] for part in parts)
     message = " ".join(first).removeprefix("Error parsing ").replace(". Expected", "; expected")
     for python, ours in _WORDS.items():
         message = message.replace(python, ours)
@@ -105,7 +106,7 @@ def _without_box(text: str) -> str:
         for row in part
         if row.startswith("Available")
     ]
-    hints = [f"is it {' or '.join(dict.fromkeys(near))}?"] * bool(near) + known
+    hints = [f"is it {' or '.join(sorted({*near}))}?"] * bool(near) + known
     help_of = [match[1] for part in others if (match := re.search(r"(\S[^│]* --help)", " ".join(part)))]
     advice = [re.sub("^For full helptext, (run:?|see) ", "see ", one) for one in help_of[-1:]]
     return "; ".join([message[:1].lower() + message[1:].removesuffix("."), *hints, *advice])

@@ -123,6 +123,7 @@ def load_agents(
     config = run.config().changed(device="cpu")
     require_trust(run.path, config if meta is None else config.changed(meta=None), trust=trust)
     checkpoint = run.load_checkpoint(steps)
+    run.require_same_config(config, checkpoint, besides=() if meta is None else ("meta",))
     state = checkpoint["agents"]
     if meta is None:
         meta_agent, controller = make_agents(config)
@@ -187,8 +188,9 @@ def _make_learner(
 
 
 def _checked(device: str) -> str:
+    """The device, on which a number was written and read: some that torch names are not there, or hold nothing."""
     try:
-        torch.empty(1, device=device)
-    except (RuntimeError, AssertionError) as error:
-        raise InputError(f"this machine has no device {device!r}; cpu is always there") from error
+        torch.ones(1, device=device).item()
+    except Exception as error:  # each kind of device fails in its own way
+        raise InputError(f"this machine has no device {device!r} to compute on; cpu is always there") from error
     return device

@@ -39,7 +39,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     console.print(folder.path.name, soft_wrap=True, markup=False)
     console.print(_table(trainer.config, curve, summary))
     agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
-    episode = telling_episode(agent, trainer.config.seed + 1)
+    episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
     name, other = ("escape", "failure") if episode.success else ("failure", "escape")
     save_episodes([episode], folder.path / f"{name}.gif")
     (folder.path / f"{other}.gif").unlink(missing_ok=True)  # of a run that has gone on since

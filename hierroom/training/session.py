@@ -172,6 +172,7 @@ def _record(folder: RunFolder, config: TrainConfig) -> None:
 def _load(trainer: Trainer, folder: RunFolder) -> None:
     """Load the newest checkpoint of a run into the trainer."""
     state = folder.load_checkpoint()
+    folder.require_same_config(trainer.config, state)
     try:
         trainer.load_state_dict(state)
     except (RuntimeError, KeyError, ValueError, TypeError) as error:

@@ -10,6 +10,7 @@ import torch
 
 from hierroom.agents.player import Pair
 from hierroom.errors import InputError
+from hierroom.files import to_json
 from hierroom.options import CONTROLLER, META
 from hierroom.training.assembly import evaluation_seed, freeze, make_agents, make_turns
 from hierroom.training.compile_clock import compile_clock
@@ -45,10 +46,6 @@ class Trainer:
     """
 
     def __init__(self, config: TrainConfig):
-        for name, low in (("steps", 1), ("evaluations", 0), ("evaluation_episodes", 1)):
-            value = getattr(config, name)
-            if not isinstance(value, (int, np.integer)) or value < low:
-                raise InputError(f"{name} must be at least {low}, a whole number, not {value!r}")
         self.config = config
         self.turns = make_turns(config, config.num_envs, config.seed)
         self.turns.world.stagger_clocks()
@@ -163,6 +160,7 @@ class Trainer:
         turns = self.turns.get_state()
         levels = turns.pop("levels")
         return {
+            "config": to_json(self.config.to_dict()),
             "turns": {name: torch.from_numpy(array) for name, array in turns.items()},
             "levels": {name: torch.from_numpy(levels[name].copy()) for name in LEVEL.names or ()},
             "agents": {name: agent.state_dict() for name, agent in self.agents.items()},
