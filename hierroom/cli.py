@@ -25,10 +25,11 @@ COMMANDS: Mapping[str, str] = {
 _MAX_CHARACTERS = 1000
 """Of a line on standard error: what was given may be a whole file."""
 _WORDS = {
-    "invalid literal for int() with base 10:": "it must be a whole number, not",
+    r"invalid literal for int\(\) with base 10:": "it must be a whole number, not",
     "could not convert string to float:": "it must be a number, not",
+    r"no type matching \{None\}\|INT could be instantiated from \[(.*)\]": r"it must be a whole number or None, not \1",
 }
-"""What Python says of a text that is no number, in words for who typed it."""
+"""What Python and tyro say of a text that is no number, in words for who typed it."""
 
 
 def program(name: str) -> str:
@@ -98,7 +99,7 @@ def _without_box(text: str) -> str:
     first, *others = ([row.strip() for row in part if not row.startswith(" " * 8)] for part in parts)
     message = " ".join(first).removeprefix("Error parsing ").replace(". Expected", "; expected")
     for python, ours in _WORDS.items():
-        message = message.replace(python, ours)
+        message = re.sub(python, ours, message)
     near = [row.split()[0] for part in others for row in part[1:2] if re.match("Perhaps|Arguments similar", part[0])]
     known = [
         row.replace("Available subcommands:", "there is")

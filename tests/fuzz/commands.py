@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import importlib
 import io
@@ -9,9 +10,11 @@ import os
 import shutil
 import sys
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from unittest import mock
+
+from rich.progress import track
 
 from hierroom.cli import run
 from hierroom.env_config import EnvConfig
@@ -94,12 +97,15 @@ def train_quietly(argv: Sequence[str]) -> int:
         return train([*argv])
 
 
-def problem_of(name: str, argv: Sequence[str]) -> str | None:
-    """Run a command, whose training and pictures are left out, and say what is wrong with how it ended, or None.
+def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
+    """Run a command, whose training and pictures are left out.
 
     Args:
         name: of the command, as in ``python -m hierroom.NAME``.
         argv: its words.
+
+    Returns:
+        its exit code, and what it wrote on standard error; for an exception its name and the traceback.
     """
     module = importlib.import_module(
         f"hierroom.{name}" if name not in ("compare", "complexity") else f"hierroom.{name}.__main__"
@@ -116,9 +122,9 @@ def problem_of(name: str, argv: Sequence[str]) -> str | None:
             run(module.main)
         except SystemExit as error:
             code = error.code
-        except BaseException:
-            return traceback.format_exc()
-    return wrong_end(code, told.getvalue())
+        except BaseException as error:
+            return type(error).__name__, traceback.format_exc()
+    return code, told.getvalue()
 
 
 def wrong_end(code: object, told: str) -> str | None:
@@ -131,6 +137,31 @@ def wrong_end(code: object, told: str) -> str | None:
     if len(errors) != 1 or told.splitlines()[-1:] != errors or not errors[0].isprintable() or len(errors[0]) > 1100:
         return f"not one line: {told!r}"
     return None
+
+
+def report(
+    description: str | None, what: str, problems: Callable[[int, int], Iterator[tuple[object, str | None]]]
+) -> int:
+    """Try as many as the command line of a fuzzer says, and print what goes wrong; returns 1 if anything does.
+
+    Args:
+        description: of the fuzzer.
+        what: is tried.
+        problems: for a number and a seed, each that was tried and what is wrong with how it ended, or None.
+    """
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--count", type=int, default=500, help="how many are tried")
+    parser.add_argument("--seed", type=int, default=0, help="fixes them")
+    arguments = parser.parse_args()
+    n_wrong = 0
+    for tried, problem in track(problems(arguments.count, arguments.seed), "trying", arguments.count):
+        if problem is not None:
+            n_wrong += 1
+            print(f"\n{tried!r:.2000}\n{problem[-3000:]}", flush=True)
+    print(
+        f"{arguments.count} of {what} (seed {arguments.seed}): {n_wrong} ended neither with 0 nor with 2 and one line"
+    )
+    return int(n_wrong > 0)
 
 
 def restore() -> None:
