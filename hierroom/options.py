@@ -18,6 +18,7 @@ from hierroom.controller import Observation
 from hierroom.goals import NO_GOAL
 from hierroom.step import STEP, Step
 from hierroom.turn_kernels import NO_OUTCOME, OWN_REWARD, choose_goals, record_turns
+from hierroom.world.array_pool import ArrayPool
 from hierroom.world.kernels import compiled
 from hierroom.world.layout import LEVEL, OUTCOME
 
@@ -155,8 +156,12 @@ class Ledger:
 
     def __init__(self, records: np.ndarray) -> None:
         self.records = records
+        self._steps = ArrayPool(self._empty_steps)
         for name in LEDGER_NAMES:
             setattr(self, name, records[name])
+
+    def _empty_steps(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
+        return (np.empty(len(self.records), STEP),), {}
 
     def __reduce__(self) -> tuple[type[Ledger], tuple[np.ndarray]]:
         """A copy, in which the arrays are the fields of its own records."""
@@ -221,7 +226,7 @@ class Ledger:
         Returns:
             [N] new records of `step.STEP`, and in how many environments the episode ended.
         """
-        steps = np.empty(len(actions), STEP)
+        (steps,), _ = self._steps.take()
         n_ended = _compiled_record()(
             outcomes,
             actions,

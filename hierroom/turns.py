@@ -132,7 +132,8 @@ class Turns:
             self._measure(envs)
 
     def _measure(self, envs: NDArray[np.integer]) -> None:
-        self.ledger.shortest[envs] = shortest_lengths(self.world.get_state(envs))
+        state = self.world.state if len(envs) == len(self) else self.world.get_state(envs)
+        self.ledger.shortest[envs] = shortest_lengths(state)
 
     def due(self, agent: str) -> NDArray[np.integer]:
         """[M] the environments in which an agent is to act now; the controller follows the meta-controller everywhere.
@@ -291,10 +292,12 @@ class Turns:
 
         Where the step ended an option it is what either agent observes last in it, with the goal of that option.
         """
-        ended = step.episode_ended[envs]
-        tiles, levels = self.world.outcomes["tiles"][envs], self.world.state.levels[envs]
-        tiles[ended] = self.world.outcomes["final_tiles"][envs[ended]]
-        levels[ended] = self._finals[envs[ended]]
+        ended, outcomes = step.episode_ended[envs], self.world.outcomes
+        if ended.all():
+            tiles, levels = outcomes["final_tiles"][envs], self._finals[envs]
+        else:
+            tiles, levels = outcomes["tiles"][envs], self.world.state.levels[envs]
+            tiles[ended], levels[ended] = outcomes["final_tiles"][envs[ended]], self._finals[envs[ended]]
         if agent == META:
             masks = np.zeros((len(envs), N_META_ACTIONS), bool)
             masks[:, NO_GOAL_ACTION] = True

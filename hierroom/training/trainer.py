@@ -9,11 +9,11 @@ import numpy as np
 import torch
 
 from hierroom.agents.player import Pair
+from hierroom.compile.clock import compile_clock
 from hierroom.errors import InputError
 from hierroom.files import to_json
 from hierroom.options import CONTROLLER, META
 from hierroom.training.assembly import evaluation_seed, freeze, make_agents, make_turns
-from hierroom.training.compile_clock import compile_clock
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import EpisodeLog
 from hierroom.training.evaluation import Evaluation, evaluate

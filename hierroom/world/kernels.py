@@ -7,7 +7,9 @@ too. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
 """
 
 import numpy as np
-from numba import config, njit, typeof
+from numba import config, typeof
+
+from hierroom.compile.kernel import njit
 
 # Tile codes: the content of one cell of a grid or view. Light passes the codes from EMPTY up to below LOCKED_DOOR.
 UNSEEN, EMPTY, EXIT, KEY, OPEN_DOOR, LOCKED_DOOR, WALL = 0, 1, 2, 3, 9, 15, 21

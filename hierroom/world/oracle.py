@@ -20,9 +20,9 @@ and gets the world's tile codes as a table.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from hierroom.compile.kernel import njit
 from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, N_COLOURS, N_GOALS
 from hierroom.world import kernels
@@ -192,10 +192,17 @@ def solve(level, grid, tile_table, kind, colour):
             reached_by[reached] = action + 1
             queue[tail], parents[tail] = reached, head
             tail += 1
-        for turn, turned in ((TURN_LEFT, (direction + 3) & 3), (TURN_RIGHT, (direction + 1) & 3)):
-            reached = node - direction + turned
+        # A turn back to where one turned from, or on from a right turn, leads to what was reached already.
+        came_by = reached_by[node] - 1
+        if came_by != TURN_RIGHT:
+            reached = node - direction + ((direction + 3) & 3)
             if not reached_by[reached]:
-                reached_by[reached] = turn + 1
+                reached_by[reached] = TURN_LEFT + 1
+                queue[tail], parents[tail] = reached, head
+                tail += 1
+            reached = node - direction + ((direction + 1) & 3)
+            if came_by != TURN_LEFT and not reached_by[reached]:
+                reached_by[reached] = TURN_RIGHT + 1
                 queue[tail], parents[tail] = reached, head
                 tail += 1
         head += 1

@@ -80,7 +80,7 @@ class World:
         levels = self.state.levels
         levels["index"] = first_index + np.arange(num_envs)
         levels["max_steps"], levels["can_drop"] = max_steps, drop_key
-        self._shape = (num_envs,)
+        self._shape, self._has_begun = (num_envs,), False
         self.n_actions = 6 if drop_key else 5
         n_slices = max(1, min(threads, num_envs // MIN_ENVS_PER_THREAD))
         bounds = np.linspace(0, num_envs, n_slices + 1).astype(int)
@@ -107,7 +107,7 @@ class World:
     @property
     def has_begun(self) -> bool:
         """Whether levels have been generated, which the first `reset` does."""
-        return bool(self.state.levels["n_rooms"][0])
+        return self._has_begun
 
     def reset(self, seed: Seeds = None, indices: Indices = slice(None)) -> None:
         """Begin an episode in some environments (by default all): with a seed its first one, without one the next.
@@ -133,6 +133,7 @@ class World:
             if one is not None:
                 levels["seed"][envs], levels["episode"][envs] = one, -1
         self._clear_outcomes(chosen, 0)
+        self._has_begun = True
         if len(chosen) == len(self):
             kernels.reset_levels(levels, self.state.grids, self.graph_records, self.outcomes)
         else:
@@ -218,6 +219,7 @@ class World:
                 f"it holds {len(state)} of size {state.size}"
             )
         self.state.levels[chosen], self.state.grids[chosen] = state.levels, state.grids
+        self._has_begun = bool(self.state.levels["n_rooms"][0])
         self._clear_outcomes(chosen, state.levels["steps"])
         levels = state.levels
         at_exit = (levels["row"] == levels["exit_at"][:, 0]) & (levels["col"] == levels["exit_at"][:, 1])
