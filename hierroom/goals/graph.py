@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
+from hierroom.goals.canonical import canonical_rooms
 from hierroom.goals.drawing import tree_svg
 
 
@@ -127,7 +128,7 @@ class GoalGraph:
 
     def canonical(self) -> GoalGraph:
         """The same graph with its rooms in a canonical order and no label, so that isomorphic graphs become equal."""
-        return GoalGraph(*_canonical(self.key_rooms, self.exit_room))
+        return GoalGraph(*canonical_rooms(self.key_rooms, self.exit_room))
 
     def to_networkx(self) -> nx.DiGraph:
         """The goal dependency graph of the paper: start, keys, doors and exit; an edge means 'makes possible'."""
@@ -282,30 +283,6 @@ def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
         raise InputError(f"a goal graph must have at least 2 rooms, not {n_rooms}")
     trees: set[tuple[int, ...]] = {()}
     for size in range(1, n_rooms):
-        trees = {_canonical((*tree, parent), None)[0] for tree in trees for parent in range(size)}
-    graphs = {_canonical(tree, exit_room) for tree in trees for exit_room in range(1, n_rooms)}
+        trees = {canonical_rooms((*tree, parent), None)[0] for tree in trees for parent in range(size)}
+    graphs = {canonical_rooms(tree, exit_room) for tree in trees for exit_room in range(1, n_rooms)}
     return [GoalGraph(*graph) for graph in sorted(graphs)]
-
-
-def _canonical(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[tuple[int, ...], int]:
-    """Renumber rooms breadth first, with the children of a room ordered by the shape of their subtrees."""
-    children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
-    for room, parent in enumerate(key_rooms, start=1):
-        children[parent].append(room)
-
-    floors = [[0]]
-    while floors[-1]:
-        floors.append([child for room in floors[-1] for child in children[room]])
-    rank: dict[int, int] = {}  # of each room's subtree among those of its floor; equal subtrees have the same
-    for floor in reversed(floors):
-        shapes = {
-            room: (room == exit_room, sorted((rank[child] for child in children[room]), reverse=True)) for room in floor
-        }
-        ranks = {shape: n for n, shape in enumerate(sorted({(own, *below) for own, below in shapes.values()}))}
-        rank |= {room: ranks[own, *below] for room, (own, below) in shapes.items()}
-    order, new_parent = [0], {}
-    for position, room in enumerate(order):
-        for child in sorted(children[room], key=rank.__getitem__, reverse=True):
-            new_parent[child] = position
-            order.append(child)
-    return tuple(new_parent[room] for room in order[1:]), 0 if exit_room is None else order.index(exit_room)
