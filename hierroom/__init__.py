@@ -3,13 +3,28 @@
 from __future__ import annotations
 
 import importlib
+import os
 import re
 import sys
 from collections.abc import Callable
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-import gymnasium
+
+def _leave_quietly(kind: type[BaseException], error: BaseException, traceback: Any) -> None:
+    """Ctrl-C while a command is still being imported ends it as later on: one line, and exit code 130."""
+    if not issubclass(kind, KeyboardInterrupt):
+        sys.__excepthook__(kind, error, traceback)
+        return
+    print("stopped", file=sys.stderr, flush=True)
+    os._exit(130)
+
+
+_run = sys.orig_argv[sys.orig_argv.index("-m") + 1 :][:1] if sys.argv[:1] == ["-m"] else sys.argv[:1]
+if _run and re.match(r"hierroom(\.|-|$)", os.path.basename(_run[0])):  # as a command, python -m or a script
+    sys.excepthook = _leave_quietly
+
+import gymnasium  # noqa: E402 - it takes its time, in which Ctrl-C may come
 
 if TYPE_CHECKING:
     from hierroom import complexity

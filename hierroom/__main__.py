@@ -8,7 +8,7 @@ from typing import Annotated
 import tyro
 
 import hierroom
-from hierroom.cli import COMMANDS, run
+from hierroom.cli import COMMANDS, one_line_usage, run
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,9 @@ class ListArguments:
 
 def main() -> int:
     """The command."""
-    if tyro.cli(ListArguments, prog="python -m hierroom").version:
+    with one_line_usage():
+        arguments = tyro.cli(ListArguments, prog="python -m hierroom")
+    if arguments.version:
         print(hierroom.__version__)
         return 0
     print(f"hierroom {hierroom.__version__}: {ListArguments.__doc__.splitlines()[0]}\n")  # pyright: ignore[reportOptionalMemberAccess]

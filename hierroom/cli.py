@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stderr
 from pathlib import Path
 
 from hierroom.errors import InputError
@@ -20,6 +22,15 @@ COMMANDS: Mapping[str, str] = {
     "compile": "compile all kernels now, so that nothing waits for it later",
 }
 """What people run, as ``python -m hierroom.NAME``, and what for."""
+
+_MAX_CHARACTERS = 1000
+"""Of a line on standard error: what was given may be a whole file."""
+_WORDS = {
+    r"invalid literal for int\(\) with base 10:": "it must be a whole number, not",
+    "could not convert string to float:": "it must be a number, not",
+    r"no type matching \{None\}\|INT could be instantiated from \[(.*)\]": r"it must be a whole number or None, not \1",
+}
+"""What Python and tyro say of a text that is no number, in words for who typed it."""
 
 
 def program(name: str) -> str:
@@ -49,6 +60,77 @@ def words(argv: Sequence[str] | None = None) -> list[str]:
     return given
 
 
+@contextmanager
+def one_line_usage(argv: Sequence[str] | None = None) -> Iterator[None]:
+    """A context in which tyro reads a command line, and what it refuses becomes one line instead of a box.
+
+    Args:
+        argv: the words it reads, by default those of this process.
+
+    Raises:
+        InputError: if tyro refuses the command line.
+    """
+    given, said, columns = sys.argv[1:] if argv is None else argv, io.StringIO(), os.environ.get("COLUMNS")
+    is_help = not {"-h", "--help"}.isdisjoint(given)
+    try:
+        if not is_help:
+            os.environ["COLUMNS"] = "100000"  # tyro breaks no line of the box, so that none has to be put together
+        with redirect_stderr(said):
+            yield
+    except SystemExit as error:
+        if error.code != 2:  # it was asked for help, or for what completes options in a shell
+            raise
+        raise InputError(_without_box(said.getvalue())) from None
+    finally:
+        if not is_help:
+            os.environ.pop("COLUMNS")
+            os.environ.update({} if columns is None else {"COLUMNS": columns})
+
+
+def _without_box(text: str) -> str:
+    """What tyro's box says, on one line: its first part, the options that are near to a wrong one, and how to go on."""
+    lines = text.splitlines()
+    rows = [line[2:].removesuffix("│").rstrip() for line in lines[1 if text.startswith("╭") else 2 : -1]]
+    parts: list[list[str]] = [[]]
+    for row in rows:  # a rule stands between two parts
+        if row.strip("─-"):
+            parts[-1].append(row)
+        else:
+            parts.append([])
+    first, *others = ([row.strip() for row in part if not row.startswith(" " * 8)] for part in parts)
+    message = " ".join(first).removeprefix("Error parsing ").replace(". Expected", "; expected")
+    for python, ours in _WORDS.items():
+        message = re.sub(python, ours, message)
+    near = [row.split()[0] for part in others for row in part[1:2] if re.match("Perhaps|Arguments similar", part[0])]
+    known = [
+        row.replace("Available subcommands:", "there is")
+        for part in others
+        for row in part
+        if row.startswith("Available")
+    ]
+    hints = [f"is it {' or '.join(sorted({*near}))}?"] * bool(near) + known
+    help_of = [match[1] for part in others if (match := re.search(r"(\S[^│]* --help)", " ".join(part)))]
+    advice = [re.sub("^For full helptext, (run:?|see) ", "see ", one) for one in help_of[-1:]]
+    return "; ".join([message[:1].lower() + message[1:].removesuffix("."), *hints, *advice])
+
+
+def one_line(text: str) -> str:
+    """A text as one line that no terminal obeys: control characters escaped, and the middle of a long text cut."""
+    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    half = _MAX_CHARACTERS // 2
+    return plain if len(plain) <= _MAX_CHARACTERS else f"{plain[:half]} ... {plain[-half:]}"
+
+
+def _say(kind: str, text: object) -> None:
+    print(one_line(f"{kind}: {text}"), file=sys.stderr)
+
+
+def warn(lines: Iterable[str]) -> None:
+    """Print warnings, a line each, on standard error."""
+    for line in lines:
+        _say("warning", line)
+
+
 def run(command: Callable[[], int]) -> None:
     """Run a command and leave the process with its exit code, or with 2 where an input cannot be used.
 
@@ -58,13 +140,13 @@ def run(command: Callable[[], int]) -> None:
     try:
         code = command()
     except InputError as error:
-        print(f"error: {error}", file=sys.stderr)
+        _say("error", error)
         code = 2
     except FloatingPointError as error:
-        print(f"error: {error}", file=sys.stderr)
+        _say("error", error)
         code = 1
     except MemoryError as error:
-        print(f"error: there is not memory enough: {error}", file=sys.stderr)
+        _say("error", f"there is not memory enough: {error}")
         code = 2
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
@@ -72,9 +154,16 @@ def run(command: Callable[[], int]) -> None:
     except BrokenPipeError:  # the reader, such as head, has seen enough
         code = 0
     except OSError as error:
-        if error.filename is not None:  # it was no stream that could not be written
+        if error.filename is None:  # a stream that could not be written to
+            code = _tell_unwritten(error)
+        else:  # such as a name that is too long, or a folder that may not be read
+            _say("error", f"{error.strerror or error}: {os.fspath(error.filename)!r}")
+            code = 2
+    except RuntimeError as error:  # torch has no MemoryError
+        if "allocate" not in str(error):
             raise
-        code = _tell_unwritten(error)
+        _say("error", f"there is not memory enough: {error}")
+        code = 2
     except SystemExit as error:
         if not isinstance(error.__context__, BrokenPipeError):
             raise
@@ -111,5 +200,5 @@ def _flush(code: int) -> int:
 
 def _tell_unwritten(error: OSError) -> int:
     """Say that the output is not complete; returns the exit code."""
-    print(f"error: cannot write the output: {error.strerror}", file=sys.stderr)
+    _say("error", f"cannot write the output: {error.strerror}")
     return 2

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,7 +14,7 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from hierroom.cli import program, run, words
+from hierroom.cli import one_line_usage, program, run, words
 from hierroom.env_config import GRAPHS, GoalMaskName
 from hierroom.errors import InputError
 from hierroom.files import to_json
@@ -41,6 +40,8 @@ class EvaluateArguments:
             package.module:Class or package.module:function.
         goal_mask: other goals that may be chosen: reachable, existing, seen or none.
         checkpoint: the steps of an earlier checkpoint than the newest.
+        trust_run: run the code that the run's config names beside what ships with hierroom (a network, a reward, a
+            meta-controller of somebody's own).
         json: print JSON for machines; what has no value, such as the mean step of a goal never reached, is null.
     """
 
@@ -54,25 +55,27 @@ class EvaluateArguments:
     meta: str | None = None
     goal_mask: GoalMaskName | None = None
     checkpoint: int | None = None
+    trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     json: bool = False
 
 
 def main() -> int:
     """The command."""
-    arguments = tyro.cli(EvaluateArguments, prog=program("evaluate"), args=words())
+    argv = words()
+    with one_line_usage(argv):
+        arguments = tyro.cli(EvaluateArguments, prog=program("evaluate"), args=argv)
     for name in ("episodes", "num_envs"):
         if getattr(arguments, name) < 1:
             raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
     import torch  # it takes its time, and --help needs none of it
 
     from hierroom.training.evaluation import evaluate
-    from hierroom.training.provenance import changed_modules
+    from hierroom.training.provenance import warn_of_changed_modules
     from hierroom.training.trained_agent import load
 
     torch.set_num_threads(1)  # as in training
-    agent = load(arguments.run, checkpoint=arguments.checkpoint, meta=arguments.meta)
-    for line in changed_modules(arguments.run, agent.config.changed(meta=None) if arguments.meta else agent.config):
-        print(f"warning: {line}", file=sys.stderr)
+    agent = load(arguments.run, checkpoint=arguments.checkpoint, meta=arguments.meta, trust=arguments.trust_run)
+    warn_of_changed_modules(arguments.run, agent.config.changed(meta=None) if arguments.meta else agent.config)
     num_envs, seed = min(arguments.num_envs, arguments.episodes), arguments.seed
     named = {name: getattr(arguments, name) for name in ("graph", "exclude", "size", "goal_mask")}
     chosen: dict[str, Any] = {name: value for name, value in named.items() if value not in (None, ())}

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from hierroom.cli import program, run
+from hierroom.cli import one_line_usage, program, run
 from hierroom.complexity.report import analyze
 from hierroom.complexity.walk import TABLE_READING, Reading
 from hierroom.goals import NAMED_GRAPHS
@@ -105,7 +105,9 @@ COMMANDS = {"table2": Table2}
 def main() -> int:
     """The command."""
     description = "The paper's tables and figures, ours printed beside its own numbers."
-    tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=program("paper"), description=description).run()
+    with one_line_usage():
+        table = tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=program("paper"), description=description)
+    table.run()
     return 0
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from hierroom.cli import program, run, words
+from hierroom.cli import one_line_usage, program, run, words
 from hierroom.errors import InputError
 from hierroom.training.config import TrainConfig
 from hierroom.training.config_file import read_config
@@ -18,6 +19,8 @@ from hierroom.training.presets import find_preset, implied_preset
 if TYPE_CHECKING:
     from hierroom.training.trained_agent import TrainedAgent
 
+_CODE = ("meta", "network", "reward")
+"""Options that may name code of the user's own."""
 _ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
 
 
@@ -30,12 +33,15 @@ class TrainArguments:
             to repeat; what the command line names counts more.
         out: the run folder, new; by default runs/ and a name that shows what differs from the preset.
         resume: a run folder to go on with; only --steps, --threads and --device may be given beside it.
+        trust_run: run the code that the config.json of --config or --resume names beside what ships with hierroom, and
+            that is not named here by --meta, --network or --reward.
     """
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
     config_file: Annotated[Path | None, tyro.conf.arg(name="config")] = None
     out: Path | None = None
     resume: Path | None = None
+    trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 
 
 def parse(argv: list[str] | None = None) -> TrainArguments:
@@ -46,23 +52,25 @@ def parse(argv: list[str] | None = None) -> TrainArguments:
     """
     argv = words(argv)
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
-    for name in ("--preset", "--meta", "--config", "--resume", "--out"):
+    for name in ("--preset", *(f"--{name}" for name in _CODE), "--config", "--resume", "--out"):
         first.add_argument(name)
+    first.add_argument("--trust-run", action="store_true")
     try:
         known, _ = first.parse_known_args(argv)
     except argparse.ArgumentError as error:
         raise InputError(str(error)) from error
     if known.resume and not (known.preset is known.config is known.out is None):
         raise InputError(_ONLY_BESIDE_RESUME)
+    named = {name: getattr(known, name) for name in ("preset", *_CODE) if getattr(known, name) is not None}
     if known.resume:
-        default = _config_of(known.resume)
+        default = _config_of(known.resume, known.trust_run, named)
     elif known.config:
-        named = {"preset": known.preset, "meta": known.meta}
-        default = read_config(known.config, **{name: value for name, value in named.items() if value is not None})
+        default = read_config(known.config, trust=known.trust_run, **named)
     else:
         default = find_preset(known.preset or implied_preset(known.meta))
     start = TrainArguments(config=default)
-    arguments = tyro.cli(TrainArguments, prog=program("train"), default=start, args=argv)
+    with one_line_usage(argv):
+        arguments = tyro.cli(TrainArguments, prog=program("train"), default=start, args=argv)
     config = arguments.config
     kept = config.changed(steps=default.steps, threads=default.threads, device=default.device)
     if known.resume and kept != default:
@@ -106,7 +114,7 @@ def train(config: TrainConfig | None = None, *, out: str | Path | None = None, *
             raise KeyboardInterrupt
     finally:
         torch.set_num_threads(n_threads)  # a session sets it for the whole process
-    return load(folder.path)
+    return load(folder.path, trust=True)  # what it names was named in this call
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -118,18 +126,19 @@ def main(argv: list[str] | None = None) -> int:
         return run_session(*resume(arguments.config, arguments.resume))
     trainer, folder = begin(arguments.config, arguments.out)
     if arguments.config_file is not None and arguments.config_file.name == "config.json":
-        from hierroom.training.output import warn
-        from hierroom.training.provenance import changed_modules
+        from hierroom.training.provenance import warn_of_changed_modules
 
-        for line in changed_modules(arguments.config_file.parent, arguments.config):
-            warn(line)
+        warn_of_changed_modules(arguments.config_file.parent, arguments.config)
     return run_session(trainer, folder)
 
 
-def _config_of(path: str) -> TrainConfig:
+def _config_of(path: str, trust: bool, named: Mapping[str, str]) -> TrainConfig:
     from hierroom.training.run_folder import RunFolder  # it brings torch along
+    from hierroom.training.trust import require_trust
 
-    return RunFolder.open(path).config()
+    config = RunFolder.open(path).config()
+    require_trust(Path(path), config, trust=trust, named=named)
+    return config
 
 
 def script() -> None:

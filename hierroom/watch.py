@@ -14,7 +14,7 @@ import tyro
 from rich.console import Console
 from rich.progress import Progress
 
-from hierroom.cli import program, run, words
+from hierroom.cli import one_line_usage, program, run, words
 from hierroom.env_config import GRAPHS, GoalMaskName
 from hierroom.errors import InputError
 from hierroom.goals import GraphSpecs
@@ -38,6 +38,8 @@ class WatchArguments:
         most: the most episodes to play in search of failures.
         greedy: let the controller take its most probable action instead of drawing one.
         checkpoint: the steps of an earlier checkpoint than the newest.
+        trust_run: run the code that the run's config names beside what ships with hierroom (a network, a reward, a
+            meta-controller of somebody's own).
         graph: other goal graphs than those trained on, given as in training.
         exclude: goal graphs to leave out; those left out in training are left out only where --graph is not given.
         size: another grid size than the one trained on.
@@ -56,6 +58,7 @@ class WatchArguments:
     most: int = 1000
     greedy: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     checkpoint: int | None = None
+    trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     graph: Annotated[GraphSpecs, GRAPHS] = ()
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
     size: int | None = None
@@ -68,22 +71,24 @@ class WatchArguments:
 
 def main(argv: list[str] | None = None) -> int:
     """The command."""
-    arguments = tyro.cli(WatchArguments, prog=program("watch"), args=words(argv))
+    argv = words(argv)
+    with one_line_usage(argv):
+        arguments = tyro.cli(WatchArguments, prog=program("watch"), args=argv)
     for name in ("episodes", "most"):
         if getattr(arguments, name) < 1:
             raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
     import torch  # it takes its time, and --help needs none of it
 
     from hierroom.agents.playback import require_file, save_episodes
-    from hierroom.training.provenance import changed_modules
+    from hierroom.training.provenance import warn_of_changed_modules
     from hierroom.training.trained_agent import load
 
     torch.set_num_threads(1)  # as in training
     if arguments.out is not None:
         require_file(arguments.out)
-    agent = load(arguments.run, checkpoint=arguments.checkpoint, meta=arguments.meta, greedy=arguments.greedy)
-    for line in changed_modules(arguments.run, agent.config.changed(meta=None) if arguments.meta else agent.config):
-        print(f"warning: {line}", file=sys.stderr)
+    named = {name: getattr(arguments, name) for name in ("checkpoint", "meta", "greedy")}
+    agent = load(arguments.run, **named, trust=arguments.trust_run)
+    warn_of_changed_modules(arguments.run, agent.config.changed(meta=None) if arguments.meta else agent.config)
     episodes, n_played = _play(agent, arguments)
     if arguments.failures:
         print(_count(len(episodes), n_played))

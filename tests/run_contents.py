@@ -197,7 +197,7 @@ def curve_ends(curve: NDArray[np.bool_], top: int, bottom: int) -> list[float]:
 def check_picture(path: Path) -> bool:
     """Assert that escape.gif, or else failure.gif, is what the newest checkpoint does; returns whether it escapes."""
     torch.set_num_threads(1)  # as in training
-    agent = load(path)
+    agent = load(path, trust=True)
     episode = results.telling_episode(agent, agent.config.seed + 1)
     name, other = ("escape", "failure") if episode.success else ("failure", "escape")
     assert not (path / f"{other}.gif").exists()

@@ -90,7 +90,7 @@ NUMBERS = st.fixed_dictionaries(
         "learning_rate": st.floats(1e-12, 1e12),
         "steps": st.integers(1, 10**12),
         "seed": st.integers(0, 2**62),
-        "hidden_size": st.integers(1, 10**6),
+        "hidden_size": st.integers(1, 2**16),
     },
 )
 

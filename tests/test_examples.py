@@ -72,7 +72,7 @@ def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp
     door_without_key, door_with_key = (2 * kind + 1 for kind in (1, 2))  # both seen
     assert counts["tried"].sum() > 1000
     assert rates[door_without_key] < 0.2 < rates[door_with_key]
-    assert "success" in run("-m", "hierroom.evaluate", str(tmp_path / "run"), "--episodes", "20")
+    assert "success" in run("-m", "hierroom.evaluate", str(tmp_path / "run"), "--episodes", "20", "--trust-run")
 
 
 @pytest.mark.parametrize("meta", ["own_learning_meta:ReachedMostOften", "own_watching_meta:OthersFirst"])
@@ -134,8 +134,8 @@ def test_the_reward_of_ones_own_trains_and_is_known_to_evaluate_and_resume(rewar
     out = str(tmp_path / "run")
     run("-m", "hierroom.train", "--reward", f"own_reward:{reward}", *settings, "--out", out)
     assert RunFolder.open(out).config().env.reward == f"own_reward:{reward}"
-    assert "success" in run("-m", "hierroom.evaluate", out, "--episodes", "20")
-    run("-m", "hierroom.train", "--resume", out, "--steps", "6000")
+    assert "success" in run("-m", "hierroom.evaluate", out, "--episodes", "20", "--trust-run")
+    run("-m", "hierroom.train", "--resume", out, "--steps", "6000", "--reward", f"own_reward:{reward}")
 
 
 def test_the_reward_of_ones_own_is_nearness_by_hand(monkeypatch):

@@ -74,11 +74,11 @@ def test_a_run_tells_each_command_that_worked_on_it(tmp_path):
     before = datetime.now(UTC).replace(microsecond=0)
     first = [*python, *FLAGS, "--meta", "mine:First", "--out", "my run"]
     subprocess.run(first, check=True, capture_output=True, timeout=120)
-    then = [*python, "--resume", "my run", "--steps", "1024"]
+    then = [*python, "--resume", "my run", "--steps", "1024", "--trust-run"]
     assert b"warning" not in subprocess.run(then, check=True, capture_output=True, timeout=120).stderr
     began, resumed = sessions(Path("my run"))
     assert began["command"].endswith("-m hierroom.train " + " ".join(FLAGS) + " --meta mine:First --out 'my run'")
-    assert resumed["command"].endswith("-m hierroom.train --resume 'my run' --steps 1024")
+    assert resumed["command"].endswith("-m hierroom.train --resume 'my run' --steps 1024 --trust-run")
     started, again = (datetime.fromisoformat(one["started"]) for one in (began, resumed))
     assert before <= started <= again <= datetime.now(UTC)
     assert began["folder"] == str(tmp_path)
@@ -119,6 +119,33 @@ def test_the_commit_and_whether_files_differ_from_it(tmp_path, monkeypatch):
     assert describe_git(tmp_path) == {"commit": commit, "is_dirty": True}
     monkeypatch.setenv("PATH", "")
     assert describe_git(tmp_path) is None
+
+
+def test_a_checkout_names_no_program_that_git_runs(tmp_path):
+    """Its config may name filters and monitors: who trains within an unpacked archive did not choose them."""
+    git("init", "-q")
+    Path("file").write_text("1")
+    Path("other").write_text("1")
+    git("add", "file", "other")
+    git("commit", "-qm", "one")
+    assert describe_git(tmp_path)["is_dirty"] is False
+    names = ["filter.x.clean", "filter.x.process", "core.fsmonitor", "core.sshCommand", "diff.external"]
+    for name in names:
+        git("config", name, f"touch {tmp_path}/ran; cat")
+    git("config", "filter.x.required", "true")
+    (tmp_path / ".git" / "included").write_text(f'[filter "y"]\n\tclean = touch {tmp_path}/ran; cat\n')
+    git("config", "include.path", "included")
+    (tmp_path / ".git" / "info" / "attributes").write_text("file filter=x\nother filter=y\n")
+    for file in ("file", "other"):
+        Path(file).write_text("2")  # as long as it was, so that git has to read it
+    subprocess.run(["git", "status"], cwd=tmp_path, check=False, capture_output=True)
+    assert Path("ran").exists()  # git itself runs them
+    Path("ran").unlink()
+    assert describe_git(tmp_path)["is_dirty"] is True
+    assert not Path("ran").exists()
+    git("config", "filter.a=b.clean", f"touch {tmp_path}/ran; cat")
+    assert describe_git(tmp_path) is None
+    assert not Path("ran").exists()
 
 
 def test_no_secret_is_written(tmp_path, monkeypatch):
@@ -259,14 +286,15 @@ def test_evaluating_and_resuming_say_what_changed_and_go_on(monkeypatch, capsys)
     assert train([*FLAGS, "--meta", "mine:First", "--out", "run"]) == 0
     Path("run/modules/mine.py").write_text("raise SystemExit('a copy is never run')")
     said = "warning: mine.py has changed since run was trained: what it was is modules/mine.py there\n"
-    for arguments, warnings in ((["run"], ""), (["run", "--meta", "random"], "")):
+    trusted = ["run", "--trust-run"]
+    for arguments, warnings in ((trusted, ""), (["run", "--meta", "random"], "")):
         assert evaluated(monkeypatch, capsys, arguments) == warnings
     Path("mine.py").write_text(META + "# now\n")
-    for arguments, warnings in ((["run"], said), (["run", "--meta", "random"], "")):
+    for arguments, warnings in ((trusted, said), (["run", "--meta", "random"], "")):
         assert evaluated(monkeypatch, capsys, arguments) == warnings
-    assert train(["--resume", "run", "--steps", "1024"]) == 0
+    assert train(["--resume", "run", "--steps", "1024", "--meta", "mine:First"]) == 0
     assert capsys.readouterr().err == said
-    assert evaluated(monkeypatch, capsys, ["run"]) == ""
+    assert evaluated(monkeypatch, capsys, trusted) == ""
 
 
 def evaluated(monkeypatch, capsys, arguments: list[str]) -> str:

@@ -372,12 +372,11 @@ def test_wrong_input_is_one_line_and_writes_nothing(arguments, said, tmp_path, m
     ],
 )
 def test_a_name_that_is_none_of_a_few_is_refused_by_the_command_and_from_python(
-    arguments, change, said, tmp_path, monkeypatch, capsys
+    arguments, change, said, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit, match="2"):
+    with pytest.raises(InputError, match=f"invalid choice '{arguments[1]}' for argument '{arguments[0]}'"):
         train([*FLAGS, *arguments])
-    assert f"invalid choice '{arguments[1]}' for argument '{arguments[0]}'" in capsys.readouterr().err
     with pytest.raises(InputError, match=said) as caught:
         Trainer(SMALL.changed(**change))
     assert "\n" not in str(caught.value)

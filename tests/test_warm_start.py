@@ -109,7 +109,7 @@ def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
     out = str(tmp_path / "run")
     assert train([*flags, "--steps", "512", "--out", out]) == 0
     (tmp_path / "before").unlink()
-    assert train(["--resume", out, "--steps", "1024"]) == 0
+    assert train(["--resume", out, "--steps", "1024", "--trust-run"]) == 0
     assert RunFolder.open(out).config().warm_start == str(tmp_path / "before")
 
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, require_number
 
 FeatureName = Literal[
     "view",
@@ -98,6 +98,9 @@ class AgentsConfig:
             alone, one network is shared by all colours (`agents.goal_network`); else it is like the controller's.
         meta_start_success: a learned meta-controller chooses goals at random until this share of 100 episodes reaches
             the exit; then it learns.
+
+    Raises:
+        InputError: if there is no such method, or a number is outside its range.
     """
 
     method: MethodName = "hippo"
@@ -110,6 +113,11 @@ class AgentsConfig:
     curiosity_weight: float = 0.05
     meta_features: tuple[FeatureName, ...] = ("goal-status", "goal-outcome")
     meta_start_success: float = 0.03
+
+    def __post_init__(self) -> None:
+        find_method(self.method)
+        require_number("curiosity_weight", self.curiosity_weight, 0)
+        require_number("meta_start_success", self.meta_start_success, 0, 1)
 
     def resolved_method(self, reward: Any = None) -> Method:
         """The method, with the meta-controller and the reward that are named in place of its own.

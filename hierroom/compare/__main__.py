@@ -11,7 +11,7 @@ import tyro
 from rich.console import Console
 from rich.progress import Progress
 
-from hierroom.cli import program, run
+from hierroom.cli import one_line_usage, program, run
 from hierroom.compare.metric import METRICS, MetricName
 from hierroom.errors import InputError
 from hierroom.files import to_json, write_atomically
@@ -54,7 +54,8 @@ class CompareArguments:
 
 def main() -> int:
     """The command."""
-    arguments = tyro.cli(CompareArguments, prog=program("compare"))
+    with one_line_usage():
+        arguments = tyro.cli(CompareArguments, prog=program("compare"))
     if not arguments.runs:
         raise InputError("give the folders of the runs to compare, or a folder that contains them")
     if arguments.resamples < 100:

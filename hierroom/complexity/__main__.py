@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from hierroom.cli import program, run, words
+from hierroom.cli import one_line_usage, program, run, words
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.tables import COLUMNS, ColumnName, csv_text, latex_text, markdown_text
@@ -66,6 +66,8 @@ class ComplexityArguments:
         max_steps: steps after which an episode of play is truncated; by default the run's, or 1000.
         episodes: how many episodes to play.
         seed: seed of the levels, the actions and the bootstrap.
+        trust_run: run the code that the config of that run names beside what ships with hierroom (a network, a reward,
+            a meta-controller of somebody's own).
     """
 
     graph: Annotated[GraphSpecs, GRAPHS] = ()
@@ -88,6 +90,7 @@ class ComplexityArguments:
     max_steps: int | None = None
     episodes: int = 1000
     seed: int = 1_000_000
+    trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 
 
 def show(options: ComplexityArguments) -> None:
@@ -134,7 +137,10 @@ def show(options: ComplexityArguments) -> None:
 
 def main() -> int:
     """Run the command."""
-    show(tyro.cli(ComplexityArguments, prog=program("complexity"), args=words()))
+    argv = words()
+    with one_line_usage(argv):
+        options = tyro.cli(ComplexityArguments, prog=program("complexity"), args=argv)
+    show(options)
     return 0
 
 
@@ -175,6 +181,7 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
         max_steps=options.max_steps,
         walk=walk,
         reading=reading,
+        trust=options.trust_run,
     )
     if options.draw is not None:
         from hierroom.complexity.draw_reach import save_reach

@@ -71,9 +71,10 @@ class AugmentedGraph:
     def __post_init__(self) -> None:
         n_nodes = count_nodes(self.graph)
         if n_nodes > MAX_NODES:
+            told = f"{n_nodes:,}" if n_nodes < 10**15 else "far more"
             raise InputError(
                 f"the augmented graph may have at most {MAX_NODES:,} nodes; "
-                f"this goal graph of {self.graph.n_rooms} rooms gives {n_nodes:,}"
+                f"this goal graph of {self.graph.n_rooms} rooms gives {told}"
             )
 
     @cached_property
@@ -240,16 +241,17 @@ def count_nodes(graph: GoalGraph) -> int:
     for room, key_room in enumerate(graph.key_rooms, start=1):
         children[key_room].append(room)
 
-    def subtrees(room: int) -> tuple[int, int]:
-        count, inside_and_fringe = 1, 1  # the subtree of this room alone
+    subtrees = [(1, 1)] * graph.n_rooms  # their number, and the nodes they give; at first of each room alone
+    depths = graph.depths
+    for room in sorted(range(graph.n_rooms), key=lambda room: -depths[room]):
+        count, inside_and_fringe = 1, 1
         for child in children[room]:
-            with_child, its_nodes = subtrees(child)
+            with_child, its_nodes = subtrees[child]
             # without the child: one more key node on the fringe; with it: also the nodes of the child's subtree
             inside_and_fringe = inside_and_fringe * (1 + with_child) + count * (1 + its_nodes)
             count *= 1 + with_child
-        return count, inside_and_fringe
-
-    return subtrees(0)[1] + 1
+        subtrees[room] = count, inside_and_fringe
+    return subtrees[0][1] + 1
 
 
 def kinds_of_nodes(augmented: AugmentedGraph) -> list[tuple[int, ...]]:

@@ -6,7 +6,7 @@ import json
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
+from hierroom.goals.canonical import canonical_rooms
 from hierroom.goals.drawing import tree_svg
 
 
@@ -54,12 +55,11 @@ class GoalGraph:
             raise InputError(f"the exit must lie behind a door, in a room from 1 to {last}, not in room 0")
         if not 1 <= self.exit_room <= last:
             raise InputError(f"the exit must lie in a room from 1 to {last}, not in {self.exit_room}")
-        for room in range(1, self.n_rooms):
-            if self._depth(room) is None:
-                raise InputError(
-                    f"key_rooms must form a tree rooted at room 0, but the key of room {room} lies behind a cycle: "
-                    f"{list(self.key_rooms)}"
-                )
+        if None in (depths := self._depths):
+            raise InputError(
+                f"key_rooms must form a tree rooted at room 0, but the key of room {depths.index(None)} lies behind a "
+                f"cycle: {list(self.key_rooms)}"
+            )
         if self.label is not None:
             _check_label(self.label, self)
 
@@ -76,7 +76,7 @@ class GoalGraph:
     @property
     def depths(self) -> tuple[int, ...]:
         """Depth of each room 0..n_rooms - 1 in the tree of keys; the centre has depth 0."""
-        return tuple(self._depth(room) or 0 for room in range(self.n_rooms))
+        return tuple(depth or 0 for depth in self._depths)
 
     @property
     def exit_depth(self) -> int:
@@ -96,14 +96,22 @@ class GoalGraph:
         described = f"keys-{'-'.join(map(str, self.key_rooms))}-exit-{self.exit_room}"
         return _letters().get(self.canonical(), described)
 
-    def _depth(self, room: int) -> int | None:
-        depth = 0
-        while room != 0:
-            room = self.key_rooms[room - 1]
-            depth += 1
-            if depth >= self.n_rooms:
-                return None
-        return depth
+    @cached_property
+    def _depths(self) -> tuple[int | None, ...]:
+        """Depth of each room; None behind a cycle. Each room is walked through once, however long a chain they form."""
+        depths: list[int | None] = [0] * self.n_rooms
+        is_known = [True] + [False] * len(self.key_rooms)
+        for room in range(1, self.n_rooms):
+            way = []
+            while not is_known[room]:
+                is_known[room], depths[room] = True, None  # where a way comes back to itself, it stays so
+                way.append(room)
+                room = self.key_rooms[room - 1]
+            depth = depths[room]
+            for passed in reversed(way):
+                depth = None if depth is None else depth + 1
+                depths[passed] = depth
+        return tuple(depths)
 
     def open_goals(self, keys: ArrayLike, doors: ArrayLike) -> NDArray[np.bool_]:
         """Find the goals that can be achieved now, before any other goal.
@@ -120,7 +128,7 @@ class GoalGraph:
 
     def canonical(self) -> GoalGraph:
         """The same graph with its rooms in a canonical order and no label, so that isomorphic graphs become equal."""
-        return GoalGraph(*_canonical(self.key_rooms, self.exit_room))
+        return GoalGraph(*canonical_rooms(self.key_rooms, self.exit_room))
 
     def to_networkx(self) -> nx.DiGraph:
         """The goal dependency graph of the paper: start, keys, doors and exit; an edge means 'makes possible'."""
@@ -183,7 +191,7 @@ class GoalGraph:
             table = tomllib.loads(path.read_text())
         except OSError as error:
             raise InputError(f"cannot read the goal graph {path}: {error.strerror}") from error
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (ValueError, RecursionError) as error:  # TOMLDecodeError and UnicodeDecodeError among them
             raise InputError(f"{path} is not a TOML file: {error}") from error
         try:
             graph = cls.from_dict(table)
@@ -275,23 +283,6 @@ def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
         raise InputError(f"a goal graph must have at least 2 rooms, not {n_rooms}")
     trees: set[tuple[int, ...]] = {()}
     for size in range(1, n_rooms):
-        trees = {_canonical((*tree, parent), None)[0] for tree in trees for parent in range(size)}
-    graphs = {_canonical(tree, exit_room) for tree in trees for exit_room in range(1, n_rooms)}
+        trees = {canonical_rooms((*tree, parent), None)[0] for tree in trees for parent in range(size)}
+    graphs = {canonical_rooms(tree, exit_room) for tree in trees for exit_room in range(1, n_rooms)}
     return [GoalGraph(*graph) for graph in sorted(graphs)]
-
-
-def _canonical(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[tuple[int, ...], int]:
-    """Renumber rooms breadth first, with the children of a room ordered by the shape of their subtrees."""
-    children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
-    for room, parent in enumerate(key_rooms, start=1):
-        children[parent].append(room)
-
-    def shape(room: int) -> tuple:
-        return (room == exit_room, tuple(sorted((shape(child) for child in children[room]), reverse=True)))
-
-    order, new_parent = [0], {}
-    for position, room in enumerate(order):
-        for child in sorted(children[room], key=shape, reverse=True):
-            new_parent[child] = position
-            order.append(child)
-    return tuple(new_parent[room] for room in order[1:]), 0 if exit_room is None else order.index(exit_room)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from hierroom.errors import InputError
+import numpy as np
+
+from hierroom.errors import InputError, require_number
+
+MOST = {"sequence_length": 2**20, "minibatches": 2**20, "epochs": 2**20, "hidden_size": 2**16}
+"""The largest whole numbers: beyond any use, and small enough for what is computed with them to fit into 64 bits."""
 
 
 @dataclass(frozen=True)
@@ -57,21 +61,18 @@ class PPOConfig:
     hidden_size: int = 64
 
     def __post_init__(self) -> None:
-        for name in ("sequence_length", "minibatches", "epochs", "hidden_size"):
-            self._require(name, 1, math.inf)
+        for name, high in MOST.items():
+            require_number(name, getattr(self, name), 1, high, is_whole=True)
         if self.sequences_per_update is not None:
-            self._require("sequences_per_update", self.minibatches, math.inf)
+            least, most = self.minibatches, MOST["minibatches"]
+            require_number("sequences_per_update", self.sequences_per_update, least, most, is_whole=True)
         for name in ("learning_rate", "adam_epsilon", "max_gradient_norm", "clip", "min_advantage_std"):
-            self._require(name, 0, math.inf)
+            require_number(name, getattr(self, name), 0)
             if getattr(self, name) == 0:
                 raise InputError(f"{name} must be above 0, not 0")
         for name in ("value_weight", "entropy_weight"):
-            self._require(name, 0, math.inf)
+            require_number(name, getattr(self, name), 0)
         for name in ("gamma", "gae_lambda", "final_learning_rate_fraction"):
-            self._require(name, 0, 1)
-
-    def _require(self, name: str, low: float, high: float) -> None:
-        value = getattr(self, name)
-        if not low <= value <= high:
-            bound = f"at least {low}" if high == math.inf else f"from {low} to {high}"
-            raise InputError(f"{name} must be {bound}, not {value}")
+            require_number(name, getattr(self, name), 0, 1)
+        if not isinstance(self.normalize_advantages, (bool, np.bool_)):
+            raise InputError(f"normalize_advantages must be True or False, not {self.normalize_advantages!r}")

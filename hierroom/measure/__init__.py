@@ -149,6 +149,7 @@ def measure_named(
     max_steps: int | None = None,
     walk: Walk = PAPER_WALK,
     reading: Reading = TABLE_READING,
+    trust: bool = False,
 ) -> MeasuredReport:
     """Measure the player that the command line names, with a progress bar.
 
@@ -162,6 +163,7 @@ def measure_named(
         max_steps: primitive steps after which an episode is truncated; None likewise.
         walk: the walk that is assumed, to compare with.
         reading: interpretation of the paper's augmented graph, likewise.
+        trust: whether to run the code that the run's config names, as for `load`.
 
     Raises:
         InputError: if there is no such run, or an argument is not valid.
@@ -175,7 +177,7 @@ def measure_named(
         turns = Turns(EnvConfig(drop_key=drop_key, **entries), num_envs, seed=seed)
         player: Player = make_player(name, seed)
     else:
-        turns, player = _trained(name, entries, drop_key, num_envs, seed)
+        turns, player = _trained(name, entries, drop_key, num_envs, seed, trust)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("playing", total=episodes)
         return measure(turns, player, episodes, lambda done: bar.update(task, completed=done), seed, walk, reading)
@@ -193,8 +195,10 @@ def graph_of(turns: Turns) -> GoalGraph:
     return graph
 
 
-def _trained(name: str, entries: dict[str, Any], drop_key: bool, num_envs: int, seed: int) -> tuple[Turns, Player]:
-    agent = load(name)
+def _trained(
+    name: str, entries: dict[str, Any], drop_key: bool, num_envs: int, seed: int, trust: bool
+) -> tuple[Turns, Player]:
+    agent = load(name, trust=trust)
     turns = agent.turns(num_envs, seed=seed, env=agent.env(**entries))
     if drop_key and not turns.world.state.levels["can_drop"][0]:
         raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")

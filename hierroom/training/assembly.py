@@ -28,6 +28,7 @@ from hierroom.options import CONTROLLER, META
 from hierroom.situation import N_META_ACTIONS
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.trust import require_trust
 from hierroom.turns import Turns
 
 
@@ -103,7 +104,7 @@ def controller_features(config: TrainConfig) -> Features:
 
 
 def load_agents(
-    run: RunFolder, *, meta: Any = None, steps: int | None = None
+    run: RunFolder, *, meta: Any = None, steps: int | None = None, trust: bool = False
 ) -> tuple[TrainConfig, PPOAgent | ScriptedAgent, PPOAgent, int]:
     """The agents that a run has trained, on the CPU wherever they were trained.
 
@@ -111,15 +112,19 @@ def load_agents(
         run: the run's folder.
         meta: another meta-controller than the run's, as `make_meta` takes it; None for the run's own.
         steps: which checkpoint, by its steps; None for the newest.
+        trust: whether to run the code that the run's config names besides what ships with hierroom.
 
     Returns:
         the run's config, the meta-controller, the controller, and the steps they were trained for.
 
     Raises:
         InputError: if the run has no such checkpoint, or it does not fit its config, or there is no such
-            meta-controller.
+            meta-controller, or it names code and is not trusted.
     """
-    config, checkpoint = run.config().changed(device="cpu"), run.load_checkpoint(steps)
+    config = run.config().changed(device="cpu")
+    require_trust(run.path, config if meta is None else config.changed(meta=None), trust=trust)
+    checkpoint = run.load_checkpoint(steps)
+    run.require_same_config(config, checkpoint, besides=() if meta is None else ("meta",))
     state = checkpoint["agents"]
     if meta is None:
         meta_agent, controller = make_agents(config)
@@ -184,8 +189,9 @@ def _make_learner(
 
 
 def _checked(device: str) -> str:
+    """The device, on which a number was written and read: some that torch names are not there, or hold nothing."""
     try:
-        torch.empty(1, device=device)
-    except (RuntimeError, AssertionError) as error:
-        raise InputError(f"this machine has no device {device!r}; cpu is always there") from error
+        torch.ones(1, device=device).item()
+    except Exception as error:  # each kind of device fails in its own way
+        raise InputError(f"this machine has no device {device!r} to compute on; cpu is always there") from error
     return device

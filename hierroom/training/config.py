@@ -7,19 +7,19 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from typing import Any, Literal
 
-import numpy as np
 import tyro
 
 from hierroom.agents.config import AgentsConfig, Method
 from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
-from hierroom.goals import plain_specs, spec_names
+from hierroom.errors import InputError, require_number
+from hierroom.goals import NAMED_GRAPHS, is_graph_set, plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
+from hierroom.training.typed_value import entry_types, typed_value
 
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
 """What `training.presets.PRESETS` has."""
@@ -27,6 +27,17 @@ PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
 """For learning to choose goals: an update after 256 decisions, as there are few of them; a discount that lets the exit
 count 500 steps before it, as is needed while the controller is slow."""
+
+
+RANGES: Mapping[str, tuple[int, int]] = {
+    "steps": (1, 10**15),
+    "evaluations": (0, 10**4),
+    "evaluation_episodes": (1, 10**7),
+    "seed": (0, 2**63 - 1),
+    "num_envs": (1, 2**20),
+    "threads": (1, 2**10),
+}
+"""The whole numbers of a run, each with its least and its most."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +64,9 @@ class TrainConfig:
         device: where the learner computes: cpu, cuda, cuda:1, ...
         warm_start: the folder of a run whose controller this one begins as: its weights and nothing else. The
             controllers must be alike; the meta-controllers need not be.
+
+    Raises:
+        InputError: if a number is outside its range.
     """
 
     env: tyro.conf.OmitArgPrefixes[EnvConfig] = field(default_factory=EnvConfig)
@@ -70,10 +84,10 @@ class TrainConfig:
     warm_start: str | None = None
 
     def __post_init__(self) -> None:
-        for name in ("steps", "evaluations", "evaluation_episodes", "seed", "num_envs", "threads"):
-            value = getattr(self, name)
-            if not isinstance(value, (int, np.integer)) or isinstance(value, bool):
-                raise InputError(f"{name} must be a whole number, not {value!r}")
+        for name, (low, high) in RANGES.items():
+            require_number(name, getattr(self, name), low, high, is_whole=True)
+        if not isinstance(self.device, str):
+            raise InputError(f"device must be a text such as cpu or cuda, not {self.device!r}")
 
     @property
     def resolved_method(self) -> Method:
@@ -138,20 +152,54 @@ class TrainConfig:
         """The config that `to_dict` gave.
 
         Raises:
-            InputError: if an entry is missing or unknown.
+            InputError: if an entry is missing, unknown, of another type or out of its range.
         """
         try:
-            features = {name: tuple(table["agents"][name]) for name in ("features", "meta_features")}
-            learners = {name: _whole(PPOConfig, table[name]) for name in ("ppo", "meta_ppo")}
-            parts = {"env": _whole(EnvConfig, table["env"]), "agents": _whole(AgentsConfig, table["agents"] | features)}
-            return _whole(cls, {**table, **parts, **learners})
-        except (TypeError, KeyError) as error:
+            return _whole(cls, table)
+        except InputError as error:
             raise InputError(f"this is not the config of a training run: {error}") from error
 
+    def differences(self, other: TrainConfig, besides: Collection[str] = ()) -> list[str]:
+        """A text for each entry in which another config differs, apart from those that a resumed run may have changed.
 
-def _whole(kind: type, table: Mapping[str, Any]) -> Any:
+        Args:
+            other: what it was.
+            besides: names of entries that are not looked at.
+        """
+
+        def flat(config: TrainConfig) -> dict[str, Any]:
+            meta_ppo = {f"{_META_PPO}.{name}": value for name, value in vars(config.meta_ppo).items()}
+            return {name: value for name, value in config.entries.items() if name not in _PARTS} | meta_ppo
+
+        ours, theirs = flat(self), flat(other)
+        ignored = CHANGED_WHEN_RESUMED.union(besides)
+        names = [name for name in ours if name not in ignored and ours[name] != theirs[name]]
+        return [f"{name} is {ours[name]!r} and was {theirs[name]!r}" for name in names]
+
+
+_META_PPO = "meta_ppo"
+_PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig, _META_PPO: PPOConfig}
+CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start"})
+"""Entries in which a resumed run may differ; of the run that it began as, its checkpoints hold the weights."""
+
+
+def _whole(kind: type, table: object, place: str = "") -> Any:
     """A dataclass from all of its entries: a run's config is not filled up with the defaults of another version."""
-    missing = {entry.name for entry in fields(kind)} - table.keys()
-    if missing:
-        raise TypeError(f"{', '.join(sorted(missing))} missing")
-    return kind(**table)
+    if not isinstance(table, Mapping):
+        raise InputError(f"{place.rstrip('.') or 'it'} must be a table, not {table!r}")
+    types = entry_types(kind)
+    for problem, names in (("missing", types.keys() - table.keys()), ("unknown", table.keys() - types.keys())):
+        if names:
+            raise InputError(f"{', '.join(f'{place}{name}' for name in sorted(names))} {problem}")
+    entries = {
+        name: _whole(_PARTS[name], table[name], f"{name}.")
+        if kind is TrainConfig and name in _PARTS
+        else typed_value(f"{place}{name}", one, table[name])
+        for name, one in types.items()
+    }
+    for name in {"graph", "exclude"} & entries.keys():
+        specs = entries[name] if isinstance(entries[name], tuple) else (entries[name],)
+        for spec in specs:
+            if isinstance(spec, str) and not (spec in NAMED_GRAPHS or is_graph_set(spec)):
+                raise InputError(f"{place}{name} must hold goal graphs by their content, or a letter, not {spec!r}")
+    return kind(**entries)

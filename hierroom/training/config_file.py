@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
-from types import NoneType, UnionType
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any
 
 from hierroom.agents.config import AgentsConfig
 from hierroom.env_config import EnvConfig
@@ -16,13 +15,12 @@ from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset, implied_preset
+from hierroom.training.typed_value import entry_types, typed_value
 
 _META_PPO = "meta_ppo"
-_GRAPHS = str | dict | tuple[str | dict, ...]
-"""What a file may hold for goal graphs: how they are named, or what they are in a table."""
 
 
-def read_config(path: str | Path, **entries: Any) -> TrainConfig:
+def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> TrainConfig:
     """Read the config of a run from a file.
 
     A TOML file holds entries flat, named as on the command line with underscores (``num_envs = 32``), those of
@@ -31,18 +29,24 @@ def read_config(path: str | Path, **entries: Any) -> TrainConfig:
     goal graph, are meant from the current folder.
 
     Args:
-        path: the TOML file, or the ``config.json`` in the folder of a run.
+        path: the TOML file, which is the user's own word, or the ``config.json`` in the folder of a run, which is not.
+        trust: whether to accept code that a ``config.json`` names besides what ships with hierroom, and that the
+            entries do not name: a network, a reward or a meta-controller of somebody's own.
         **entries: entries that replace those of the file; a ``preset`` among them is what those of a TOML file start
             from.
 
     Raises:
-        InputError: if the file cannot be read, or an entry is unknown, of another type or out of its range.
+        InputError: if the file cannot be read, an entry is unknown, of another type or out of its range, or a
+            ``config.json`` names code and is not trusted.
     """
     path = Path(path)
     if path.name == "config.json":
         from hierroom.training.run_folder import RunFolder  # it brings torch along
+        from hierroom.training.trust import require_trust
 
-        return RunFolder.open(path.parent).config().changed(**entries)
+        config = RunFolder.open(path.parent).config().changed(**entries)
+        require_trust(path.parent, config, trust=trust, named=entries)
+        return config
     table = _read_entries(path)
     learner, preset = table.pop(_META_PPO, {}), table.pop("preset", None)
     preset = entries.pop("preset", None) or preset
@@ -68,10 +72,8 @@ def _read_entries(path: Path) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:  # TOMLDecodeError and UnicodeDecodeError among them
         raise InputError(f"{path} is not a TOML file: {error}") from error
     parts = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig}
-    types = {name: kind for part in (*parts.values(), TrainConfig) for name, kind in get_type_hints(part).items()}
-    # Python takes any object as a reward; a file, like the command line, can only name one.
-    types = {name: str | None if kind is Any else kind for name, kind in types.items() if name not in parts}
-    types |= {"graph": _GRAPHS, "exclude": _GRAPHS}
+    types = {name: kind for part in (*parts.values(), TrainConfig) for name, kind in entry_types(part).items()}
+    types = {name: kind for name, kind in types.items() if name not in parts}
     for part in parts.keys() & table.keys():
         raise InputError(f"{path}: entries stand alone, as on the command line; leave out the table [{part}]")
     return {name: _entry(path, name, value, types) for name, value in table.items()}
@@ -86,57 +88,9 @@ def _entry(path: Path, name: str, value: Any, types: Mapping[str, Any], table: s
     if not table and name == _META_PPO:
         if not isinstance(value, dict):
             raise InputError(f"{path}: {name} must be a table of entries, [{name}], not {value!r}")
-        types = get_type_hints(PPOConfig)
+        types = entry_types(PPOConfig)
         return {entry: _entry(path, entry, one, types, f"{name}.") for entry, one in value.items()}
     try:
-        return _typed(types[name], value)
-    except (TypeError, OverflowError):  # a whole number may be too large for a float
-        allowed = " or ".join(_kinds(types[name]))
-        raise InputError(f"{path}: {table}{name} must be {allowed}, not {value!r}") from None
-
-
-def _typed(kind: Any, value: Any) -> Any:
-    """The value as one of a type's.
-
-    Raises:
-        TypeError: if it is none.
-    """
-    members = get_args(kind)
-    if get_origin(kind) in (Union, UnionType):
-        for member in sorted(members, key=lambda member: member is not NoneType):  # "None" is no text
-            try:
-                return _typed(member, value)
-            except TypeError:
-                continue
-    elif get_origin(kind) is Literal:
-        if isinstance(value, str) and value in members:
-            return value
-    elif get_origin(kind) is tuple and isinstance(value, list):
-        return tuple(_typed(members[0], one) for one in value)
-    elif kind is NoneType and value == "None":
-        return None
-    elif kind is float and type(value) is int:
-        return float(value)
-    elif isinstance(kind, type) and type(value) is kind:
-        return value
-    raise TypeError
-
-
-def _kinds(kind: Any) -> list[str]:
-    """What a TOML file may hold for a type, in words."""
-    members, origin = get_args(kind), get_origin(kind)
-    if origin in (Union, UnionType):
-        return [text for member in members for text in _kinds(member)]
-    if origin is Literal:
-        return [f"one of {', '.join(members)}"]
-    if origin is tuple:
-        return [f"a list of {', '.join(_kinds(members[0]))}".replace("a list of one of", "a list of")]
-    words = {
-        NoneType: '"None"',
-        bool: "true or false",
-        int: "a whole number",
-        float: "a number",
-        str: "a text",
-        dict: "a table",
-    }
-    return [words[kind]] if kind in words else []  # a type of Python's that no file can hold
+        return typed_value(f"{table}{name}", types[name], value)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error

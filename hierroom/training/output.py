@@ -57,8 +57,3 @@ def lasting_output() -> Iterator[None]:
     """A context in which writing to standard output and standard error never fails."""
     with redirect_stdout(LastingStream(sys.stdout)), redirect_stderr(LastingStream(sys.stderr)):  # pyright: ignore[reportArgumentType]
         yield
-
-
-def warn(line: str) -> None:
-    """Print a warning on standard error, if anybody can read it."""
-    print(f"warning: {line}", file=LastingStream(sys.stderr))

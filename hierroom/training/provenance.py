@@ -17,6 +17,7 @@ from typing import Any
 import torch
 
 import hierroom
+from hierroom.cli import warn
 from hierroom.errors import InputError
 from hierroom.files import to_json, write_atomically
 from hierroom.training.config import TrainConfig
@@ -68,6 +69,11 @@ def changed_modules(path: Path, config: TrainConfig) -> list[str]:
     return _changes(path, find_module_files(config), before) if before else []
 
 
+def warn_of_changed_modules(path: Path, config: TrainConfig) -> None:
+    """Print a warning for each of the user's own modules that is not what it was; see `changed_modules`."""
+    warn(changed_modules(path, config))
+
+
 def describe_session(device: str = "cpu") -> dict[str, Any]:
     """What a result may depend on besides the config: command, versions, machine, commits.
 
@@ -93,6 +99,8 @@ def describe_session(device: str = "cpu") -> dict[str, Any]:
 def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | None:
     """The commit that is checked out in a folder, and whether files that git tracks differ from it.
 
+    Nothing that the checkout's own config names is run: no filter, no hook, no monitor, no program that fetches.
+
     Args:
         folder: within a checkout, or not.
         tracked: a file of the folder that belongs to the checkout; an installed package may lie in somebody else's.
@@ -102,20 +110,42 @@ def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | N
     """
     if tracked is not None and _git(folder, "ls-files", "--error-unmatch", tracked) is None:
         return None
-    commit, status = _git(folder, "rev-parse", "HEAD"), _git(folder, "status", "--porcelain", "--untracked-files=no")
+    commit, status = _git(folder, "rev-parse", "HEAD"), _status(folder)
     return None if commit is None or status is None else {"commit": commit, "is_dirty": bool(status)}
 
 
 def _git(folder: Path, *arguments: str) -> str | None:
-    """What git prints; None if it fails. It takes no lock and starts no program that the repository's config names."""
+    """What git prints; None if it fails. No lock is taken, and no program started that the checkout's config names."""
+    # A hook that git runs is told of its repository by variables, which would win over the folder. No missing file is
+    # fetched, because the checkout's config says by which program.
+    env = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")} | {
+        "GIT_NO_LAZY_FETCH": "1"
+    }
     command = ["git", "--no-optional-locks", "-c", "core.fsmonitor=false", *arguments]
-    # A hook that git runs is told of its repository by variables, which would win over the folder.
-    env = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
     try:
         done = subprocess.run(command, cwd=folder, env=env, capture_output=True, text=True, timeout=10, check=True)
     except (OSError, subprocess.SubprocessError, UnicodeDecodeError):
         return None
     return done.stdout.strip()
+
+
+def _status(folder: Path) -> str | None:
+    """What git status prints of tracked files; None if it fails or the checkout's config has a filter of an odd name.
+
+    The filters of the checkout's own config are turned off: programs that would run on its files. Those of the user's
+    and the machine's configs, such as that of Git LFS, stay on.
+    """
+    listed = [
+        _git(folder, "config", scope, "--includes", "--null", "--name-only", "--get-regexp", r"^filter\.")
+        for scope in ("--local", "--worktree")
+    ]
+    names = {key.rpartition(".")[0] for keys in listed if keys for key in keys.strip("\0").split("\0")}
+    if any("=" in name for name in names):  # -c would take what follows for the value
+        return None
+    off = [f"{name}.{entry}" for name in sorted(names) for entry in ("clean=", "process=", "required=false")]
+    config = [word for entry in off for word in ("-c", entry)]
+    # A submodule has a config of its own, so that git status is not to look for changes in it.
+    return _git(folder, *config, "status", "--porcelain", "--untracked-files=no", "--ignore-submodules=dirty")
 
 
 def _cpu() -> str:

@@ -19,6 +19,7 @@ from hierroom.training.rollout import rollout
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trained_agent import TrainedAgent
 from hierroom.training.trainer import Trainer
+from hierroom.training.trust import trust_option
 
 N_PICTURED = 20
 """Episodes that are played for the picture of one of them."""
@@ -33,12 +34,12 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     if curve is not None:
         summary |= {"evaluated_success_rate": float(curve.success[-1]), "evaluated_length": float(curve.length[-1])}
     folder.save_summary(summary)
-    picture, quoted = folder.path / "learning_curve.png", shlex.quote(str(folder.path))
+    picture, quoted = folder.path / "learning_curve.png", shlex.quote(str(folder.path)) + trust_option(trainer.config)
     plot_learning_curve(folder, curve, picture)
     console.print(folder.path.name, soft_wrap=True, markup=False)
     console.print(_table(trainer.config, curve, summary))
     agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
-    episode = telling_episode(agent, trainer.config.seed + 1)
+    episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
     name, other = ("escape", "failure") if episode.success else ("failure", "escape")
     save_episodes([episode], folder.path / f"{name}.gif")
     (folder.path / f"{other}.gif").unlink(missing_ok=True)  # of a run that has gone on since

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -114,7 +114,7 @@ class RunFolder:
             return TrainConfig.from_dict(json.loads(path.read_text()))
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise InputError(f"cannot read {path}: {error}") from error
 
     def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
@@ -188,6 +188,29 @@ class RunFolder:
             raise InputError(f"cannot read the checkpoint {path}: {error.strerror}") from error
         except InputError as error:
             raise InputError(f"the checkpoint {path} {error}") from error
+
+    def require_same_config(
+        self, config: TrainConfig, checkpoint: Mapping[str, Any], besides: Collection[str] = ()
+    ) -> None:
+        """Refuse a config that is not the one with which a checkpoint was trained.
+
+        Args:
+            config: what config.json says now; steps, threads and device may be others.
+            checkpoint: what `load_checkpoint` gave.
+            besides: entries that are not used, and so may be others too.
+
+        Raises:
+            InputError: if another entry differs, or the checkpoint does not hold its config.
+        """
+        try:
+            trained = TrainConfig.from_dict(json.loads(checkpoint["config"]))
+        except (KeyError, TypeError, ValueError, RecursionError, InputError) as error:
+            raise InputError(f"a checkpoint of {self.path} does not tell the config it was trained with") from error
+        if differences := config.differences(trained, besides):
+            raise InputError(
+                f"{self.path / 'config.json'} has changed since the run was trained: {', '.join(differences)}; put it "
+                "back, or begin a new run from it by --config"
+            )
 
     @property
     def tables(self) -> tuple[CSVTable, ...]:

@@ -12,6 +12,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hierroom.agents.scripted_agent import ScriptedAgent
+from hierroom.cli import warn
 from hierroom.errors import InputError
 from hierroom.meta import unsaved_memory
 from hierroom.options import META
@@ -21,13 +22,14 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.events import Events
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import LearningCurve, evaluation_rows
-from hierroom.training.output import lasting_output, warn
+from hierroom.training.output import lasting_output
 from hierroom.training.provenance import record_session
 from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder, claim_folder
 from hierroom.training.run_name import run_name
 from hierroom.training.schedule import Schedule
 from hierroom.training.trainer import Trainer
+from hierroom.training.trust import trust_option
 
 
 def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
@@ -78,7 +80,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
             raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
         for table in folder.tables:
             if damage := table.drop_after(_last_kept(trainer)):
-                warn(damage)
+                warn([damage])
         folder.save_config(config)  # with the new number of steps, in case it is interrupted again
         _record(folder, config)
         if is_untrained:
@@ -112,7 +114,9 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
         if not trainer.is_done:
             console.print("stopped and saved; go on with:")
             console.print(
-                f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}", soft_wrap=True, markup=False
+                f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}",
+                soft_wrap=True,
+                markup=False,
             )
             return 130
         write_results(trainer, folder, console)
@@ -194,13 +198,13 @@ def _try_out(trainer: Trainer) -> None:
 
 def _record(folder: RunFolder, config: TrainConfig) -> None:
     """Write what works on the run now, and say which of the user's own modules are not what they were."""
-    for line in record_session(folder.path, config):
-        warn(line)
+    warn(record_session(folder.path, config))
 
 
 def _load(trainer: Trainer, folder: RunFolder) -> None:
     """Load the newest checkpoint of a run into the trainer."""
     state = folder.load_checkpoint()
+    folder.require_same_config(trainer.config, state)
     try:
         trainer.load_state_dict(state)
     except InputError as error:

@@ -87,7 +87,9 @@ class TrainedAgent:
         return freeze(self.meta, self.controller, num_envs, seed=seed, is_greedy=self.is_greedy)
 
 
-def load(run: str | Path, *, checkpoint: int | None = None, meta: Any = None, greedy: bool = False) -> TrainedAgent:
+def load(
+    run: str | Path, *, checkpoint: int | None = None, meta: Any = None, greedy: bool = False, trust: bool = False
+) -> TrainedAgent:
     """Load the agents that a run has trained.
 
     Args:
@@ -98,10 +100,12 @@ def load(run: str | Path, *, checkpoint: int | None = None, meta: Any = None, gr
             itself.
         greedy: whether the controller takes its most probable action instead of drawing one. A policy that escapes
             whenever it draws can turn on the spot for ever when it is greedy.
+        trust: whether to run what the folder's config names besides what ships with hierroom: a network, a reward or a
+            meta-controller of somebody's own, which is code. A ``meta`` that is given here needs no trust.
 
     Raises:
-        InputError: if there is no such run, checkpoint or meta-controller.
+        InputError: if there is no such run, checkpoint or meta-controller, or it names code and is not trusted.
     """
     folder = RunFolder.open(run)
-    config, meta_agent, controller, steps = load_agents(folder, meta=meta, steps=checkpoint)
+    config, meta_agent, controller, steps = load_agents(folder, meta=meta, steps=checkpoint, trust=trust)
     return TrainedAgent(config, meta_agent, controller, steps, is_greedy=greedy, path=folder.path)

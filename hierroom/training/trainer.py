@@ -12,6 +12,7 @@ from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.compile.clock import compile_clock
 from hierroom.errors import InputError
+from hierroom.files import to_json
 from hierroom.options import CONTROLLER, META
 from hierroom.runtime.schema import as_array, shown
 from hierroom.training.assembly import evaluation_seed, freeze, make_agents, make_turns
@@ -48,10 +49,6 @@ class Trainer:
     """
 
     def __init__(self, config: TrainConfig):
-        for name, low in (("steps", 1), ("evaluations", 0), ("evaluation_episodes", 1)):
-            value = getattr(config, name)
-            if not isinstance(value, (int, np.integer)) or value < low:
-                raise InputError(f"{name} must be at least {low}, a whole number, not {value!r}")
         self.config = config
         self.turns = make_turns(config, config.num_envs, config.seed)
         self.turns.world.stagger_clocks()
@@ -164,6 +161,7 @@ class Trainer:
         turns = self.turns.get_state()
         levels = turns.pop("levels")
         return {
+            "config": to_json(self.config.to_dict()),
             "turns": {name: torch.from_numpy(array) for name, array in turns.items()},
             "levels": {name: torch.from_numpy(levels[name].copy()) for name in LEVEL.names or ()},
             "agents": {name: agent.state_dict() for name, agent in self.agents.items()},

@@ -1,0 +1,38 @@
+"""The canonical order of the rooms of a goal graph."""
+
+from __future__ import annotations
+
+
+def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[tuple[int, ...], int]:
+    """Renumber rooms breadth first, with the children of a room ordered by the shape of their subtrees.
+
+    Subtrees are ranked floor by floor, the deepest first, by whether their root holds the exit and by the ranks of its
+    children (Aho, Hopcroft & Ullman 1974), so that no depth is too deep for Python's stack.
+
+    Args:
+        key_rooms: the room in which the key of room 1, 2, ... lies, a tree rooted at room 0.
+        exit_room: the room that holds the exit; None where there is none.
+
+    Returns:
+        the key rooms and the exit room with the new numbers; an exit room of 0 where there is none.
+    """
+    children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
+    for room, parent in enumerate(key_rooms, start=1):
+        children[parent].append(room)
+
+    floors = [[0]]
+    while floors[-1]:
+        floors.append([child for room in floors[-1] for child in children[room]])
+    rank: dict[int, int] = {}  # of each room's subtree among those of its floor; equal subtrees have the same
+    for floor in reversed(floors):
+        shapes = {
+            room: (room == exit_room, sorted((rank[child] for child in children[room]), reverse=True)) for room in floor
+        }
+        ranks = {shape: n for n, shape in enumerate(sorted({(own, *below) for own, below in shapes.values()}))}
+        rank |= {room: ranks[own, *below] for room, (own, below) in shapes.items()}
+    order, new_parent = [0], {}
+    for position, room in enumerate(order):
+        for child in sorted(children[room], key=rank.__getitem__, reverse=True):
+            new_parent[child] = position
+            order.append(child)
+    return tuple(new_parent[room] for room in order[1:]), 0 if exit_room is None else order.index(exit_room)

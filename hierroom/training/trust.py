@@ -1,0 +1,56 @@
+"""Whose code runs: what the user names in a call or on a command line, or agrees to; never what a folder names."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hierroom.agents.networks import NETWORKS
+from hierroom.errors import InputError
+from hierroom.meta import LEARNED, META_CONTROLLERS
+from hierroom.rewards import REWARDS
+from hierroom.training.config import TrainConfig
+
+
+def named_code(config: TrainConfig) -> dict[str, str]:
+    """The code that a config names besides what ships: ``meta``, ``network`` and ``reward``, as far as they are such.
+
+    Names in hierroom itself (``hierroom.train:main``) and entry points are among them: any of these can be called.
+
+    Args:
+        config: whose names are looked at; nothing is imported.
+    """
+    shipped = {"meta": (*META_CONTROLLERS, LEARNED), "network": NETWORKS, "reward": REWARDS}
+    return {what: config.entries[what] for what in shipped if config.entries[what] not in (None, *shipped[what])}
+
+
+def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mapping[str, Any] | None = None) -> None:
+    """Refuse the config of a folder if it names code that its user did not name.
+
+    Args:
+        path: the folder of the run.
+        config: of the run, as it is to be used.
+        trust: whether the user agrees to run what the folder names.
+        named: what the user named, by ``meta``, ``network`` and ``reward``.
+
+    Raises:
+        InputError: if it does, and ``trust`` is False.
+    """
+    given = named or {}
+    unnamed = {what: spec for what, spec in named_code(config).items() if given.get(what) != spec}
+    if unnamed and not trust:
+        names = ", ".join(f"{what} {spec!r}" for what, spec in unnamed.items())
+        raise InputError(
+            f"{path} names code that does not ship with hierroom: {names}; it is run only if you trust that folder: "
+            "--trust-run, or trust=True in Python"
+        )
+
+
+def trust_option(config: TrainConfig) -> str:
+    """What a command on a run of this config takes besides, for its user to copy: `` --trust-run``, or nothing.
+
+    Args:
+        config: of the run.
+    """
+    return " --trust-run" if named_code(config) else ""

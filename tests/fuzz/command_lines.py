@@ -1,0 +1,119 @@
+"""Fuzzing of command lines: each ends with exit code 0, or with 2 and one line.
+
+``python -m tests.fuzz.command_lines --count 5000`` tries so many; the seed fixes them.
+"""
+
+from __future__ import annotations
+
+import random
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from hierroom.compare.__main__ import CompareArguments
+from hierroom.complexity.__main__ import ComplexityArguments
+from hierroom.evaluate import EvaluateArguments
+from hierroom.training.config import TrainConfig
+from hierroom.watch import WatchArguments
+
+from .commands import SMALL_OPTIONS, TEXTS, end_of, report, restore, world, wrong_end
+
+START: Mapping[str, Sequence[str]] = {
+    "train": SMALL_OPTIONS,
+    "evaluate": ("run", "--episodes", "2"),
+    "watch": ("run", "--text"),
+    "compare": ("run", "--resamples", "100"),
+    "complexity": (),
+    "paper": ("table2",),
+}
+"""A command line of each command that is right, and soon done."""
+NUMBERS = (
+    "0",
+    "-1",
+    "1",
+    "2",
+    "7",
+    "0.5",
+    "1e-300",
+    "1e300",
+    "inf",
+    "nan",
+    str(2**31),
+    str(2**63 - 1),
+    str(2**63),
+    str(10**20),
+)
+_FLAT = [name for name in TrainConfig().entries if name not in ("env", "agents", "ppo", "meta_ppo", "env_index")]
+OPTIONS: Mapping[str, Sequence[str]] = {
+    "train": [
+        *_FLAT,
+        "out",
+        "resume",
+        "config",
+        "trust_run",
+        *(f"meta_ppo.{name}" for name in vars(TrainConfig().ppo)),
+    ],
+    **{
+        name: [*arguments.__dataclass_fields__]
+        for name, arguments in {
+            "evaluate": EvaluateArguments,
+            "watch": WatchArguments,
+            "compare": CompareArguments,
+            "complexity": ComplexityArguments,
+        }.items()
+    },
+    "paper": ["csv"],
+}
+
+
+def command_lines(count: int, seed: int) -> Iterator[tuple[str, list[str]]]:
+    """Command lines, each made from a right one by one to three changes.
+
+    Args:
+        count: how many.
+        seed: fixes them.
+    """
+    rng = random.Random(seed)
+    weights = {"train": 6, "evaluate": 2, "watch": 1, "compare": 2, "complexity": 3, "paper": 1}
+    for _ in range(count):
+        name = rng.choices([*weights], [*weights.values()])[0]
+        words = [*START[name]]
+        for _ in range(rng.choice((1, 1, 2, 3))):
+            option = f"--{rng.choice(OPTIONS[name]).replace('_', rng.choice('-_'))}"
+            value = rng.choice(rng.choice((TEXTS, NUMBERS)))  # most options take numbers
+            change = rng.randrange(8)
+            if change < 4:
+                words += [option, value]
+            elif change == 4:
+                words += [f"{option}={value}"]
+            elif change == 5:
+                words += [rng.choice((option, value, option[:-1], f"--no-{option[2:]}", "--help", "-x"))]
+            elif change == 6 and words:
+                words.pop(rng.randrange(len(words)))
+            elif words:
+                words[rng.randrange(len(words))] = value
+        yield name, words
+
+
+def problems(count: int, seed: int, folder: Path) -> Iterator[tuple[tuple[str, list[str]], str | None]]:
+    """Each command line and what is wrong with how it ended, or None.
+
+    Args:
+        count: how many.
+        seed: fixes them.
+        folder: to try them in.
+    """
+    with world(folder):
+        for name, words in command_lines(count, seed):
+            yield (name, words), wrong_end(*end_of(name, words))
+            restore()
+
+
+def main() -> int:
+    """Print what goes wrong; returns 1 if anything does."""
+    with tempfile.TemporaryDirectory() as folder:
+        return report(__doc__, "command lines", lambda count, seed: problems(count, seed, Path(folder)))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,173 @@
+"""Running a command in this process, and what is wrong with how it ended."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib
+import io
+import os
+import shutil
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from unittest import mock
+
+from rich.progress import track
+
+from hierroom.cli import run
+from hierroom.env_config import EnvConfig
+from hierroom.goals import GoalGraph
+from hierroom.train import main as train
+from hierroom.training import provenance, session
+from hierroom.training.config import TrainConfig
+
+SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512, evaluations=2, evaluation_episodes=4)
+SMALL = SMALL.changed(minibatches=2, sequence_length=8, epochs=1, hidden_size=8)
+SMALL_OPTIONS = [
+    *("--graph", "a", "--size", "11", "--max-steps", "30", "--num-envs", "4", "--steps", "512", "--evaluations", "2"),
+    *("--evaluation-episodes", "4", "--minibatches", "2", "--sequence-length", "8", "--epochs", "1"),
+    *("--hidden-size", "8"),
+]
+"""`SMALL` on the command line."""
+
+MANY_DIGITS = "9" * 5000
+TEXTS = (
+    *("", " ", "-", "--", "a", "c", "None", "none", "true", "0", "-1", "1", "7", "0.5", "nan", "inf", "-inf", "1e400"),
+    *(str(2**31), str(2**62), str(2**63 - 1), str(2**63), str(10**20), MANY_DIGITS, "a" * 300, "é", "[/b]", "[red]x"),
+    *(
+        "two\nlines",
+        "\x1b[31mred",
+        "\udcff",
+        "x\\",
+        "$x$",
+        "%s",
+        "{0}",
+        "../..",
+        ".",
+        "/",
+        "/dev/null",
+        "/proc/self/mem",
+    ),
+    *("run", "run/config.json", "nowhere", "own.toml", "deep.toml", "digits.toml", "chain.toml", "fork.toml", "x[/b]"),
+    *("rooms:3", "rooms:99", "rooms:-1", "rooms:" + MANY_DIGITS, "hitting_time:8..13", "expected_steps:9..1"),
+    *(
+        "nowhere:Thing",
+        "json:Nope",
+        "json:",
+        ":x",
+        "a b:c d",
+        "hierroom.meta:FixedDFS",
+        "cpu",
+        "meta",
+        "hpu",
+        "cuda:99",
+    ),
+    *("xla", "mps", "\u2028", "own.toml:x", "random", "oracle", "recurrent", "extrinsic", "view", "symbol"),
+)
+"""What may be given where something else is meant."""
+
+
+@contextlib.contextmanager
+def world(folder: Path) -> Iterator[None]:
+    """A context in a folder of its own with a run and files to be named, in which nothing is trained for long."""
+    before, argv, path = Path.cwd(), sys.argv, [*sys.path]
+    folder.mkdir(parents=True, exist_ok=True)
+    os.chdir(folder)
+    try:
+        with mock.patch.object(provenance, "describe_git", return_value=None):
+            Path("own.toml").write_text("gamma = 0.9\n")
+            Path("deep.toml").write_text(f"gamma = {'[' * 500}{']' * 500}\nkey_rooms = {'[' * 5000}")
+            Path("digits.toml").write_text(f"steps = {MANY_DIGITS}\nkey_rooms = [{MANY_DIGITS}]\nexit_room = 1\n")
+            GoalGraph(tuple(range(1500)), 1500).to_toml("chain.toml")
+            GoalGraph((0, 1, 1), 3).to_toml("fork.toml")
+            if not Path("run").exists() and train_quietly(["--out", "run", *SMALL_OPTIONS]) != 0:
+                raise RuntimeError("the run of the fuzzers could not be trained")
+            shutil.copytree("run", "kept", dirs_exist_ok=True)
+            yield
+    finally:
+        os.chdir(before)
+        sys.argv, sys.path[:] = argv, path
+
+
+def train_quietly(argv: Sequence[str]) -> int:
+    """Train as the command does; returns its exit code."""
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        return train([*argv])
+
+
+def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
+    """Run a command, whose training and pictures are left out.
+
+    Args:
+        name: of the command, as in ``python -m hierroom.NAME``.
+        argv: its words.
+
+    Returns:
+        its exit code, and what it wrote on standard error; for an exception its name and the traceback.
+    """
+    module = importlib.import_module(
+        f"hierroom.{name}" if name not in ("compare", "complexity") else f"hierroom.{name}.__main__"
+    )
+    said, told = io.StringIO(), io.StringIO()
+    sys.argv = [f"hierroom-{name}", *argv]
+    code: object = None
+    with (
+        contextlib.redirect_stdout(said),
+        contextlib.redirect_stderr(told),
+        mock.patch.object(session, "run_session", return_value=0),
+    ):
+        try:
+            run(module.main)
+        except SystemExit as error:
+            code = error.code
+        except BaseException as error:
+            return type(error).__name__, traceback.format_exc()
+    return code, told.getvalue()
+
+
+def wrong_end(code: object, told: str) -> str | None:
+    """What is wrong with an exit code and what was written on standard error, or None: 0, or 2 and one line."""
+    errors = [line for line in told.splitlines() if line.startswith("error: ")]
+    if code == 0:
+        return f"exit code 0, and {errors[0]}" if errors else None
+    if code != 2:
+        return f"exit code {code!r}: {told}"
+    if len(errors) != 1 or told.splitlines()[-1:] != errors or not errors[0].isprintable() or len(errors[0]) > 1100:
+        return f"not one line: {told!r}"
+    return None
+
+
+def report(
+    description: str | None, what: str, problems: Callable[[int, int], Iterator[tuple[object, str | None]]]
+) -> int:
+    """Try as many as the command line of a fuzzer says, and print what goes wrong; returns 1 if anything does.
+
+    Args:
+        description: of the fuzzer.
+        what: is tried.
+        problems: for a number and a seed, each that was tried and what is wrong with how it ended, or None.
+    """
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--count", type=int, default=500, help="how many are tried")
+    parser.add_argument("--seed", type=int, default=0, help="fixes them")
+    arguments = parser.parse_args()
+    n_wrong = 0
+    for tried, problem in track(problems(arguments.count, arguments.seed), "trying", arguments.count):
+        if problem is not None:
+            n_wrong += 1
+            print(f"\n{tried!r:.2000}\n{problem[-3000:]}", flush=True)
+    print(
+        f"{arguments.count} of {what} (seed {arguments.seed}): {n_wrong} ended neither with 0 nor with 2 and one line"
+    )
+    return int(n_wrong > 0)
+
+
+def restore() -> None:
+    """Put the run back as it was, and take away what commands have written."""
+    keep = {"run", "kept", "own.toml", "deep.toml", "digits.toml", "chain.toml", "fork.toml"}
+    for path in Path().iterdir():
+        if path.name not in keep or path.name == "run":
+            shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
+    shutil.copytree("kept", "run")

@@ -1,0 +1,142 @@
+"""Fuzzing of config.json: each edit ends in one line, or changes nothing that a resumed run may not change.
+
+``python -m tests.fuzz.configs --count 5000`` tries so many; the seed fixes them.
+"""
+
+from __future__ import annotations
+
+import json
+import random
+import tempfile
+from collections.abc import Iterator
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+from hierroom.training.config import TrainConfig
+
+from .commands import MANY_DIGITS, TEXTS, end_of, report, restore, world, wrong_end
+
+VALUES: tuple[Any, ...] = (
+    *(
+        None,
+        True,
+        False,
+        0,
+        1,
+        -1,
+        2,
+        7,
+        0.5,
+        1.0,
+        -0.0,
+        1e308,
+        float("nan"),
+        float("inf"),
+        -float("inf"),
+        2**31,
+        2**62,
+    ),
+    *(2**63 - 1, 2**63, 10**20, 10**400, [], {}, [[]], [None], ["c"], ["c", "c"], ["rooms:3"], [1, 2], {"a": 1}, [{}]),
+    {"key_rooms": [0, 1, 1], "exit_room": 3, "name": "fork"},
+    {"key_rooms": [0, 1, 1], "exit_room": 3, "name": "\x1b[31m"},
+    {"key_rooms": [3, 1, 1], "exit_room": 3},
+    {"key_rooms": "ab", "exit_room": 1},
+    {"key_rooms": [0.5], "exit_room": True},
+    {"key_rooms": {"0": 1}, "exit_room": [1]},
+    *TEXTS,
+)
+
+
+def paths(table: dict[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """The place of each entry of a config, those of its parts included."""
+    for name, value in table.items():
+        yield (*above, name)
+        if isinstance(value, dict):
+            yield from paths(value, (*above, name))
+
+
+def edited(text: str, rng: random.Random) -> str:
+    """The text of a config after an edit."""
+    table = deepcopy(json.loads(text))
+    place = rng.choice([*paths(table)])
+    inner = table
+    for name in place[:-1]:
+        inner = inner[name]
+    kind = rng.randrange(12)
+    if kind < 7:
+        inner[place[-1]] = rng.choice(VALUES)
+    elif kind == 7:
+        del inner[place[-1]]
+    elif kind == 8:
+        inner[rng.choice(TEXTS)] = inner.pop(place[-1])
+    elif kind == 9:
+        inner[rng.choice([*TEXTS, "steps", "gamma"])] = rng.choice(VALUES)
+    else:
+        return damaged(text, rng)
+    return json.dumps(table)
+
+
+def damaged(text: str, rng: random.Random) -> str:
+    """The text after something befell it as a file."""
+    at = rng.randrange(len(text))
+    deep = "[" * 10**5
+    return rng.choice(
+        [
+            *(
+                "",
+                text[:at],
+                text[at:],
+                text[:at] + chr(rng.randrange(0x110000 - 0x900)) + text[at + 1 :],
+                f"\ufeff{text}",
+            ),
+            *(
+                text + text,
+                f"[{text}]",
+                "null",
+                "3",
+                deep,
+                f'{{"env": {deep}',
+                text.replace("0", MANY_DIGITS, 1),
+                "\0" * 99,
+            ),
+        ]
+    )
+
+
+def problems(count: int, seed: int, folder: Path) -> Iterator[tuple[str, str | None]]:
+    """Each edited config.json and what is wrong with how resuming it ended, or None.
+
+    Args:
+        count: how many.
+        seed: fixes them.
+        folder: to try them in.
+    """
+    rng = random.Random(seed)
+    with world(folder):
+        right = Path("kept/config.json").read_text()
+        before = TrainConfig.from_dict(json.loads(right))
+        for _ in range(count):
+            text = edited(right, rng)
+            Path("run/config.json").write_text(text, encoding="utf-8", errors="surrogatepass")
+            name, words = rng.choice([("train", ["--resume", "run"]), ("evaluate", ["run", "--episodes", "1"])])
+            code, told = end_of(name, words)
+            yield text, wrong_end(code, told) or (silent_change(before) if code == 0 else None)
+            restore()
+
+
+def silent_change(before: TrainConfig) -> str | None:
+    """In what the config that was taken without a word differs from the one before, or None."""
+    after = TrainConfig.from_dict(json.loads(Path("run/config.json").read_text()))
+    differences = after.differences(before)
+    return f"taken without a word: {', '.join(differences)}" if differences else None
+
+
+def main() -> int:
+    """Print what goes wrong; returns 1 if anything does."""
+    with tempfile.TemporaryDirectory() as folder:
+        return report(__doc__, "edited config.json", lambda count, seed: problems(count, seed, Path(folder)))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,89 @@
+"""Fuzzing of TOML files, of configs and of goal graphs: each ends with exit code 0, or with 2 and one line.
+
+``python -m tests.fuzz.toml_files --count 5000`` tries so many; the seed fixes them.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from hierroom.training.config import TrainConfig
+
+from .commands import MANY_DIGITS, SMALL_OPTIONS, TEXTS, end_of, report, restore, world, wrong_end
+from .configs import VALUES, damaged
+
+NAMES = [name for name in TrainConfig().entries if name not in ("env", "agents", "ppo")]
+
+
+def as_toml(value: Any) -> str:
+    """A value as TOML; what TOML has not, such as null, in a way that it cannot read."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{json.dumps(name)} = {as_toml(one)}" for name, one in value.items()) + "}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(as_toml, value))}]"
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return json.dumps(value)
+
+
+def config(rng: random.Random) -> str:
+    """The text of a config."""
+    lines = [f"{rng.choice(NAMES)} = {as_toml(rng.choice(VALUES))}" for _ in range(rng.randrange(1, 4))]
+    if rng.randrange(4) == 0:
+        lines += [
+            rng.choice(("[meta_ppo]", "[ppo]", "[[meta_ppo]]", "[a.b.c]", "[env")),
+            f"gamma = {rng.choice(TEXTS)}",
+        ]
+    text = "\n".join(lines)
+    return damaged(text, rng) if rng.randrange(6) == 0 else text
+
+
+def graph(rng: random.Random) -> str:
+    """The text of a goal graph."""
+    n_rooms = rng.choice((1, 2, 3, 6, 7, 40, 1500))
+    rooms: Any = [rng.choice((0, room, rng.randrange(n_rooms + 1))) for room in range(n_rooms)]
+    rooms = rng.choice((rooms, rooms, rooms, rng.choice(VALUES), [rng.choice(VALUES)]))
+    exit_room = rng.choice((1, 1, n_rooms, rng.choice(VALUES)))
+    lines = [f"key_rooms = {as_toml(rooms)}", f"exit_room = {as_toml(exit_room)}"]
+    if rng.randrange(2):
+        lines += [f"name = {as_toml(rng.choice(TEXTS))}"]
+    if rng.randrange(8) == 0:
+        lines += [f"exit_rooms = {MANY_DIGITS}"]
+    text = "\n".join(lines)
+    return damaged(text, rng) if rng.randrange(6) == 0 else text
+
+
+def problems(count: int, seed: int, folder: Path) -> Iterator[tuple[str, str | None]]:
+    """Each file and what is wrong with how the command that read it ended, or None.
+
+    Args:
+        count: how many.
+        seed: fixes them.
+        folder: to try them in.
+    """
+    rng = random.Random(seed)
+    with world(folder):
+        for _ in range(count):
+            is_config = rng.randrange(2)
+            text = config(rng) if is_config else graph(rng)
+            Path("tried.toml").write_text(text, encoding="utf-8", errors="surrogatepass")
+            train = ("train", [*SMALL_OPTIONS[2:], "--config" if is_config else "--graph", "tried.toml"])
+            name, words = train if is_config else rng.choice((train, ("complexity", ["--graph", "tried.toml"])))
+            yield text, wrong_end(*end_of(name, words))
+            restore()
+
+
+def main() -> int:
+    """Print what goes wrong; returns 1 if anything does."""
+    with tempfile.TemporaryDirectory() as folder:
+        return report(__doc__, "TOML files", lambda count, seed: problems(count, seed, Path(folder)))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

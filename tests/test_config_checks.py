@@ -1,0 +1,171 @@
+"""The entries of a run's config: of their types, within their ranges, and those the run was trained with."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import hierroom
+from hierroom.cli import one_line
+from hierroom.complexity.augmented import AugmentedGraph
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+from hierroom.training import session
+from hierroom.training.config import TrainConfig
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trained_agent import load
+from hierroom.training.trainer import Trainer
+
+SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512).changed(minibatches=2, hidden_size=8)
+
+
+@pytest.fixture
+def run(tmp_path) -> RunFolder:
+    return session.begin(SMALL, tmp_path / "run")[1]
+
+
+def edit(run: RunFolder, part: str | None, name: str, value: object) -> None:
+    path = run.path / "config.json"
+    table = json.loads(path.read_text())
+    (table[part] if part else table)[name] = value
+    path.write_text(json.dumps(table))
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "value"),
+    [(None, "seed", 1), ("ppo", "gamma", 0.5), ("env", "graph", ["b"]), ("meta_ppo", "gamma", 0.5)],
+)
+def test_what_has_changed_since_training_is_told_and_refused(run, part, name, value):
+    """Each of these resumed without a word."""
+    edit(run, part, name, value)
+    told = f"meta_ppo.{name}" if part == "meta_ppo" else name
+    for use in (lambda: session.resume(run.config(), run.path), lambda: load(run.path)):
+        with pytest.raises(
+            InputError, match=rf"config.json has changed since the run was trained: {told} is .* and was"
+        ):
+            use()
+
+
+@pytest.mark.parametrize(("name", "value"), [("steps", 1024), ("threads", 1), ("device", "cpu")])
+def test_what_may_change_may(run, name, value):
+    edit(run, None, name, value)
+    session.resume(run.config(), run.path)
+
+
+@pytest.mark.parametrize(
+    ("part", "name", "value", "said"),
+    [
+        ("ppo", "gamma", "0.9", "ppo.gamma must be a number, not '0.9'"),
+        ("ppo", "minibatches", 1.5, "ppo.minibatches must be a whole number, not 1.5"),
+        ("ppo", "learning_rate", float("inf"), "learning_rate must be finite, not inf"),
+        ("env", "drop_key", 1, "env.drop_key must be true or false, not 1"),
+        (
+            "env",
+            "graph",
+            ["mine.toml"],
+            "env.graph must hold goal graphs by their content, or a letter, not 'mine.toml'",
+        ),
+        ("agents", "features", "view", "agents.features must be a list of view"),
+        (None, "seed", -1, "seed must be at least 0, not -1"),
+        (None, "num_envs", 2**40, "num_envs must be at most 1048576, not 1099511627776"),
+        (None, "ppo", 3, "ppo must be a table, not 3"),
+        (None, "sed", 3, "sed unknown"),
+    ],
+)
+def test_an_edited_config_is_one_line(run, part, name, value, said):
+    edit(run, part, name, value)
+    with pytest.raises(InputError) as caught:
+        run.config()
+    assert said in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["[" * 10**5, "9" * 5000, '{"env": NaN', "", "[]", "null"])
+def test_what_is_no_config_is_one_line(run, text):
+    (run.path / "config.json").write_text(text)
+    with pytest.raises(InputError, match=r"config\.json") as caught:
+        run.config()
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(("learning_rate", float("inf")), ("value_weight", float("inf")), ("clip", float("nan")), ("gamma", "0.9")),
+        *(("sequence_length", 10**18), ("hidden_size", 10**8), ("minibatches", 1.5), ("epochs", True), ("threads", 0)),
+        *(("num_envs", 10**20), ("num_envs", -1), ("seed", 2**63), ("curiosity_weight", float("inf")), ("device", 3)),
+    ],
+)
+def test_a_config_refuses_what_is_out_of_range(name, value):
+    with pytest.raises(InputError, match=f"{name} must be"):
+        SMALL.changed(**{name: value})
+
+
+@pytest.mark.parametrize("device", ["meta", "hpu", "nonsense", "cuda:99", "cpu:7x"])
+def test_a_device_that_cannot_compute_is_one_line(device):
+    with pytest.raises(InputError, match=f"has no device {device!r} to compute on"):
+        Trainer(SMALL.changed(device=device))
+
+
+def test_a_chain_of_many_rooms_is_no_recursion():
+    graph = GoalGraph(tuple(range(1500)), 1500)
+    assert (graph.exit_depth, graph.width) == (3000, 1)
+    assert graph.canonical() == graph
+    with pytest.raises(InputError, match="this goal graph of 1501 rooms gives 1,128,752"):
+        AugmentedGraph(graph)
+    with pytest.raises(InputError, match="gives far more"):
+        AugmentedGraph(GoalGraph((0,) * 20_000, 1))
+
+
+@pytest.mark.parametrize("module", ["gymnasium", "tyro"])
+@pytest.mark.parametrize("is_script", [False, True])
+def test_ctrl_c_while_a_command_is_imported_is_one_line(module, is_script, tmp_path):
+    (tmp_path / f"{module}.py").write_text("raise KeyboardInterrupt")
+    script = str(Path(sys.executable).with_name("hierroom-train"))
+    command = [script] if is_script else [sys.executable, "-m", "hierroom.train"]
+    path = os.pathsep.join([str(tmp_path), str(Path(hierroom.__file__).parents[1])])
+    env = {**os.environ, "PYTHONPATH": path}
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=120, env=env)
+    assert (done.returncode, done.stderr) == (130, "stopped\n")
+
+
+def test_ctrl_c_in_a_program_that_imports_the_package_is_its_own(tmp_path):
+    (tmp_path / "gymnasium.py").write_text("raise KeyboardInterrupt")
+    path = os.pathsep.join([str(tmp_path), str(Path(hierroom.__file__).parents[1])])
+    env = {**os.environ, "PYTHONPATH": path}
+    done = subprocess.run(
+        [sys.executable, "-c", "import hierroom"], capture_output=True, text=True, cwd=tmp_path, timeout=120, env=env
+    )
+    assert "Traceback" in done.stderr
+
+
+@pytest.mark.parametrize("name", ["two\nlines", "\x1b[31mred", "\udcff", "x" * 5000, "\u2028"])
+def test_an_error_is_one_line_of_characters_that_can_be_seen(name):
+    line = one_line(f"error: there is no {name}")
+    assert line.isprintable()
+    assert len(line) < 1100
+    line.encode()
+
+
+@pytest.mark.parametrize("command", ["train", "evaluate", "watch", "compare", "complexity", "paper"])
+@pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
+def test_an_unknown_option_is_one_line_in_every_command(command, encoding, tmp_path):
+    path = {"PYTHONPATH": str(Path(hierroom.__file__).parents[1]), "PYTHONIOENCODING": encoding}
+    done = subprocess.run(
+        [sys.executable, "-m", f"hierroom.{command}", *(["table2"] if command == "paper" else ["run"]), "--nonsense"],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        timeout=120,
+        env={**os.environ, **path},
+    )
+    assert done.returncode == 2
+    assert done.stdout == ""
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("error: ")
+    assert "--nonsense" in line
+    assert line.endswith("--help")

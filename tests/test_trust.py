@@ -1,0 +1,139 @@
+"""Code is run where the user names it or agrees, never because a run folder says so."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+import hierroom
+from hierroom.compare.evaluated_run import read_run
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.evaluate import main as evaluate_main
+from hierroom.measure import measure_named
+from hierroom.train import main as train
+from hierroom.train import parse
+from hierroom.training import session, trust
+from hierroom.training.config import TrainConfig
+from hierroom.training.config_file import read_config
+from hierroom.training.learning_curve import evaluation_rows
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trained_agent import load
+from hierroom.watch import main as watch_main
+
+SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512).changed(minibatches=2, hidden_size=8)
+CODE = """
+from pathlib import Path
+
+import numpy as np
+
+Path("ran").touch()
+
+
+class Code:
+    def choose(self, observations, legal, situation):
+        return legal.argmax(axis=1)
+
+    def rewards(self, step):
+        return np.zeros(len(step.rewards))
+"""
+PARTS = {"meta": "agents", "network": "agents", "reward": "env"}
+CALLS = {
+    "evaluate": lambda: command(evaluate_main, "run", "--episodes", "2"),
+    "watch": lambda: watch_main(["run", "--text"]),
+    "resume": lambda: train(["--resume", "run"]),
+    "repeat": lambda: train(["--config", "run/config.json", "--out", "other"]),
+    "complexity --from-play": lambda: measure_named("run", None, False, 2, 0),
+    "load": lambda: load("run"),
+    "read_config": lambda: read_config("run/config.json"),
+}
+
+
+def command(main, *argv: str) -> int:
+    sys.argv = ["command", *argv]
+    return main()
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch) -> RunFolder:
+    """A run, and beside it and within it a module that leaves a file behind when it is imported."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [*sys.argv])
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    trainer, folder = session.begin(SMALL, Path("run"))
+    folder.evaluations.append(evaluation_rows(0, 0.0, trainer.evaluate()))
+    for name in ("code.py", "run/code.py"):
+        Path(name.replace("code", "planted")).write_text(CODE)
+    yield folder
+    sys.modules.pop("planted", None)
+    sys.modules.pop("run.planted", None)
+
+
+def plant(entry: str, spec: str) -> None:
+    """Let the folder's config name code."""
+    path = Path("run/config.json")
+    config = json.loads(path.read_text())
+    config[PARTS[entry]][entry] = spec
+    path.write_text(json.dumps(config))
+
+
+@pytest.mark.parametrize("call", CALLS)
+@pytest.mark.parametrize("entry", PARTS)
+def test_no_command_runs_what_a_folder_names(run, entry, call):
+    for spec in ("planted:Code", "run.planted:Code"):
+        plant(entry, spec)
+        with pytest.raises(InputError, match=f"run names code that does not ship .*: {entry} '{spec}'; .* --trust-run"):
+            CALLS[call]()
+    assert not Path("ran").exists()
+    assert not Path("other").exists()
+    assert not {"planted", "run.planted"} & sys.modules.keys()
+
+
+@pytest.mark.parametrize(
+    "spec", ["hierroom.train:main", "hierroom.meta:FixedDFS", "an-entry-point", "http.server:test"]
+)
+def test_neither_entry_points_nor_names_in_hierroom_are_what_ships(spec):
+    assert trust.named_code(SMALL.changed(meta=spec)) == {"meta": spec}
+    for meta in ("fixed-dfs", "learned", "random", None):
+        assert trust.named_code(SMALL.changed(meta=meta)) == {}
+
+
+def test_compare_reads_and_runs_nothing(run):
+    plant("reward", "planted:Code")
+    assert read_run(run.path).reward == "planted:Code"
+    assert not Path("ran").exists()
+
+
+@pytest.mark.parametrize("argument", ["--trust-run", "--meta=planted:Code"])
+@pytest.mark.parametrize("call", ["--resume=run", "--config=run/config.json"])
+def test_a_run_of_ones_own_code_goes_on_where_it_is_agreed_to_or_named(run, argument, call):
+    _, own = session.begin(SMALL.changed(meta="planted:Code"), Path("own"))
+    with pytest.raises(InputError, match="--trust-run"):
+        parse([call.replace("run", "own", 1)])
+    assert parse([call.replace("run", "own", 1), argument]).config == own.config()
+    agent = load("own", trust=True)
+    assert agent.config == own.config()
+    assert load("own", meta="random").steps == 0  # its own is not needed
+    with pytest.raises(InputError, match="meta 'planted:Code'"):
+        load("own")
+
+
+def test_naming_other_code_is_no_agreement(run):
+    plant("reward", "planted:Code")
+    with pytest.raises(InputError, match="reward 'planted:Code'"):
+        parse(["--config", "run/config.json", "--meta", "planted:Code"])
+    with pytest.raises(InputError, match="reward 'planted:Code'"):
+        load("run", meta="fixed-dfs")
+    assert not Path("ran").exists()
+
+
+def test_what_train_says_to_go_on_with_says_that_it_is_to_be_trusted():
+    assert trust.trust_option(SMALL) == ""
+    assert trust.trust_option(SMALL.changed(reward="planted:Code")) == " --trust-run"
+
+
+def test_from_python_what_is_named_in_the_call_is_run(run):
+    agent = hierroom.train(SMALL, meta="planted:Code", out="python", steps=64, sequence_length=8, evaluations=0)
+    assert agent.config.agents.meta == "planted:Code"
+    assert Path("ran").exists()
