@@ -42,7 +42,8 @@ RUNS: Mapping[str, str] = {
     "ppo-bonus": "--graph a b --method ppo-bonus",
     "ppo-novelty": "--graph a --method ppo-novelty",
     "ppo-rnd": "--graph a --method ppo-rnd",
-    "learned": "--graph a b --meta learned --meta-ppo.sequence-length 4 --meta-start-success 0",
+    "learned": "--graph a b --meta learned --meta-start-success 0 --meta-ppo.sequence-length 2 "
+    "--meta-ppo.sequences-per-update 4 --meta-ppo.minibatches 2",
     "curriculum": "--graph rooms:3 --curriculum-stages 2",
 }
 """What is trained, and the options that say so."""
