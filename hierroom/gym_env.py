@@ -20,6 +20,7 @@ from hierroom.env_config import (
     NOVELTY_BONUS,
     EnvConfig,
     GoalMaskName,
+    LevelsName,
     fresh_seed,
     known_arguments,
 )
@@ -58,6 +59,7 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
         curriculum_stages: parts into which several graphs are cut, to go through from the easiest on.
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
+        levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels.
         meta: who picks the goals: a name, ``package.module:Class``, ``package.module:function``, or a
             meta-controller or function itself (see `hierroom.meta`).
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
@@ -83,6 +85,7 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
         goal_mask: GoalMaskName = "reachable",
         curriculum_stages: int = 1,
         env_index: int = 0,
+        levels: LevelsName | None = None,
         meta: MetaSpec = "none",
         render_mode: str | None = None,
     ):
@@ -152,6 +155,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
         curriculum_stages: parts into which several graphs are cut, to go through from the easiest on.
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
+        levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels.
         meta: who picks the goals, as for `EscapeRoom`.
         threads: most threads to step with.
         autoreset_mode: ``AutoresetMode.SAME_STEP``, ``NEXT_STEP`` or ``DISABLED``, or its value as text.
@@ -185,6 +189,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         goal_mask: GoalMaskName = "reachable",
         curriculum_stages: int = 1,
         env_index: int = 0,
+        levels: LevelsName | None = None,
         meta: MetaSpec = "none",
         threads: int = 1,
         autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,

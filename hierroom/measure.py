@@ -146,7 +146,8 @@ def measure_named(name: str, graph: GraphSpec | None, drop_key: bool, episodes: 
         raise InputError(f"play at least one episode, not {episodes}")
     num_envs = min(MAX_ENVS, episodes)
     if name in ("random", "oracle"):
-        turns = Turns(EnvConfig("c" if graph is None else graph, drop_key=drop_key), num_envs, seed=seed)
+        config = EnvConfig("c" if graph is None else graph, drop_key=drop_key, levels="evaluation")
+        turns = Turns(config, num_envs, seed=seed)
         player: Player = make_player(name, seed)
     else:
         turns, player = _trained(name, graph, drop_key, num_envs, seed)

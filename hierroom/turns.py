@@ -78,6 +78,7 @@ class Turns:
             first_index=config.env_index,
             threads=threads,
             memories=(*self.reward.memories, *memories),
+            levels=config.levels,
         )
         self.ledger = Ledger.at_reset(len(world), world.n_actions)
         self.last_step: Step | None = None

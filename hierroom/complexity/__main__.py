@@ -79,7 +79,7 @@ class ComplexityArguments:
     draw: Path | None = None
     from_play: str | None = None
     episodes: int = 1000
-    seed: int = 1_000_000
+    seed: int = 0
 
 
 def show(options: ComplexityArguments) -> None:

@@ -22,6 +22,7 @@ MIN_SIDE, MIN_CENTRE = 2, 3  # least depth of a branch room, and least width of 
 ROW_STEP = np.array([0, 1, 0, -1])
 COL_STEP = np.array([1, 0, -1, 0])
 
+ALL_LEVELS, TRAINING_LEVELS, EVALUATION_LEVELS = 0, 1, 2
 # What a level can remember of its episode on request: bits of ``remembers``, see `layout.MEMORIES`.
 VISITED, EXPLORED, DOORWAYS = 1, 2, 4
 
@@ -139,18 +140,35 @@ def visit(level):
 
 
 @njit(cache=True)
+def is_held_out(grid):
+    """Whether a layout is kept for evaluation: so is an eighth of them, by a hash (FNV-1a) of all tiles."""
+    digest = np.uint64(0xCBF29CE484222325)
+    for tile in grid.reshape(-1):
+        digest = (digest ^ np.uint64(tile)) * np.uint64(0x100000001B3)
+    return digest >> np.uint64(61) == 0
+
+
+@njit(cache=True)
 def generate(level, grid, graphs):
-    """Begin the next episode on a new level.
+    """Begin the next episode on a new level, of those that the level's split allows."""
+    level.episode += 1
+    level.key = stream_key(level.seed, level.index, level.episode)
+    level.n_drawn = np.uint64(0)
+    graph = graphs[random_below(level, graphs.shape[0])]
+    draw(level, grid, graph)
+    while level.split != ALL_LEVELS and is_held_out(grid) != (level.split == EVALUATION_LEVELS):
+        draw(level, grid, graph)
+
+
+@njit(cache=True)
+def draw(level, grid, graph):
+    """Draw a level with a goal graph.
 
     Up to four branch rooms occupy one side of the centre each; a fifth room divides one side, and a sixth also the
     opposite side. Every level is solvable by construction: each room is a rectangle at least two cells wide and deep,
     so the exit, which never lies directly behind its door, cuts off no cell; keys can be picked up and therefore never
     block the way.
     """
-    level.episode += 1
-    level.key = stream_key(level.seed, level.index, level.episode)
-    level.n_drawn = np.uint64(0)
-    graph = graphs[random_below(level, graphs.shape[0])]
     n_branches = graph.n_rooms - 1
     level.n_rooms, level.exit_room = graph.n_rooms, graph.exit_room
     level.key_rooms[:] = graph.key_rooms

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.world import kernels
-from hierroom.world.layout import GRAPH, LEVEL, MEMORIES, MIN_SIZE, OUTCOME, State, empty_state, graph_records
+from hierroom.world.layout import GRAPH, LEVEL, MEMORIES, MIN_SIZE, OUTCOME, SPLITS, State, empty_state, graph_records
 
 MIN_ENVS_PER_THREAD = 1024
 """With fewer environments per thread, starting another thread costs more than it saves."""
@@ -47,6 +47,7 @@ class World:
         first_index: index of the first environment.
         threads: maximal number of threads, at least 1; small batches use fewer.
         memories: what levels remember of their episode, names in `layout.MEMORIES`.
+        levels: which levels are drawn, a name in `layout.SPLITS`; None: all.
 
     Attributes:
         state: the state of the environments, updated in place by each step.
@@ -69,6 +70,7 @@ class World:
         first_index: int = 0,
         threads: int = 1,
         memories: Iterable[str] = (),
+        levels: str | None = None,
     ):
         for name, value in (("max_steps", max_steps), ("threads", threads)):
             if not isinstance(value, (int, np.integer)) or not 1 <= value < 2**31:
@@ -77,9 +79,9 @@ class World:
         self.state = empty_state(num_envs, size)
         self.outcomes = np.zeros(num_envs, OUTCOME)
         self.finals = np.zeros(num_envs, LEVEL)
-        levels = self.state.levels
-        levels["index"] = first_index + np.arange(num_envs)
-        levels["max_steps"], levels["can_drop"] = max_steps, drop_key
+        records = self.state.levels
+        records["index"], records["split"] = first_index + np.arange(num_envs), SPLITS[levels]
+        records["max_steps"], records["can_drop"] = max_steps, drop_key
         self._shape = (num_envs,)
         self.n_actions = 6 if drop_key else 5
         n_slices = max(1, min(threads, num_envs // MIN_ENVS_PER_THREAD))
