@@ -2,17 +2,20 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: train test lint bench clean
+.PHONY: train test compile lint bench clean
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	touch $@
 
-train: $(VENV)/.installed ## HiPPO with the fixed depth-first meta-controller on graph c
+compile: $(VENV)/.installed ## all kernels, so that nothing after it compiles in silence
+	$(BIN)/python -m hierroom.compile
+
+train: compile ## HiPPO with the fixed depth-first meta-controller on graph c
 	$(BIN)/python -m hierroom.train --meta fixed-dfs
 
-test: $(VENV)/.installed ## everything CI runs
+test: compile ## everything CI runs
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright

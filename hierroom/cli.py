@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +17,7 @@ COMMANDS: Mapping[str, str] = {
     "compare": "learning curves of several runs, with intervals, as tables and a figure",
     "complexity": "how hard goal graphs are to explore, before anybody trains",
     "paper": "the paper's tables, ours beside its own numbers",
+    "compile": "compile all kernels now, so that nothing waits for it later",
 }
 """What people run, as ``python -m hierroom.NAME``, and what for."""
 
@@ -48,10 +50,13 @@ def words(argv: Sequence[str] | None = None) -> list[str]:
 
 
 def run(command: Callable[[], int]) -> None:
-    """Run a command and leave the process with its exit code, or with 2 where an input cannot be used."""
+    """Run a command and leave the process with its exit code, or with 2 where an input cannot be used.
+
+    Output that is closed, that nobody reads any more or that lacks a character is no failure.
+    """
+    _open_streams()
     try:
         code = command()
-        sys.stdout.flush()
     except InputError as error:
         print(f"error: {error}", file=sys.stderr)
         code = 2
@@ -64,7 +69,47 @@ def run(command: Callable[[], int]) -> None:
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
         code = 130
-    except BrokenPipeError:  # the reader, such as head, has seen enough; what is left must not be flushed at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader, such as head, has seen enough
         code = 0
-    sys.exit(code)
+    except OSError as error:
+        if error.filename is not None:  # it was no stream that could not be written
+            raise
+        code = _tell_unwritten(error)
+    except SystemExit as error:
+        if not isinstance(error.__context__, BrokenPipeError):
+            raise
+        code = 0  # rich makes the one of the other
+    sys.exit(_flush(code))
+
+
+def _open_streams() -> None:
+    """Make standard streams that can be written to of those that were closed or know few characters."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:  # else the next file that is opened would be taken for it
+            os.open(os.devnull, os.O_RDWR)
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "r+"))  # noqa: SIM115 - it is open until the process ends
+        elif number and isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _flush(code: int) -> int:
+    """Write what the streams still have in memory; returns the exit code, 2 where it cannot be written."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError as error:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())  # Python flushes once more at exit
+            if not isinstance(error, BrokenPipeError) and stream is sys.stdout and code == 0:
+                code = _tell_unwritten(error)
+    return code
+
+
+def _tell_unwritten(error: OSError) -> int:
+    """Say that the output is not complete; returns the exit code."""
+    print(f"error: cannot write the output: {error.strerror}", file=sys.stderr)
+    return 2

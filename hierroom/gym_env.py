@@ -6,7 +6,7 @@ infos are those of ``controller_0`` in `hierroom.aec_env`. Version history: v0, 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import gymnasium
@@ -28,7 +28,7 @@ from hierroom.errors import InputError
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaController, make_meta, show_step
 from hierroom.options import CONTROLLER
-from hierroom.registered_env import PlayableEnv, RegisteredEnv
+from hierroom.registered_env import PlayableEnv, RegisteredEnv, checked_options
 from hierroom.rewards import RewardSpec
 from hierroom.single_env import SingleEnv
 from hierroom.turns import Turns
@@ -160,11 +160,12 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         threads: most threads to step with.
         autoreset_mode: ``AutoresetMode.SAME_STEP``, ``NEXT_STEP`` or ``DISABLED``, or its value as text.
         flat: whether observations are rows of numbers, one [N, K] uint8 array: see `vector_arrays.flat_space`.
-        copy: whether observations are new arrays; else each step overwrites those of the last one, which is faster.
+        copy: whether observations are new arrays; else each step overwrites those of the last one.
         render_mode: ``"ansi"``, ``"rgb_array"`` or None.
 
     Attributes:
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
+        have_ended: [N] bool, whose episode has ended and whose next one has not begun yet.
     """
 
     metadata = {  # noqa: RUF012 - Gymnasium reads it from the class
@@ -211,16 +212,14 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
         self.complexity = self.turns.complexity
         self.meta = make_meta(meta)
-        self.config = config
-        self.num_envs = num_envs
-        self.render_mode = render_mode
+        self.config, self.num_envs, self.render_mode = config, num_envs, render_mode
         self._arrays = VectorArrays(self.turns, flat=flat, copy=copy)
         self.single_observation_space = self._arrays.space
         self.single_action_space = self.turns.action_space(CONTROLLER)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._is_seeded = False
-        self._have_ended = np.zeros(num_envs, bool)  # whose next episode has not begun yet
+        self.have_ended = np.zeros(num_envs, bool)
         self._screen = Screen(render_mode)
 
     def reset(self, *, seed: Seeds = None, options: dict | None = None):
@@ -232,7 +231,8 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
                 ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
         """
-        where, seeds = self._reset_mask(options or {}), self._seeds(seed)
+        options, seeds = checked_options(options), self._seeds(seed)
+        where = self._reset_mask(options)
         if where.all():
             self.turns.reset(seeds)
             self._is_seeded = True
@@ -241,13 +241,14 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         else:
             some = [one for one, is_one in zip(seeds, where, strict=True) if is_one] if is_list(seeds) else seeds
             self.turns.reset(some, np.flatnonzero(where))
-        self._have_ended &= ~where
+        self.have_ended &= ~where
         super().reset(seed=int(seed) if isinstance(seed, (int, np.integer)) else None)
         self.turns.ask(self.meta)
-        infos = self._arrays.at_reset(where)
-        if (options or {}).get("complexity"):
+        observations, infos = self._arrays.at_reset(where)
+        self._show_last_goals(observations)
+        if options.get("complexity"):
             infos["complexity"] = self.complexity.to_dict()
-        return self._observations(), infos
+        return observations, infos
 
     def step(self, actions: NDArray[np.integer]):
         """Act once in every environment.
@@ -255,21 +256,22 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         Raises:
             InputError: if autoreset is disabled and an episode has ended whose environment was not reset.
         """
-        is_same_step, have_ended = self._is_same_step, not self._is_same_step and self._have_ended.any()
+        have_ended = not self._is_same_step and self.have_ended.any()
         if have_ended and self.autoreset_mode == AutoresetMode.DISABLED:
-            ended = ", ".join(map(str, np.flatnonzero(self._have_ended)))
+            ended = ", ".join(map(str, np.flatnonzero(self.have_ended)))
             raise InputError(f"the episodes of environments {ended} have ended: reset them first, by their reset_mask")
         step = self.turns.step(actions)
         if have_ended:
-            self.turns.begin_instead(np.flatnonzero(self._have_ended))
+            self.turns.begin_instead(np.flatnonzero(self.have_ended))
         show_step(self.meta, step, self.turns)
-        rewards, terminated, truncated, infos = self._arrays.results(step, begins_anew=is_same_step)
-        if not is_same_step:
-            self._have_ended = terminated | truncated
-        elif self.turns.n_ended:
-            infos |= self._arrays.final(step)
         self.turns.ask(self.meta)
-        return self._observations(), rewards, terminated, truncated, infos
+        told = self._arrays.at_step(step, begins_anew=self._is_same_step)
+        if not self._is_same_step:
+            self.have_ended = told[2] | told[3]
+            self._show_last_goals(told[0])
+        elif self.turns.n_ended:
+            told[4].update(self._arrays.final(step))
+        return told
 
     def render(self) -> tuple[Any, ...] | None:
         """A picture [H, W, 3] of each environment, or the levels as text, with the current subgoals shown."""
@@ -280,11 +282,10 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         state, goals = self.turns.world.state, self.turns.goals.tolist()
         return tuple(self._screen.render(state[n], goals[n]) for n in range(self.num_envs))
 
-    def _observations(self) -> Any:
-        observations = self._arrays.observations()
-        if not self._is_same_step and self._have_ended.any() and self.turns.last_step is not None:
-            self._arrays.show_goals(observations, self.turns.last_step.goals, np.flatnonzero(self._have_ended))
-        return observations
+    def _show_last_goals(self, observations: Any) -> None:
+        """Where an episode has ended and none has begun yet, show the goal pursued last."""
+        if (step := self.turns.last_step) is not None and self.have_ended.any():
+            self._arrays.show_goals(observations, step.goals, np.flatnonzero(self.have_ended))
 
     def _seeds(self, seed: Seeds) -> Seeds:
         """Seeds as `Turns.reset` takes them; what is not given is drawn where nobody has given one before."""
@@ -294,7 +295,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             raise InputError(f"seeds are one for all environments or {self.num_envs} of them, not {len(seed)}")
         return [fresh_seed() if one is None and not self._is_seeded else one for one in seed]
 
-    def _reset_mask(self, options: dict) -> NDArray[np.bool_]:
+    def _reset_mask(self, options: Mapping[str, Any]) -> NDArray[np.bool_]:
         """[N] bool, the environments that a reset is of."""
         if "reset_mask" not in options:
             return np.ones(self.num_envs, bool)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -119,10 +118,11 @@ def main(argv: list[str] | None = None) -> int:
         return run_session(*resume(arguments.config, arguments.resume))
     trainer, folder = begin(arguments.config, arguments.out)
     if arguments.config_file is not None and arguments.config_file.name == "config.json":
+        from hierroom.training.output import warn
         from hierroom.training.provenance import changed_modules
 
         for line in changed_modules(arguments.config_file.parent, arguments.config):
-            print(f"warning: {line}", file=sys.stderr)
+            warn(line)
     return run_session(trainer, folder)
 
 

@@ -5,7 +5,8 @@ file of the function that is called. With ``NUMBA_DISABLE_JIT=1`` the same sourc
 """
 
 import numpy as np
-from numba import njit
+
+from hierroom.compile.kernel import njit
 
 NO_GOAL, FIRST_DOOR_GOAL, EXIT_GOAL, N_GOALS = -1, 6, 12, 13
 """As in `hierroom.goals`."""
@@ -188,27 +189,33 @@ def choose_goals(levels, ledgers, kind, actions):
 
 
 @njit(cache=True, nogil=True)
-def write_results(steps, ledgers, begins_anew, rewards, flags, numbers):
+def write_results(
+    steps, ledgers, begins_anew,
+    rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, told,
+):  # fmt: skip
     """Write what a vector environment tells of a step.
 
     Args:
         steps: [N] records of `step.STEP`.
         ledgers: [N] records of `options.LEDGER`, after the step.
         begins_anew: whether infos tell of the next episode where one ended.
-        rewards: [N] float64, written.
-        flags: [3, N] bool, written: terminated, truncated, success.
-        numbers: [5, N] int64, written: goal event, elapsed (0 where nothing was done), illegal actions, length,
-            shortest length.
+        rewards: [N] float64, written, like all that follow.
+        terminated: [N] bool.
+        truncated: [N] bool.
+        success: [N] bool, this and all that follow are infos.
+        events: [N] int64, goal ids.
+        elapsed: [N] int64, 0 where nothing was done, else 1.
+        illegal: [N] int64, illegal actions.
+        lengths: [N] int64.
+        shortest: [N] int64.
+        told: [N] bool, of which environments infos tell: of all.
     """
     for n in range(steps.shape[0]):
         step, ledger = steps[n], ledgers[n]
-        rewards[n] = step.rewards
-        flags[0, n], flags[1, n] = step.terminated, step.truncated
+        rewards[n], terminated[n], truncated[n], told[n] = step.rewards, step.terminated, step.truncated, True
         if begins_anew and step.episode_ended:
-            flags[2, n] = False
-            numbers[0, n], numbers[1, n], numbers[2, n], numbers[3, n] = NO_GOAL, 0, 0, 0
-            numbers[4, n] = ledger.shortest
+            success[n], events[n], elapsed[n], illegal[n], lengths[n] = False, NO_GOAL, 0, 0, 0
+            shortest[n] = ledger.shortest
         else:
-            flags[2, n] = step.terminated
-            numbers[0, n], numbers[1, n], numbers[2, n] = step.events, step.meta_elapsed > 0, step.illegal_actions
-            numbers[3, n], numbers[4, n] = step.lengths, step.shortest
+            success[n], events[n], elapsed[n] = step.terminated, step.events, step.meta_elapsed > 0
+            illegal[n], lengths[n], shortest[n] = step.illegal_actions, step.lengths, step.shortest

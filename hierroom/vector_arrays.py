@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
+from numba import njit
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
@@ -16,11 +17,13 @@ from hierroom.options import CONTROLLER, LEDGER
 from hierroom.step import STEP, Step
 from hierroom.turn_kernels import write_results
 from hierroom.turns import Turns
+from hierroom.world.array_pool import ArrayPool
 from hierroom.world.kernels import compiled
 from hierroom.world.layout import LEVEL, OUTCOME
 from hierroom.world.observations import IMAGE, N_DIRECTIONS, N_NUMBERS, write_batch, write_flat
 from hierroom.world.tiles import TRIPLES
 
+INFOS = ("success", "goal_event", "elapsed", "illegal_actions", "length", "shortest_length")
 _GOAL_SIZE = GOAL_VECTORS.shape[1]
 _BOOL, _INT8, _UINT8 = np.dtype(np.bool_), np.dtype(np.int8), np.dtype(np.uint8)
 _INT64, _FLOAT32 = np.dtype(np.int64), np.dtype(np.float32)
@@ -37,46 +40,67 @@ class VectorArrays:
     """
 
     def __init__(self, turns: Turns, *, flat: bool, copy: bool) -> None:
-        self._turns, self._flat = turns, flat
+        self._turns, self._flat, self._n = turns, flat, len(turns)
         self.space = flat_space(turns.world.n_actions) if flat else turns.observation_space(CONTROLLER)
-        self._n, n_actions = len(turns), turns.world.n_actions
-        self._shape = (self._n, n_actions + N_NUMBERS) if flat else (self._n, *IMAGE)
-        self._everywhere = np.ones((6, self._n), bool)
-        self._masks = np.ones((self._n, n_actions), np.int8)
-        self._kept = None if copy else self._empty()
+        self._results = ArrayPool(self._empty_results)
+        self._observations = ArrayPool(self._empty_observations)
+        self._kept = None if copy else self._empty_observations()
+        self._no_step = np.zeros(self._n, STEP)
 
-    def _empty(self) -> tuple[NDArray, ...]:
-        if self._flat:
-            return (np.empty(self._shape, _UINT8),)
+    def _empty_results(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
+        """Arrays of rewards, ends and infos, and the infos by name; all that say of whom they tell are one array."""
         n = self._n
-        keys, doors = np.empty((2, n, N_COLOURS), _INT8)
-        return (
-            np.empty(self._shape, _UINT8),
-            np.empty((n, _GOAL_SIZE), _FLOAT32),
-            np.empty(n, _INT64),
-            keys,
-            doors,
-        )
+        rewards, terminated, truncated = np.empty(n), np.empty(n, _BOOL), np.empty(n, _BOOL)
+        infos = np.empty(n, _BOOL), *(np.empty(n, _INT64) for _ in INFOS[1:])
+        told = np.ones(n, _BOOL)
+        return (rewards, terminated, truncated, *infos, told), _by_name(infos, told)
 
-    def observations(self) -> Any:
-        """What the controller observes everywhere: a dict of arrays, or one array [N, K] of rows."""
-        arrays = self._kept or self._empty()
-        world, ledger = self._turns.world, self._turns.ledger
+    def _empty_observations(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
+        """Arrays of observations, and where they are several those by name."""
+        n, n_actions = self._n, self._turns.world.n_actions
         if self._flat:
-            _compiled_flat()(
-                world.outcomes, world.state.levels, ledger.records, TRIPLES, GOAL_VECTORS, world.n_actions, *arrays
-            )
-            return arrays[0]
-        _compiled_batch()(world.outcomes, world.state.levels, ledger.records, TRIPLES, GOAL_VECTORS, *arrays)
-        images, goals, directions, keys, doors = arrays
-        return {
-            "observation": images,
-            "goal": goals,
-            "direction": directions,
-            "keys_held": keys,
-            "doors_open": doors,
-            "action_mask": self._masks if self._kept else self._masks.copy(),
+            return (np.empty((n, n_actions + N_NUMBERS), _UINT8),), {}
+        parts = {
+            "observation": np.empty((n, *IMAGE), _UINT8),
+            "goal": np.empty((n, _GOAL_SIZE), _FLOAT32),
+            "direction": np.empty(n, _INT64),
+            "keys_held": np.empty((n, N_COLOURS), _INT8),
+            "doors_open": np.empty((n, N_COLOURS), _INT8),
+            "action_mask": np.empty((n, n_actions), _INT8),
         }
+        return tuple(parts.values()), parts
+
+    def at_step(
+        self, step: Step, *, begins_anew: bool
+    ) -> tuple[Any, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """What came of a step, and what the controller observes now, after the meta-controller's turn.
+
+        Args:
+            step: the step.
+            begins_anew: whether infos tell of the next episode where one ended.
+
+        Returns:
+            observations (a dict of arrays, or one array [N, K] of rows), rewards, terminated, truncated, infos.
+        """
+        results, infos = self._results.take()
+        observations = self._write(step.records, begins_anew, results)
+        return observations, results[0], results[1], results[2], infos.copy()
+
+    def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
+        """What the controller observes everywhere, and the infos of the environments whose episode begins."""
+        results, _ = self._empty_results()
+        observations = self._write(self._no_step, False, results)
+        shortest = self._turns.ledger.shortest * where
+        infos = np.zeros(self._n, _BOOL), -where.astype(_INT64), *np.zeros((3, self._n), _INT64), shortest
+        return observations, _by_name(infos, where.copy())
+
+    def _write(self, steps: np.ndarray, begins_anew: bool, results: tuple[NDArray, ...]) -> Any:
+        """Write a step's results, and new observations, which it returns."""
+        arrays, parts = self._kept or self._observations.take()
+        world, ledgers = self._turns.world, self._turns.ledger.records
+        write = _compiled_flat() if self._flat else _compiled_batch()
+        write(world.outcomes, world.state.levels, steps, ledgers, begins_anew, *results, TRIPLES, GOAL_VECTORS, *arrays)
+        return arrays[0] if self._flat else parts.copy()
 
     def show_goals(self, observations: Any, goals: NDArray[np.integer], envs: NDArray[np.integer]) -> None:
         """Put the goals [N] of some environments into observations, where the ledger has them no more."""
@@ -86,45 +110,16 @@ class VectorArrays:
         else:
             observations["goal"][envs] = GOAL_VECTORS[goals[envs]]
 
-    def results(
-        self, step: Step, *, begins_anew: bool
-    ) -> tuple[NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """What came of a step: rewards, terminated, truncated and infos, in new arrays.
-
-        Args:
-            step: the step.
-            begins_anew: whether infos tell of the next episode where one ended.
-        """
-        n = self._n
-        rewards, flags, numbers = np.empty(n), np.empty((3, n), _BOOL), np.empty((5, n), _INT64)
-        _compiled_results()(step.records, self._turns.ledger.records, begins_anew, rewards, flags, numbers)
-        terminated, truncated, success = flags
-        return rewards, terminated, truncated, _infos(success, numbers, self._everywhere.copy())
-
-    def at_reset(self, where: NDArray[np.bool_]) -> dict[str, Any]:
-        """The infos of the environments whose episode begins."""
-        n, ledger = self._n, self._turns.ledger
-        numbers = np.zeros((5, n), np.int64)
-        numbers[0, where], numbers[4, where] = -1, ledger.shortest[where]
-        masks = np.empty((6, n), bool)
-        masks[:] = where
-        return _infos(np.zeros(n, bool), numbers, masks)
-
     def final(self, step: Step) -> dict[str, Any]:
         """What infos say of the episodes that a step ended: their last observations, and their last infos."""
-        n, ended = self._n, step.episode_ended.copy()
-        *_, infos = self.results(step, begins_anew=False)
-        infos = {name: values & ended if values.dtype == bool else values * ended for name, values in infos.items()}
-        observations, envs = np.full(n, None, object), np.flatnonzero(ended)
+        ended = step.episode_ended.copy()
+        numbers = (step.events, step.meta_elapsed > 0, step.illegal_actions, step.lengths, step.shortest)
+        infos = _by_name((step.terminated & ended, *(values * ended.astype(_INT64) for values in numbers)), ended)
+        observations, envs = np.full(self._n, None, object), np.flatnonzero(ended)
         last = self._turns.final_observation(CONTROLLER, step, envs)
         for env, observation in zip(envs, rows(last, flat=self._flat), strict=True):
             observations[env] = observation
-        return {
-            "final_obs": observations,
-            "final_info": infos,
-            "_final_obs": ended,
-            "_final_info": ended.copy(),
-        }
+        return {"final_obs": observations, "final_info": infos, "_final_obs": ended, "_final_info": ended.copy()}
 
 
 def flat_space(n_actions: int) -> spaces.Box:
@@ -143,50 +138,64 @@ def rows(observation: Observation, *, flat: bool) -> Iterable[Any]:
     """The observations of M environments one by one, in new arrays."""
     parts = observation.as_dict()
     if not flat:
-        return ({name: values[m] for name, values in parts.items()} for m in range(len(observation)))
+        return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=True))
     parts["direction"] = np.eye(N_DIRECTIONS)[parts["direction"]]
     numbers = [parts[name].reshape(len(observation), -1) for name in sorted(parts)]
     return np.concatenate(numbers, axis=1, dtype=np.uint8, casting="unsafe")
 
 
-def _infos(success: NDArray[np.bool_], numbers: NDArray[np.int64], masks: NDArray[np.bool_]) -> dict[str, NDArray]:
+def _by_name(infos: Iterable[NDArray], told: NDArray[np.bool_]) -> dict[str, NDArray]:
     """Infos by name, with Gymnasium's entries that say which environments they tell of."""
-    event, elapsed, illegal, length, shortest = numbers
-    of_event, of_elapsed, of_illegal, of_success, of_length, of_shortest = masks
-    return {
-        "goal_event": event,
-        "_goal_event": of_event,
-        "elapsed": elapsed,
-        "_elapsed": of_elapsed,
-        "illegal_actions": illegal,
-        "_illegal_actions": of_illegal,
-        "success": success,
-        "_success": of_success,
-        "length": length,
-        "_length": of_length,
-        "shortest_length": shortest,
-        "_shortest_length": of_shortest,
-    }
+    named = {}
+    for name, values in zip(INFOS, infos, strict=True):
+        named[name], named[f"_{name}"] = values, told
+    return named
 
 
-_BATCH = np.zeros(1, OUTCOME), np.zeros(1, LEVEL), np.zeros(1, LEDGER), TRIPLES, GOAL_VECTORS
+@njit(cache=True, nogil=True)
+def write_step_batch(
+    outcomes, levels, steps, ledgers, begins_anew,
+    rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, told,
+    triples, vectors, images, goal_vectors, directions, keys, doors, masks,
+):  # fmt: skip
+    """Write what came of a step and what N environments show, in one call: see `write_results` and `write_batch`."""
+    write_results(
+        steps, ledgers, begins_anew,
+        rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, told,
+    )  # fmt: skip
+    write_batch(outcomes, levels, ledgers, triples, vectors, images, goal_vectors, directions, keys, doors, masks)
+
+
+@njit(cache=True, nogil=True)
+def write_step_flat(
+    outcomes, levels, steps, ledgers, begins_anew,
+    rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, told,
+    triples, vectors, rows,
+):  # fmt: skip
+    """Write what came of a step and what N environments show as rows: see `write_results` and `write_flat`."""
+    write_results(
+        steps, ledgers, begins_anew,
+        rewards, terminated, truncated, success, events, elapsed, illegal, lengths, shortest, told,
+    )  # fmt: skip
+    write_flat(outcomes, levels, ledgers, triples, vectors, rows)
+
+
+def _read_and_results() -> tuple:
+    """Arrays of the types that both kernels begin with."""
+    records = np.zeros(1, OUTCOME), np.zeros(1, LEVEL), np.zeros(1, STEP), np.zeros(1, LEDGER)
+    flags, numbers = [np.zeros(1, _BOOL) for _ in range(3)], [np.zeros(1, _INT64) for _ in range(5)]
+    return *records, True, np.zeros(1), *flags, *numbers, np.zeros(1, _BOOL), TRIPLES, GOAL_VECTORS
 
 
 @cache
 def _compiled_batch() -> Callable[..., None]:
-    """Compile `observations.write_batch` for the types of a batch's arrays."""
-    arrays = np.zeros((1, *IMAGE), np.uint8), np.zeros((1, 1), np.float32), np.zeros(1, np.int64)
-    return compiled(write_batch, *_BATCH, *arrays, np.zeros((1, 1), np.int8), np.zeros((1, 1), np.int8))
+    """Compile `write_step_batch` for the types of a batch's arrays."""
+    images, goals = np.zeros((1, *IMAGE), _UINT8), np.zeros((1, 1), _FLOAT32)
+    bits = [np.zeros((1, 1), _INT8) for _ in range(3)]
+    return compiled(write_step_batch, *_read_and_results(), images, goals, np.zeros(1, _INT64), *bits)
 
 
 @cache
 def _compiled_flat() -> Callable[..., None]:
-    """Compile `observations.write_flat`, likewise."""
-    return compiled(write_flat, *_BATCH, 1, np.zeros((1, 1), np.uint8))
-
-
-@cache
-def _compiled_results() -> Callable[..., None]:
-    """Compile `turn_kernels.write_results`, likewise."""
-    records = np.zeros(1, STEP), np.zeros(1, LEDGER)
-    return compiled(write_results, *records, True, np.zeros(1), np.zeros((1, 1), bool), np.zeros((1, 1), np.int64))
+    """Compile `write_step_flat`, likewise."""
+    return compiled(write_step_flat, *_read_and_results(), np.zeros((1, 1), _UINT8))

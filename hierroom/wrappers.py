@@ -164,5 +164,10 @@ class _Vector(VectorWrapper):
         return self._extended(observations), *results, infos
 
     def _extended(self, observations: dict[str, Any]) -> dict[str, Any]:
-        observation = self._turns.observe(CONTROLLER, self._turns.due(CONTROLLER))
-        return {**observations, "features": self._reader.read(observation)}
+        features = self._reader.read(self._turns.observe(CONTROLLER, self._turns.due(CONTROLLER)))
+        ended = np.flatnonzero(cast(Any, self.env.unwrapped).have_ended)
+        if len(ended):  # the ledger has their goals no more
+            step = self._turns.last_step
+            assert step is not None
+            features[ended] = self._reader.read(self._turns.final_observation(CONTROLLER, step, ended))
+        return {**observations, "features": features}

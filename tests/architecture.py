@@ -7,8 +7,8 @@ import networkx as nx
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "hierroom"
-COMMAND = "complexity/__main__"
-"""The one file that is told apart from its folder: a command stands on what it runs, not where its folder does."""
+COMMANDS = ("compile/__main__", "complexity/__main__")
+"""The files that are told apart from their folders: a command stands on what it runs, not where its folder does."""
 
 
 def module_of(path: Path) -> str:
@@ -40,7 +40,7 @@ def file_imports() -> nx.DiGraph:
 
 def part_of(path: Path) -> str:
     name = path.relative_to(PACKAGE).with_suffix("").as_posix()
-    return name if name == COMMAND else name.split("/")[0]
+    return name if name in COMMANDS else name.split("/")[0]
 
 
 def part_imports() -> nx.DiGraph:

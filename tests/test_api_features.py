@@ -4,6 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from pettingzoo.test import api_test, parallel_api_test
 
 import hierroom
@@ -113,6 +114,30 @@ def test_gymnasium_vector_and_its_final_observations():
             ours[n], _ = alone[n].reset()
             n_ended += 1
     assert n_ended >= 6
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.DISABLED])
+def test_gymnasium_vector_that_does_not_reset_in_the_same_step(mode):
+    """What is observed last in an episode has the goal pursued last, here as in a single environment."""
+    env = hierroom.add_features(EscapeRooms(3, meta="fixed-dfs", autoreset_mode=mode, **SETTINGS), NAMES)
+    alone = [gymnasium.make("hierroom/EscapeRoom-d-v0", meta="fixed-dfs", env_index=n, **rest()) for n in range(3)]
+    theirs = SyncVectorEnv([lambda one=one: hierroom.add_features(one, NAMES) for one in alone], autoreset_mode=mode)
+    (observations, _), (expected, _) = env.reset(seed=3), theirs.reset(seed=[3] * 3)
+    n_goals, n_left = 0, 0
+    for t, action in enumerate(ACTIONS):
+        np.testing.assert_array_equal(observations["features"], expected["features"])
+        if mode == AutoresetMode.DISABLED and t % 60 == 0 and t:
+            for mask in (np.array([True, True, False]), np.array([False, False, True])):  # one is seen as it ended
+                np.testing.assert_array_equal(observations["features"], expected["features"])
+                (observations, _), (expected, _) = (one.reset(options={"reset_mask": mask}) for one in (env, theirs))
+            np.testing.assert_array_equal(observations["features"], expected["features"])
+            n_left += 1
+        observations, _, terminated, truncated, _ = env.step(np.full(3, action))
+        expected, *_ = theirs.step(np.full(3, action))
+        for n in np.flatnonzero(terminated | truncated):
+            n_goals += observations["goal"][n].any()
+    assert n_goals >= 6
+    assert n_left == (3 if mode == AutoresetMode.DISABLED else 0)
 
 
 @pytest.mark.filterwarnings(

@@ -30,7 +30,7 @@ def test_every_part_is_told_of():
     table = PAGE.split("## The parts")[1].split("\n## ")[0]
     named = {name.strip("/") for name in re.findall(r"`([\w/]+)`", table)}
     for part in architecture.part_imports():
-        assert part in named or part in ("__main__", architecture.COMMAND), part
+        assert part in named or part in ("__main__", *architecture.COMMANDS), part
 
 
 def test_few_floors_and_few_files():
@@ -41,11 +41,11 @@ def test_few_floors_and_few_files():
 
 
 def test_complexity_knows_goals_only():
-    assert set(architecture.part_imports()["complexity"]) <= {"errors", "files", "goals"}
+    assert set(architecture.part_imports()["complexity"]) <= {"errors", "files", "goals", "runtime"}
 
 
 def test_learners_know_no_environment():
-    assert set(architecture.part_imports()["learners"]) <= {"errors"}
+    assert set(architecture.part_imports()["learners"]) <= {"compile", "errors", "runtime"}
 
 
 def test_each_class_name_stands_for_one_class():
@@ -61,7 +61,7 @@ def test_each_class_name_stands_for_one_class():
 @pytest.mark.parametrize("path", architecture.files(), ids=lambda path: path.relative_to(architecture.ROOT).as_posix())
 def test_no_file_is_long(path):
     """House style: 60 to 200 lines, 300 is a smell; two files that are lists of rules have more."""
-    limit = {"kernels.py": 460, "ppo.py": 360, "turns.py": 350}.get(path.name, 300)
+    limit = {"kernels.py": 450, "ppo.py": 360, "turns.py": 350}.get(path.name, 300)
     assert len(path.read_text().splitlines()) <= limit
 
 

@@ -108,5 +108,6 @@ def test_a_shell_completes_the_options_of_the_script(name):
         "compare": "--metric",
         "complexity": "--graph",
         "paper": "table2",
+        "compile": "--help",
     }[name]
     assert option in done.stdout

@@ -5,7 +5,7 @@ import time
 import numpy as np
 from numba import njit
 
-from hierroom.training.compile_clock import compile_clock
+from hierroom.compile.clock import compile_clock
 from hierroom.training.config import TrainConfig
 from hierroom.training.trainer import Trainer
 

@@ -118,5 +118,5 @@ class AgentsConfig:
             InputError: if there is no such method.
         """
         method = find_method(self.method)
-        controller = replace(method.controller, reward=reward or method.controller.reward)
+        controller = replace(method.controller, reward=method.controller.reward if reward is None else reward)
         return Method(self.meta or method.meta, controller)

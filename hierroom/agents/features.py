@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from hierroom.agents.frontier import nearest_frontiers
+from hierroom.compile.kernel import njit
 from hierroom.controller import Observation
 from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hierroom.compile.kernel import njit
 from hierroom.world.kernels import MARGIN, ONE
 from hierroom.world.layout import MAX_SIZE
 

@@ -65,6 +65,10 @@ class ComplexityArguments:
         from_play: measure the chain from play instead of assuming the random walk. Give a run's folder to let its
             trained agents play, random for random actions, or oracle for shortest solutions. Without --graph the goal
             graph is that of the run, or c for random and oracle.
+        measures: list the measures of the literature instead, such as the effective horizon and the covering length, on
+            the MDP whose states are the nodes of the augmented graph.
+        levels: with --measures, measure so many levels of each graph by their exact states instead.
+        horizon: with --measures, steps of an episode: by default 20 on goal graphs and 1000 in levels.
         episodes: how many episodes to play.
         seed: seed of the levels, the actions and the bootstrap.
     """
@@ -78,6 +82,9 @@ class ComplexityArguments:
     csv: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     draw: Path | None = None
     from_play: str | None = None
+    measures: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    levels: int = 0
+    horizon: int | None = None
     episodes: int = 1000
     seed: int = 0
 
@@ -93,10 +100,16 @@ def show(options: ComplexityArguments) -> None:
     if options.from_play is not None:
         _show_play(options, options.from_play)
         return
-    if (options.episodes, options.seed) != (ComplexityArguments.episodes, ComplexityArguments.seed):
-        raise InputError("--episodes and --seed go with --from-play, which is missing")
+    has_seed = options.seed != ComplexityArguments.seed and not options.levels
+    if has_seed or options.episodes != ComplexityArguments.episodes:
+        raise InputError("--episodes and --seed go with --from-play, which is missing, or --seed with --levels")
+    if (options.levels or options.horizon is not None) and not options.measures:
+        raise InputError("--levels and --horizon go with --measures, which is missing")
     specs = _specs(options)
     graphs = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS).graphs
+    if options.measures:
+        _show_measures(options, graphs)
+        return
     reports = [analyze(graph, options.drop) for graph in graphs]
     if options.sort is not None:
         reports.sort(key=COLUMNS[options.sort].value)
@@ -138,6 +151,8 @@ def _draw(reports: list[ComplexityReport], path: Path) -> None:
 def _show_play(options: ComplexityArguments, player: str) -> None:
     specs = graph_specs(options.graph)
     several = len(specs) > 1 or any(map(is_graph_set, specs)) or options.exclude or options.all
+    if options.measures or options.levels or options.horizon is not None:
+        raise InputError("choose one of --from-play and --measures, not both")
     if several or options.csv or options.sort or options.draw is not None:
         raise InputError(
             "--from-play measures one goal graph and allows only --graph, --drop, --json, --episodes and --seed"
@@ -149,6 +164,30 @@ def _show_play(options: ComplexityArguments, player: str) -> None:
         print(to_json(report.to_dict()))
     else:
         print(report)
+
+
+def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...]) -> None:
+    if options.draw is not None or options.sort is not None:
+        raise InputError("--measures allows neither --draw nor --sort")
+    from hierroom.complexity.measures.graphs import measure_graphs
+    from hierroom.complexity.measures.table import print_measures, print_measures_csv  # rich loads slowly
+
+    horizon = options.horizon if options.horizon is not None else 1000 if options.levels else 20
+    drop = "with" if options.drop else "without"
+    if options.levels:
+        from hierroom.measure.levels import measure_levels  # it loads the world
+
+        measured = measure_levels(graphs, options.levels, horizon, options.drop, options.seed)
+        title = f"levels of {len(graphs)} goal graphs, {drop} drop, horizon {horizon}"
+    else:
+        measured = measure_graphs(graphs, horizon, options.drop)
+        title = f"MDPs of {len(graphs)} goal graphs, {drop} drop, horizon {horizon}"
+    if options.json:
+        print(to_json([graph.to_dict() for graph in measured]))
+    elif options.csv:
+        print_measures_csv(measured)
+    else:
+        print_measures(measured, title)
 
 
 def _print_csv(reports: list[ComplexityReport]) -> None:

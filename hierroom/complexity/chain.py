@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+import networkx as nx
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from hierroom.complexity.exploration_graph import graph_weights, node_index, node_labels, normalized
 from hierroom.complexity.hitting import (
     expected_visits,
     first_passage_variance,
@@ -20,6 +22,7 @@ from hierroom.complexity.hitting import (
 )
 from hierroom.complexity.laplacian import laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.reach import expected_states, reach_probability
+from hierroom.complexity.weights import Weights, as_moves, as_node, as_weights, n_nodes
 from hierroom.errors import InputError
 
 EXIT = "exit"
@@ -64,6 +67,50 @@ class Chain:
     source: int
     goals: Mapping[str, tuple[int, ...]]
     kinds: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
+
+    @classmethod
+    def from_matrix(
+        cls, matrix: Weights, source: int, target: int, labels: Sequence[Hashable] | None = None, *, rates: bool = False
+    ) -> Chain:
+        """The walk with a matrix of probabilities or rates, on any exploration graph.
+
+        Args:
+            matrix: [n, n] dense or sparse; what a row lacks to one is the node's probability to stay.
+            source: index of the start node.
+            target: index of the node to reach, the goal ``"exit"``.
+            labels: [n] names of the nodes; their indices by default.
+            rates: divide each row by its sum, because it holds rates or counts.
+
+        Raises:
+            InputError: if the matrix, a node or a label is not valid, or a row of probabilities sums to more than one.
+        """
+        weights = normalized(as_weights(matrix)) if rates else as_weights(matrix)
+        as_moves(weights)
+        n = n_nodes(weights)
+        names = node_labels(range(n) if labels is None else labels)
+        if len(names) != n:
+            raise InputError(f"{n} nodes need as many labels, not {len(names)}")
+        return cls(weights, names, as_node(source, n), {EXIT: (as_node(target, n),)})
+
+    @classmethod
+    def from_networkx(
+        cls, graph: nx.Graph, source: Hashable, target: Hashable, weight: str | None = "weight", *, rates: bool = False
+    ) -> Chain:
+        """The random walk on a networkx graph.
+
+        Args:
+            graph: directed or not; the names of its nodes become labels.
+            source: the start node.
+            target: the node to reach, the goal ``"exit"``.
+            weight: attribute of the edges that holds their probability. Where no edge has it, or for None, the walk
+                leaves each node by each of its edges with equal probability.
+            rates: divide each node's weights by their sum, because they are rates or counts.
+
+        Raises:
+            InputError: if there is no such node, a weight is not valid, or only some edges have one.
+        """
+        weights, nodes = graph_weights(graph, weight, rates), list(graph)
+        return cls.from_matrix(weights, node_index(nodes, source), node_index(nodes, target), nodes)
 
     @cached_property
     def hitting_time(self) -> float:

@@ -62,6 +62,7 @@ from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
+from hierroom.learners.learner_state import check_learner_state, weights_schema
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.policy import Policy
 from hierroom.learners.rollout import Batch, Rollout
@@ -342,10 +343,12 @@ class Learner:
 
     def take_weights(self, state: dict) -> None:
         """Load only the weights from another learner's `state_dict`; moments, turns and generators stay as they are."""
+        weights_schema(self.network).check(state, "learner")
         self.network.load_state_dict(state["backend"]["network"])
 
     def load_state_dict(self, state: dict) -> None:
         """Restore what `state_dict` returned for a learner with the same space, environments and config."""
+        check_learner_state(state, self.state_dict(), self.network, self.space)
         self._backend.load_state_dict(state["backend"])
         self._rollout.load_state_dict(state["rollout"])
         self._states[...] = state["states"].numpy()

@@ -136,8 +136,8 @@ def load_agents(
             meta_agent.take_weights(state[META])
         elif meta is None:
             meta_agent.load_state_dict(state[META])
-    except (RuntimeError, KeyError, ValueError) as error:
-        raise InputError(f"the checkpoint of {run.path} does not fit its config.json") from error
+    except InputError as error:
+        raise InputError(f"the checkpoint of {run.path} does not fit its config.json: {error}") from error
     return config, meta_agent, controller, checkpoint["steps"]
 
 

@@ -1,13 +1,13 @@
-"""The rules of the world as compiled scalar functions on one level, and thin kernels that apply them to a batch.
+"""The rules of the world as compiled scalar functions on one level; `batch_kernels` applies them to a batch.
 
-A level is a record of `layout.LEVEL` and a grid of tile codes; both are updated in place. Everything that a step needs,
-including every constant, is in this one module, because Numba's disk cache notices a change only in the file of the
-function that is called. After changing a constant, delete ``__pycache__``, because functions in other files read it
-too. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
+A level is a record of `layout.LEVEL` and a grid of tile codes; both are updated in place. With ``NUMBA_DISABLE_JIT=1``
+the same source runs as ordinary Python.
 """
 
 import numpy as np
-from numba import config, njit, typeof
+from numba import config, typeof
+
+from hierroom.compile.kernel import njit
 
 # Tile codes: the content of one cell of a grid or view. Light passes the codes from EMPTY up to below LOCKED_DOOR.
 UNSEEN, EMPTY, EXIT, KEY, OPEN_DOOR, LOCKED_DOOR, WALL = 0, 1, 2, 3, 9, 15, 21
@@ -403,45 +403,6 @@ def advance_and_look(level, grid, action, outcome):
 
 
 @njit(cache=True, nogil=True)
-def reset_levels(levels, grids, graphs, outcomes):
-    """Begin the next episode in every environment."""
-    for n in range(levels.shape[0]):
-        generate(levels[n], grids[n], graphs)
-        look_and_remember(levels[n], grids[n], outcomes[n].tiles)
-
-
-@njit(cache=True, nogil=True)
-def look_levels(levels, grids, outcomes):
-    """Write the current view of every environment, for example after a state was restored."""
-    for n in range(levels.shape[0]):
-        look_and_remember(levels[n], grids[n], outcomes[n].tiles)
-
-
-@njit(cache=True, nogil=True)
-def step_levels(levels, grids, actions, outcomes):
-    """Step every environment whose episode has not ended; the flags of the other environments do not change."""
-    for n in range(levels.shape[0]):
-        if levels[n].has_ended:
-            outcomes[n].event, outcomes[n].is_first, outcomes[n].reward = -1, False, 0.0
-            outcomes[n].is_novel, outcomes[n].is_discovery = False, False
-        else:
-            advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
-            outcomes[n].final_tiles[:] = outcomes[n].tiles
-
-
-@njit(cache=True, nogil=True)
-def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
-    """Step every environment; where the episode ends, store its final view and level and begin the next one."""
-    for n in range(levels.shape[0]):
-        advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
-        if levels[n].has_ended:
-            outcomes[n].final_tiles[:] = outcomes[n].tiles
-            finals[n] = levels[n]
-            generate(levels[n], grids[n], graphs)
-            look_and_remember(levels[n], grids[n], outcomes[n].tiles)
-
-
-@njit(cache=True, nogil=True)
 def turn_uniforms(levels, turns, uniforms):
     """Write uniforms [N, K] in [0, 1) for a turn of each environment, determined by episode and turn number."""
     for n in range(levels.shape[0]):
@@ -464,9 +425,7 @@ def encode_tiles(tiles, triples, observations):
 
 if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
     # In ordinary Python, uint64 scalars warn of overflow, which the random number generator relies on.
-    reset_levels = np.errstate(over="ignore")(reset_levels)
     turn_uniforms = np.errstate(over="ignore")(turn_uniforms)
-    step_and_reset_levels = np.errstate(over="ignore")(step_and_reset_levels)
 
 
 def compiled(kernel, *arrays):

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from functools import cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hierroom.compile.kernel import njit
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.world.kernels import VIEW, compiled
 from hierroom.world.layout import LEVEL, OUTCOME
@@ -17,6 +17,7 @@ from hierroom.world.tiles import TRIPLES
 N_DIRECTIONS = 4
 IMAGE, GOAL_SIZE = (VIEW, VIEW, 3), GOAL_VECTORS.shape[1]
 N_CELLS = VIEW * VIEW
+ONE, TWO = np.uint64(1), np.uint64(2)
 N_NUMBERS = N_DIRECTIONS + N_COLOURS + GOAL_SIZE + N_COLOURS + N_CELLS * 3
 """Numbers of a flat observation besides the action mask."""
 
@@ -56,24 +57,37 @@ def write_one(outcomes, levels, goal, triples, vectors, image, goal_vector, keys
 
 
 @njit(cache=True, nogil=True)
-def write_batch(outcomes, levels, ledgers, triples, vectors, images, goal_vectors, directions, keys, doors):
-    """Write what N environments show; as `write_one`, with the goals of records of the ledger, and arrays of N rows."""
+def write_batch(outcomes, levels, ledgers, triples, vectors, images, goal_vectors, directions, keys, doors, masks):
+    """Write what N environments show, all actions legal; as `write_one`, into arrays of N rows.
+
+    The goals are those of records of the ledger. Two short loops take less time than one: all that is written fits
+    into the registers.
+    """
+    for n in range(outcomes.shape[0]):
+        write_image(outcomes[n].tiles, triples, images[n])
     for n in range(outcomes.shape[0]):
         level, goal = levels[n], ledgers[n].goals
-        write_image(outcomes[n].tiles, triples, images[n])
         for k in range(GOAL_SIZE):
             goal_vectors[n, k] = vectors[goal, k]
         for colour in range(N_COLOURS):
             branch = level.branches[colour]
             keys[n, colour], doors[n, colour] = level.keys >> branch & 1, level.doors >> branch & 1
         directions[n] = level.direction
+    masks[:] = 1
 
 
 @njit(cache=True, nogil=True)
-def write_flat(outcomes, levels, ledgers, triples, vectors, n_actions, rows):
+def write_flat(outcomes, levels, ledgers, triples, vectors, rows):
     """Write what N environments show as rows of numbers, one after the other: see `vector_arrays.flat_space`."""
+    n_actions, first = rows.shape[1] - N_NUMBERS, rows.shape[1] - N_CELLS * 3
     for n in range(outcomes.shape[0]):
-        level, goal, row, tiles = levels[n], ledgers[n].goals, rows[n], outcomes[n].tiles
+        tiles, row = outcomes[n].tiles, rows[n]
+        for i in range(VIEW):
+            for j in range(VIEW):
+                tile, at = np.uint64(tiles[i, j]), np.uint64(first + (i * VIEW + j) * 3)
+                row[at], row[at + ONE], row[at + TWO] = triples[tile, 0], triples[tile, 1], triples[tile, 2]
+    for n in range(outcomes.shape[0]):
+        level, goal, row = levels[n], ledgers[n].goals, rows[n]
         for k in range(n_actions):
             row[k] = 1
         at = n_actions
@@ -87,8 +101,6 @@ def write_flat(outcomes, levels, ledgers, triples, vectors, n_actions, rows):
         at += N_COLOURS
         for k in range(GOAL_SIZE):
             row[at + k] = vectors[goal, k]
-        at += GOAL_SIZE + N_COLOURS
-        write_image(tiles, triples, row[at : at + N_CELLS * 3].reshape(IMAGE))
 
 
 _UINT8, _INT8, _FLOAT32 = np.dtype(np.uint8), np.dtype(np.int8), np.dtype(np.float32)

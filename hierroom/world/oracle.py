@@ -20,14 +20,15 @@ and gets the world's tile codes as a table.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from hierroom.compile.kernel import njit
 from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, N_COLOURS, N_GOALS
 from hierroom.world import kernels
 from hierroom.world.layout import State
 from hierroom.world.level import goal_name
+from hierroom.world.state_check import check_state
 
 # The kind of object on a cell, which is also the kind of a goal: ``kind = goal // N_COLOURS``.
 A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 3
@@ -192,10 +193,17 @@ def solve(level, grid, tile_table, kind, colour):
             reached_by[reached] = action + 1
             queue[tail], parents[tail] = reached, head
             tail += 1
-        for turn, turned in ((TURN_LEFT, (direction + 3) & 3), (TURN_RIGHT, (direction + 1) & 3)):
-            reached = node - direction + turned
+        # A turn back to where one turned from, or on from a right turn, leads to what was reached already.
+        came_by = reached_by[node] - 1
+        if came_by != TURN_RIGHT:
+            reached = node - direction + ((direction + 3) & 3)
             if not reached_by[reached]:
-                reached_by[reached] = turn + 1
+                reached_by[reached] = TURN_LEFT + 1
+                queue[tail], parents[tail] = reached, head
+                tail += 1
+            reached = node - direction + ((direction + 1) & 3)
+            if came_by != TURN_LEFT and not reached_by[reached]:
+                reached_by[reached] = TURN_RIGHT + 1
                 queue[tail], parents[tail] = reached, head
                 tail += 1
         head += 1
@@ -237,8 +245,9 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
         exit), -1 where it cannot be achieved (the level has no such key or door, or the episode has ended at the exit).
 
     Raises:
-        InputError: if a goal is not a goal id.
+        InputError: if a goal is not a goal id, or the state cannot be one of environments.
     """
+    check_state(state)
     ids = np.broadcast_to(np.asarray(goals), len(state))
     if ids.dtype.kind not in "iu" or (len(ids) and not 0 <= ids.min() <= ids.max() < N_GOALS):
         raise InputError(f"goals must be whole numbers from 0 to {N_GOALS - 1}, not {goals}")
@@ -258,8 +267,10 @@ def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
         [length] int64, empty if the goal is achieved already. A path to a key or a door never enters the exit.
 
     Raises:
-        InputError: if the state holds more than one environment, or the goal is not a goal id or cannot be achieved.
+        InputError: if the state holds more than one environment or cannot be one, or the goal is not a goal id or
+            cannot be achieved.
     """
+    check_state(state)
     if len(state) != 1:
         raise InputError(
             f"shortest_actions solves one environment, but the state holds {len(state)}: index the state first"

@@ -12,8 +12,9 @@ finds the encoded features and the hidden state side by side without a copy.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from hierroom.compile.kernel import njit
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")

@@ -6,9 +6,9 @@ Inputs and hidden states lie side by side in one array ``driven`` [T, M, X + H],
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hierroom.compile.kernel import njit
 from hierroom.learners.fused.product_kernels import add_product, add_transposed_product, pack
 
 # Number of samples whose weight gradients are summed at a time.

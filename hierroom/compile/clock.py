@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import time
 from functools import cache
+from typing import Any
 
 from numba.core import event
 
-_EVENT = "numba:compile"
+COMPILE_EVENT = "numba:compile"
+"""What Numba calls the compilation of one function; it is announced only where the function is not on disk."""
+
+
+def compiling(event: event.Event) -> Any:
+    """The kernel whose compilation such an event announces."""
+    assert event.data is not None
+    return event.data["dispatcher"]
 
 
 class CompileClock(event.Listener):
@@ -39,5 +47,5 @@ class CompileClock(event.Listener):
 def compile_clock() -> CompileClock:
     """The clock of this process, which runs from the first call on."""
     clock = CompileClock()
-    event.register(_EVENT, clock)
+    event.register(COMPILE_EVENT, clock)
     return clock

@@ -1,0 +1,1 @@
+"""Compilation of kernels by Numba: the decorator, where compiled kernels are kept, a clock, and compiling ahead."""

@@ -1,0 +1,193 @@
+"""Compile every kernel ahead of its first use: ``python -m hierroom.compile``."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import tyro
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
+from hierroom.cli import program, run, words
+from hierroom.errors import InputError
+from hierroom.files import write_atomically
+
+PACKAGE = Path(__file__).parents[1]
+STAMP = "hierroom-compiled.json"
+
+
+@dataclass(frozen=True)
+class CompileArguments:
+    """Compile all kernels now, so that nothing waits for it later; what is compiled already is left as it is.
+
+    The compiled code is kept on disk, for this machine's processor and this version of Numba.
+    """
+
+
+def main() -> int:
+    """The command."""
+    tyro.cli(CompileArguments, prog=program("compile"), args=words())
+    from numba.core import config
+
+    if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
+        raise InputError("NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it")
+    started = time.perf_counter()
+    from hierroom.world import kernels  # any module of kernels: all are kept in the same place
+
+    if kernels.advance.stats.cache_path is None:
+        raise InputError("there is no folder to keep compiled code in; set NUMBA_CACHE_DIR to one that can be written")
+    stamp = Path(kernels.advance.stats.cache_path) / STAMP
+    if _is_complete(stamp):
+        print(f"all kernels are compiled already ({time.perf_counter() - started:.1f} s)")
+        return 0
+    console = Console(stderr=True)
+    n_compiled = compile_all(console)
+    _write_stamp(stamp)
+    seconds = f"{time.perf_counter() - started:.1f} s"
+    print(
+        f"{n_compiled} kernels compiled in {seconds}" if n_compiled else f"all kernels are compiled already ({seconds})"
+    )
+    return 0
+
+
+def compile_all(console: Console) -> int:
+    """Use every kernel once in each way it is used, with a progress bar; returns how many were compiled."""
+    import torch
+    from numba.core import event
+
+    from hierroom.compile.clock import COMPILE_EVENT, compiling
+    from hierroom.compile.kernel import KERNELS, NOTICE
+
+    torch.set_num_threads(1)  # as in training
+    NOTICE.is_due = False  # the bar says it
+    columns = (
+        TextColumn("compiling kernels"),
+        BarColumn(),
+        TextColumn("{task.fields[status]}"),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=None, status="loading PyTorch")
+        plays = list(_plays())  # they load all kernels
+        bar.update(task, total=len(KERNELS))
+
+        class Advance(event.Listener):
+            def on_start(self, event: event.Event) -> None:
+                kernel, n_done = compiling(event), sum(bool(kernel.signatures) for kernel in KERNELS)
+                if kernel in KERNELS:  # not what Numba brings along
+                    bar.update(task, completed=n_done, status=f"{n_done} of {len(KERNELS)}, {kernel.__name__}")
+
+            def on_end(self, event: event.Event) -> None:
+                pass
+
+        with event.install_listener(COMPILE_EVENT, Advance()):
+            for play in plays:
+                play()
+    return sum(bool(kernel.stats.cache_misses) for kernel in KERNELS)
+
+
+def _plays() -> Iterator[Callable[[], object]]:
+    """Short uses of the package that together call the kernels with all types of arguments that they are ever given."""
+    import numpy as np
+
+    import hierroom
+    from hierroom.agents.features import FEATURES
+    from hierroom.gym_env import EscapeRoom, EscapeRooms
+    from hierroom.learners.config import PPOConfig
+    from hierroom.measure import measure_named
+    from hierroom.rewards import REWARDS
+    from hierroom.training.trainer import Trainer
+
+    small: Mapping[str, Any] = {"graph": "d", "size": 11, "max_steps": 30}
+
+    def train(**entries: Any) -> None:
+        config = hierroom.find_preset(entries.pop("preset", "default"))
+        short = {"num_envs": 4, "sequence_length": 8, "evaluation_episodes": 4, "meta_start_success": 0.0}
+        meta_ppo = PPOConfig(sequence_length=2, minibatches=2, sequences_per_update=4)
+        trainer = Trainer(config.changed(**{**small, **short, "meta_ppo": meta_ppo, **entries}))
+        for _ in range(12 if entries.get("meta") == "learned" else 2):
+            trainer.advance()
+        trainer.evaluate()
+
+    def play(env: Any) -> None:
+        env.reset(seed=0)
+        for _ in range(60):
+            ended = any(env.last()[2:4])
+            env.step(None if ended else 0)
+            if not env.agents:
+                env.reset()
+
+    def step(env: Any, n: int | None) -> None:
+        env.reset(seed=0)
+        for _ in range(60):
+            ended = env.step(0 if n is None else np.zeros(n, int))[2:4]
+            if n is None and any(ended):
+                env.reset()
+
+    def render() -> None:
+        env = hierroom.env(**small, render_mode="rgb_array")
+        env.reset(seed=0)
+        env.render()
+
+    yield train
+    for method in ("ppo", "ppo-novelty", "ppo-rnd"):
+        yield partial(train, method=method)
+    yield partial(train, preset="learned", meta="learned")
+    yield partial(train, preset="paper", drop_key=True)
+    yield partial(train, graph=("a", "c"), curriculum_stages=2)
+    yield partial(train, meta="oracle", reward="bonus", features=(*FEATURES.keys() - {"goal-outcome"},))
+    yield partial(measure_named, "random", "a", False, 4, 0)
+    yield lambda: list(hierroom.rollout("oracle", hierroom.EnvConfig(**small), episodes=4))
+    yield render
+    for mask, reward in zip(("reachable", "existing", "seen", "none"), REWARDS, strict=True):
+        yield partial(play, hierroom.env(**small, goal_mask=mask, reward=reward))
+    yield partial(step, EscapeRoom(**small, meta="random"), None)
+    yield partial(step, EscapeRooms(4, **small), 4)
+    yield partial(step, EscapeRooms(4, **small, flat=True), 4)
+    yield partial(step, EscapeRooms(4, **small, autoreset_mode="NextStep", copy=False), 4)
+
+
+def _is_complete(stamp: Path) -> bool:
+    """Whether the command has compiled all of this source, and every file that it left is still there."""
+    try:
+        told = json.loads(stamp.read_text())
+        return told["made_of"] == _made_of() and bool(told["files"]) and all(map(Path.exists, map(Path, told["files"])))
+    except (OSError, ValueError, TypeError, KeyError):
+        return False
+
+
+def _write_stamp(stamp: Path) -> None:
+    from hierroom.compile.kernel import KERNELS
+
+    folders = sorted({kernel.stats.cache_path for kernel in KERNELS})
+    files = [str(path) for folder in folders for path in sorted(Path(folder).glob("*.nb[ci]"))]
+    write_atomically(stamp, json.dumps({"made_of": _made_of(), "files": files}).encode())
+
+
+def _made_of() -> str:
+    """A digest of all that decides what is compiled."""
+    import numba
+    from llvmlite import binding
+
+    digest = hashlib.sha256()
+    for path in sorted(PACKAGE.rglob("*.py")):
+        digest.update(path.read_bytes())
+    machine = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
+    digest.update(repr((PACKAGE, platform.python_version(), numba.__version__, *machine)).encode())
+    return digest.hexdigest()
+
+
+def script() -> None:
+    """The command, as ``hierroom-compile``."""
+    run(main)
+
+
+if __name__ == "__main__":
+    script()

@@ -1,0 +1,102 @@
+"""Arrays that are used again when nobody holds them, and never while somebody does."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hierroom.gym_env import EscapeRooms
+from hierroom.world.array_pool import ArrayPool
+
+
+def make():
+    arrays = np.zeros(3), np.zeros((3, 2), np.int64)
+    return arrays, {"first": arrays[0], "again": arrays[0], "second": arrays[1]}
+
+
+HOLDS = {
+    "the array": lambda arrays: arrays[1],
+    "a view": lambda arrays: arrays[1][0],
+    "a view of a view": lambda arrays: arrays[1][0][1:],
+    "a memoryview": lambda arrays: memoryview(arrays[0]),
+    "one in a list": lambda arrays: [arrays[0].reshape(3, 1)],
+}
+
+
+@pytest.mark.parametrize("hold", HOLDS.values(), ids=HOLDS)
+def test_what_is_held_in_any_way_is_never_handed_out_again(hold):
+    pool = ArrayPool(make)
+    held = []
+    for step in range(6):
+        arrays, _ = pool.take()
+        for array in arrays:
+            array[:] = step
+        held.append(hold(arrays))
+        del arrays, array
+    told = [np.asarray(one[0] if isinstance(one, list) else one) for one in held]
+    assert [set(one.ravel().tolist()) for one in told] == [{step} for step in range(6)]
+
+
+def test_what_nobody_holds_is_used_again():
+    pool, seen = ArrayPool(make), []
+    for _ in range(20):
+        (first, _), named = pool.take()
+        assert named["first"] is named["again"] is first
+        seen.append(first.ctypes.data)
+    assert len(set(seen)) == 2
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda pool: pickle.loads(pickle.dumps(pool))])
+def test_a_copy_has_arrays_of_its_own(copied):
+    pool = ArrayPool(make)
+    (first, _), _ = pool.take()
+    (other, _), _ = copied(pool).take()
+    assert not np.shares_memory(first, other)
+
+
+@given(keep=st.lists(st.integers(0, 3), min_size=30, max_size=30), flat=st.booleans())
+@settings(max_examples=10, deadline=None)
+def test_what_is_kept_of_a_vector_environment_stays_as_it_was(keep, flat):
+    """Whatever is kept of a step, and however long, no later step changes it."""
+    envs = EscapeRooms(3, "a", size=11, max_steps=7, flat=flat)
+    kept = [(value, value.copy()) for value in leaves(envs.reset(seed=0))]
+    rng = np.random.default_rng(0)
+    for what in keep:
+        told = list(leaves(envs.step(rng.integers(5, size=3))))
+        kept += [(value, value.copy()) for value in told[:: what + 1][: 4 * what]]
+    for value, before in kept:
+        np.testing.assert_array_equal(value, before)
+
+
+def leaves(told):
+    if isinstance(told, dict):
+        told = tuple(told.values())
+    for value in told:
+        if isinstance(value, (dict, tuple)):
+            yield from leaves(value)
+        elif isinstance(value, np.ndarray) and value.dtype != object:
+            yield value
+
+
+def test_the_steps_that_a_meta_controller_kept_stay_as_they_were():
+    class Watching:
+        def __init__(self):
+            self.steps = []
+
+        def choose(self, observations, legal, situation):
+            return np.full(len(situation), -1)
+
+        def observe(self, step, turns):
+            self.steps.append((step, step.lengths.copy(), step.rewards))
+
+    meta = Watching()
+    envs = EscapeRooms(2, "a", size=11, max_steps=50, meta=meta)
+    envs.reset(seed=0)
+    for _ in range(9):
+        envs.step(np.ones(2, int))
+    for t, (step, lengths, rewards) in enumerate(meta.steps):
+        assert step.lengths.tolist() == lengths.tolist() == [t + 1] * 2
+        assert np.shares_memory(step.rewards, rewards)

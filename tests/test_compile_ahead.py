@@ -1,0 +1,86 @@
+"""After ``python -m hierroom.compile`` nothing compiles any more, and a second call sees so at once."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hierroom.compile.__main__ import STAMP, _is_complete
+from hierroom.world import kernels
+
+LATER = """
+import numpy as np
+from rich.console import Console
+import hierroom
+from hierroom.compile.__main__ import compile_all
+from hierroom.compile.clock import compile_clock
+from hierroom.compile.kernel import KERNELS
+
+print(compile_all(Console(stderr=True)))
+called = {kernel: {*kernel.signatures} for kernel in KERNELS}
+clock = compile_clock()
+for entries in (
+    {"preset": "learned", "graph": ("b", "e"), "max_steps": 90},
+    {"preset": "long", "method": "ppo-bonus", "drop_key": True},
+    {"preset": "large", "size": 31, "method": "ppo-sketch", "goal_mask": "seen", "subgoal_horizon": 7, "threads": 1},
+):
+    trainer = hierroom.train(num_envs=5, steps=500, evaluations=1, evaluation_episodes=3, **entries)
+    list(hierroom.rollout(trainer, episodes=2))
+env = hierroom.parallel_env(graph="g", render_mode="rgb_array", reward="bonus")
+env.reset(seed=1)
+env.step({agent: 1 for agent in env.agents})
+env.render()
+env.state()
+hierroom.add_features(hierroom.raw_env(graph="b"), ["view", "frontier-places"]).reset(seed=2)
+print(sum(len({*kernel.signatures} - called[kernel]) for kernel in KERNELS), clock.seconds)
+"""
+
+
+def run(*arguments, **options):
+    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, **options)
+
+
+@pytest.fixture(scope="module")
+def compiled():
+    """Everything is compiled, into the cache that all tests use."""
+    done = run("-m", "hierroom.compile")
+    assert done.returncode == 0, done.stderr
+    return Path(kernels.advance.stats.cache_path) / STAMP
+
+
+def test_a_second_call_sees_at_once_that_all_is_there(compiled):
+    assert _is_complete(compiled)
+    done = run("-X", "importtime", "-m", "hierroom.compile")
+    assert done.stdout.startswith("all kernels are compiled already")
+    assert not any(line.endswith(" torch") for line in done.stderr.splitlines())
+
+
+def test_what_was_deleted_or_is_of_other_source_is_not_taken_for_complete(compiled, tmp_path, monkeypatch):
+    kept = tmp_path / "kernels.advance.nbc"
+    kept.touch()
+    told = compiled.read_text()
+    stamp = tmp_path / STAMP
+    stamp.write_text(told.replace('"files": [', f'"files": ["{kept}", '))
+    assert _is_complete(stamp)
+    kept.unlink()
+    assert not _is_complete(stamp)
+    for wrong in ("", "[]", "{}", "null", told.replace('"made_of": "', '"made_of": "0')):
+        stamp.write_text(wrong)
+        assert not _is_complete(stamp)
+
+
+def test_nothing_is_called_later_in_a_way_it_was_not_compiled_for(compiled, tmp_path):
+    """By the kernels' signatures: the cache of these tests may hold more than the command has compiled."""
+    paths = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}}
+    done = run("-c", LATER, **paths)
+    assert done.returncode == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert (lines[0], lines[-1]) == ("0", "0 0.0")
+
+
+def test_there_is_nothing_to_compile_without_a_compiler():
+    done = run("-m", "hierroom.compile", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "error: NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it\n"

@@ -1,0 +1,84 @@
+"""Two ways to multiply matrices: tiles in LLVM's own language, and np.dot where they are refused; both are right."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hierroom.learners.fused import blas_kernels, product_kernels, tile_kernels
+
+TESTS = Path(__file__).parent
+GUARDED = """
+import ctypes, mmap
+import numpy as np
+from hierroom.learners.fused.tile_kernels import add_product, add_transposed_product, pack
+
+def guarded(array):
+    n_pages = -(-array.nbytes // mmap.PAGESIZE)
+    memory = mmap.mmap(-1, (n_pages + 1) * mmap.PAGESIZE)
+    end = ctypes.addressof(ctypes.c_char.from_buffer(memory)) + n_pages * mmap.PAGESIZE
+    assert ctypes.CDLL(None).mprotect(ctypes.c_void_p(end), mmap.PAGESIZE, 0) == 0  # PROT_NONE
+    start = n_pages * mmap.PAGESIZE - array.nbytes
+    copy = np.frombuffer(memory, array.dtype, array.size, start).reshape(array.shape)
+    copy[...] = array
+    return copy
+
+for m, k, n in ((1, 1, 1), (3, 5, 7), (4, 64, 64), (7, 65, 63), (9, 130, 65), (5, 74, 148), (8, 128, 256)):
+    a, b, c = (np.ones(shape, np.float32) for shape in ((m, k), (k, n), (m, n)))
+    panels = guarded(pack(guarded(b.T.copy()).T))
+    for product, factors in ((add_product, (a, panels)), (add_transposed_product, (a.T.copy(), b))):
+        result = guarded(c)
+        product(*map(guarded, factors), result)
+        assert (result == 1 + k).all()
+"""
+
+
+def test_here_the_tiles_work():
+    assert product_kernels.chosen is tile_kernels
+    assert product_kernels.works(tile_kernels)
+    assert product_kernels.works(blas_kernels)
+
+
+@pytest.mark.parametrize(("n_rows", "depth", "n_columns"), [(1, 1, 1), (5, 3, 17), (9, 200, 130), (64, 128, 256)])
+def test_both_ways_come_out_alike(n_rows, depth, n_columns):
+    random = np.random.default_rng(n_rows)
+    a, b = (random.normal(size=shape).astype(np.float32) for shape in ((n_rows, depth), (depth, n_columns)))
+    transposed, results = np.ascontiguousarray(a.T), []
+    for kernels in (tile_kernels, blas_kernels):
+        product, other = np.ones((2, n_rows, n_columns), np.float32)
+        kernels.add_product(a, kernels.pack(np.asfortranarray(b)), product)
+        kernels.add_transposed_product(transposed, b, other)
+        results.append((product, other))
+    np.testing.assert_allclose(*results, rtol=1e-4, atol=1e-4)
+
+
+def test_tiles_stay_within_their_arrays():
+    """Bounds checks do not see them: every array ends where memory does, so that a read or write behind it is fatal."""
+    done = subprocess.run([sys.executable, "-c", GUARDED], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize("name", ["add_product", "add_transposed_product"])
+def test_wrong_results_are_found(name):
+    def half(a, b, c):
+        getattr(tile_kernels, name)(a, b, c)
+        c[-1, -1] = 0  # where no whole tile is
+
+    assert not product_kernels.works(SimpleNamespace(**{**vars(tile_kernels), name: half}))
+
+
+def test_where_llvmlite_refuses_the_learner_learns_by_np_dot_with_one_warning(pytestconfig):
+    """With a cache of its own, which is kept: what calls the products is compiled with them."""
+    cache = pytestconfig.cache.mkdir("numba-blas")
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(TESTS), "NUMBA_DISABLE_JIT": "0"}
+    test = f"{TESTS / 'test_learner_kernels.py'}::test_compiled_and_torch_updates_agree[rows]"
+    command = [sys.executable, "-m", "pytest", "-p", "refusing_llvmlite", "-p", "no:cacheprovider", test]
+    done = subprocess.run(command, env=environment, cwd=TESTS.parent, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+    assert done.stdout.count("np.dot takes their place, which is slower (NotImplementedError there are no vec") == 1
+    assert "1 passed, 1 warning" in done.stdout
+    assert [*cache.rglob("blas_kernels.add_product-*.nbc")]
