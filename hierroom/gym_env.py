@@ -6,7 +6,7 @@ infos are those of ``controller_0`` in `hierroom.aec_env`. Version history: v0, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import gymnasium
@@ -295,7 +295,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             raise InputError(f"seeds are one for all environments or {self.num_envs} of them, not {len(seed)}")
         return [fresh_seed() if one is None and not self._is_seeded else one for one in seed]
 
-    def _reset_mask(self, options: Mapping[str, Any]) -> NDArray[np.bool_]:
+    def _reset_mask(self, options: dict) -> NDArray[np.bool_]:
         """[N] bool, the environments that a reset is of."""
         if "reset_mask" not in options:
             return np.ones(self.num_envs, bool)

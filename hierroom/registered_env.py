@@ -17,15 +17,15 @@ from hierroom.options import CONTROLLER
 from hierroom.runtime.schema import shown
 
 
-def checked_options(options: Any) -> Mapping[str, Any]:
-    """The options of a reset, none as an empty mapping.
+def checked_options(options: Any) -> dict[str, Any]:
+    """The options of a reset, none as an empty dict.
 
     Raises:
         InputError: if they are no mapping.
     """
     if options is not None and not isinstance(options, Mapping):
         raise InputError(f"options of a reset are a dict or None, not {shown(options)}")
-    return options or {}
+    return dict(options or {})
 
 
 class RegisteredEnv:

@@ -139,9 +139,8 @@ class PPOAgent:
         for what, ours in self._description.items():
             theirs = state["description"].get(what)
             if ours != theirs:
-                raise InputError(
-                    f"these weights are of another agent: its {what} is {shown(theirs)}, here it is {ours}"
-                )
+                found = " ".join(theirs.split()) if isinstance(theirs, str) else shown(theirs)
+                raise InputError(f"these weights are of another agent: its {what} is {found}, here it is {ours}")
         self.learner.take_weights(state["learner"])
 
     @property

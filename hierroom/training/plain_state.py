@@ -37,8 +37,9 @@ def plain_state(value: Any, name: str, depth: int = 0) -> Any:
         return torch.from_numpy(value.astype(value.dtype.newbyteorder("=")))
     if isinstance(value, Mapping):
         return {_key(key, name): plain_state(entry, f"{name}.{key}", depth + 1) for key, entry in value.items()}
-    if type(value) in (list, tuple):
-        return type(value)(plain_state(entry, f"{name}[{n}]", depth + 1) for n, entry in enumerate(value))
+    if isinstance(value, (list, tuple)) and type(value) in (list, tuple):
+        plain = [plain_state(entry, f"{name}[{n}]", depth + 1) for n, entry in enumerate(value)]
+        return plain if type(value) is list else tuple(plain)
     raise InputError(
         f"a checkpoint cannot hold {name}, which is {type(value).__name__}; it holds tensors, arrays of numbers, "
         "numbers, texts, lists and dicts"

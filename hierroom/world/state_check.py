@@ -11,9 +11,9 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from hierroom.compile.kernel import njit
 from hierroom.errors import InputError
 from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
 from hierroom.runtime.schema import Array, Table, of_records
@@ -91,8 +91,7 @@ class _Bounds(NamedTuple):
 def _packed_bounds(size: int) -> _Bounds:
     words: dict[int, list[tuple[int, ...]]] = {1: [], 4: [], 8: []}
     bounds = level_bounds(size)
-    for name in LEVEL.names or ():
-        field, offset, *_ = (LEVEL.fields or {})[name]
+    for name, (field, offset, *_) in (LEVEL.fields or {}).items():
         low, high = bounds.get(name, (0, 2 ** (8 * field.base.itemsize) - 1))
         first = offset // field.base.itemsize
         words[field.base.itemsize] += [(first + i, low, high) for i in range(int(np.prod(field.shape)))]

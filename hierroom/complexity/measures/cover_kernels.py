@@ -1,7 +1,8 @@
 """Random walks until every node was visited, as a compiled function."""
 
 import numpy as np
-from numba import njit
+
+from hierroom.compile.kernel import njit
 
 
 @njit(cache=True, nogil=True)

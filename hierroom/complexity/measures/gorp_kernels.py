@@ -3,7 +3,8 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from hierroom.compile.kernel import njit
 
 SPREAD, SLACK = 10.0, 30.0
 """Numbers of successes further than SPREAD standard deviations plus SLACK from the mean have no weight."""
