@@ -14,7 +14,7 @@ from hierroom.options import Transition
 from hierroom.plugins import in_one_line, load_plugin
 from hierroom.situation import Situation
 from hierroom.step import Step
-from hierroom.world import batch_kernels, kernels
+from hierroom.world import batch_kernels
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.level import Goal, Level
 from hierroom.world.oracle import shortest_actions
@@ -164,7 +164,11 @@ META_CONTROLLERS: Mapping[str, type] = {
 """The meta-controllers that learn nothing, by the name users type; beside them there is `LEARNED`."""
 
 
-def make_meta(spec: str | MetaController | Callable[[Level], Any], num_envs: int | None = None) -> MetaController:
+MetaSpec = str | MetaController | Callable[[Level], Any]
+"""Who picks the goals, as `make_meta` takes it."""
+
+
+def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     """The meta-controller a user means.
 
     Args:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.errors import InputError
-from hierroom.world import batch_kernels, kernels
+from hierroom.world import batch_kernels
 from hierroom.world.layout import OUTCOME, State
 
 CHUNK = 4096

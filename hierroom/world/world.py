@@ -290,4 +290,6 @@ def _compiled_step() -> Callable[..., None]:
 def _compiled_step_within() -> Callable[..., None]:
     """Compile `batch_kernels.step_levels`, likewise."""
     state = empty_state(1, MIN_SIZE)
-    return kernels.compiled(batch_kernels.step_levels, state.levels, state.grids, np.zeros(1, INT64), np.zeros(1, OUTCOME))
+    return kernels.compiled(
+        batch_kernels.step_levels, state.levels, state.grids, np.zeros(1, INT64), np.zeros(1, OUTCOME)
+    )
