@@ -26,7 +26,8 @@ from pettingzoo.classic import tictactoe_v3
 
 import hierroom
 from hierroom.goals import GoalGraph
-from hierroom.gym_env import EscapeRoom, EscapeRooms
+from hierroom.gym_env import EscapeRoom
+from hierroom.vector_env import EscapeRooms
 from hierroom.world.tiles import encode
 from hierroom.world.world import World
 

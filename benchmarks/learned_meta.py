@@ -56,7 +56,7 @@ def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
     learned = trainer.freeze(num_envs, seed=config.seed)
     other = freeze(ScriptedAgent(RandomGoals()), trainer.controller, num_envs, seed=config.seed)
     for name, pair in (("learned", learned), ("random", other)):
-        turns = trainer.fresh_turns(num_envs, 1_000_000 + config.seed)
+        turns = trainer.fresh_turns(num_envs, config.seed)
         result = evaluate(pair, turns, episodes)
         row[f"{name}_success"], row[f"{name}_length"] = result.success_rate, result.length
         row[f"{name}_length_over_shortest"] = result.length_over_shortest

@@ -44,10 +44,10 @@ class Options:
 
 def row_of(config: TrainConfig, episodes: int) -> str:
     """The table's row for the environments of a config."""
-    num_envs, seed, meta = min(100, episodes), 1_000_000 + config.seed, config.resolved_method.meta
-    turns = make_turns(config, num_envs, seed, measure_shortest=True)
+    num_envs, seed, meta = min(100, episodes), config.seed, config.resolved_method.meta
+    turns = make_turns(config, num_envs, seed, levels="evaluation", measure_shortest=True)
     informed = evaluate(Informed(make_meta(meta), num_envs), turns, episodes)
-    turns = make_turns(config, num_envs, seed)
+    turns = make_turns(config, num_envs, seed, levels="evaluation")
     searching = evaluate(Searching(make_meta(meta), turns), turns, episodes)
     shortest = informed.length / informed.length_over_shortest
     (graph,) = spec_names(config.env.graph)

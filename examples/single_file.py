@@ -24,7 +24,7 @@ from hierroom.agents.features import Features
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.cli import run
 from hierroom.controller import Observation
-from hierroom.env_config import EnvConfig
+from hierroom.env_config import EnvConfig, LevelsName
 from hierroom.errors import InputError
 from hierroom.goals import N_GOALS
 from hierroom.meta import make_meta
@@ -62,12 +62,12 @@ CONTROLLER_FEATURES = Features(SEEN.split(), N_ACTIONS)
 META_FEATURES = Features(("goal-status", "goal-outcome"), N_ACTIONS, META)  # each a number below 4 for every goal
 
 
-def make_turns(settings: argparse.Namespace, num_envs: int, seed: int | np.integer) -> Turns:
+def make_turns(settings: argparse.Namespace, num_envs: int, levels: LevelsName) -> Turns:
     """N environments, and the turns that the two agents take in them."""
     # Who learns to choose can choose wrongly: any goal of the level, in reach or not, until 50 steps have passed.
     learned = {"goal_mask": "existing", "subgoal_horizon": 50} if settings.meta == "learned" else {}
-    config = EnvConfig(settings.graph, reward="intrinsic", **learned)
-    return Turns(config, num_envs, seed=seed, memories=CONTROLLER_FEATURES.memories)
+    config = EnvConfig(settings.graph, reward="intrinsic", levels=levels, **learned)
+    return Turns(config, num_envs, seed=settings.seed, memories=CONTROLLER_FEATURES.memories)
 
 
 class ActorCritic(nn.Module):
@@ -249,7 +249,7 @@ def train(settings: argparse.Namespace) -> dict[str, Any]:
     if settings.steps < NUM_ENVS:
         raise InputError(f"steps must be at least {NUM_ENVS}, one in each environment, not {settings.steps}")
     torch.manual_seed(settings.seed)
-    turns = make_turns(settings, NUM_ENVS, settings.seed)
+    turns = make_turns(settings, NUM_ENVS, "training")
     turns.world.stagger_clocks()  # or all first episodes would be truncated at the same step
     network = ActorCritic(CONTROLLER_FEATURES.cardinalities, N_ACTIONS)
     controller = Learner(network, CONTROLLER_FEATURES, NUM_ENVS, N_ACTIONS, CONTROLLER_PPO)
@@ -270,7 +270,7 @@ def train(settings: argparse.Namespace) -> dict[str, Any]:
 
 def evaluate(settings: argparse.Namespace, agents: dict[str, Any]) -> tuple[float, float]:
     """Success rate and mean length apart from training: the first two episodes of each of 500 environments."""
-    turns = make_turns(settings, 500, np.random.SeedSequence([settings.seed, 1]).generate_state(1)[0])
+    turns = make_turns(settings, 500, "evaluation")
     left, results = np.full(500, 2), []
     actors = {name: Actor(a.network, a.features, 500) if isinstance(a, Learner) else a for name, a in agents.items()}
     while left.any():

@@ -169,7 +169,7 @@ def _register(env_id: str, kwargs: dict[str, Any]) -> None:
     gymnasium.register(
         env_id,
         entry_point="hierroom.gym_env:EscapeRoom",
-        vector_entry_point="hierroom.gym_env:EscapeRooms",
+        vector_entry_point="hierroom.vector_env:EscapeRooms",
         kwargs=kwargs,
     )
 

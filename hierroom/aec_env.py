@@ -33,6 +33,7 @@ from hierroom.env_config import (
     NOVELTY_BONUS,
     EnvConfig,
     GoalMaskName,
+    LevelsName,
     P,
     known_arguments,
 )
@@ -63,6 +64,7 @@ class raw_env(AECEnv):
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
         curriculum_stages: parts into which several graphs are cut, to go through from the easiest on.
         env_index: the index of the environment; with the seed it fixes the episodes.
+        levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels.
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
 
     Attributes:
@@ -91,6 +93,7 @@ class raw_env(AECEnv):
         goal_mask: GoalMaskName = "reachable",
         curriculum_stages: int = 1,
         env_index: int = 0,
+        levels: LevelsName | None = None,
         render_mode: str | None = None,
     ):
         config = EnvConfig.of_arguments(locals())

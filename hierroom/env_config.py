@@ -21,6 +21,7 @@ from hierroom.goals import GraphSpecs, graph_specs, spec_names
 
 RewardName = Literal["extrinsic", "bonus", "intrinsic", "novelty"]
 GoalMaskName = Literal["reachable", "existing", "seen", "none"]
+LevelsName = Literal["training", "evaluation"]
 
 NOVELTY_BONUS = 0.03
 """Size of the bonus for a novel state unless another is given. Leaving at once is certain to be worth more than the
@@ -70,6 +71,8 @@ class EnvConfig:
         goal_mask: goals the meta-controller may choose: reachable, existing, seen (or no goal: find something new)
             or none (no mask: all 13 goals, existing or not).
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
+        levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels, but in
+            training and when a trained agent is evaluated or watched the one or the other.
 
     Raises:
         InputError: if an entry is not of its kind or out of its range, or a graph cannot be read; the size and whether
@@ -87,6 +90,7 @@ class EnvConfig:
     subgoal_horizon: int | None = None
     goal_mask: GoalMaskName = "reachable"
     env_index: Annotated[int, tyro.conf.Suppress] = 0
+    levels: Annotated[LevelsName | None, tyro.conf.Suppress] = None
 
     def __post_init__(self) -> None:
         specs = graph_specs(self.graph)
@@ -103,6 +107,8 @@ class EnvConfig:
         self._require("novelty_bonus", is_bonus, "a number of at least 0")
         if self.goal_mask not in get_args(GoalMaskName):
             raise InputError(f"goal_mask is one of {', '.join(get_args(GoalMaskName))}, not {self.goal_mask!r}")
+        if self.levels not in (None, *get_args(LevelsName)):
+            raise InputError(f"levels are {', '.join(get_args(LevelsName))} or None, not {self.levels!r}")
 
     def _require(self, name: str, is_right: bool, allowed: str) -> None:
         if not is_right:

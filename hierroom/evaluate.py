@@ -32,7 +32,7 @@ class EvaluateArguments:
         run: the run's folder, before --graph and --exclude, to which all words up to the next option belong.
         episodes: episodes to play.
         num_envs: environments to play in side by side.
-        seed: fixes the levels and the actions; by default levels that training seeds below a million never saw.
+        seed: fixes the levels and the actions; training never sees the levels, whatever its seed.
         graph: other goal graphs than those trained on, given as in training, all of which are played at once.
         exclude: goal graphs to leave out; those left out in training are left out only where --graph is not given.
         size: another grid size than the one trained on.
@@ -48,7 +48,7 @@ class EvaluateArguments:
     run: Annotated[Path, tyro.conf.Positional]
     episodes: int = 1000
     num_envs: int = 100
-    seed: int = 1_000_000
+    seed: int = 0
     graph: Annotated[GraphSpecs, GRAPHS] = ()
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
     size: int | None = None

@@ -1,4 +1,4 @@
-"""The Gymnasium environments ``hierroom/EscapeRoom-{a..g}-v0``: the controller alone, in one environment or in many.
+"""The Gymnasium environments ``hierroom/EscapeRoom-{a..g}-v0``: the controller alone.
 
 The goals come from a meta-controller inside the environment (none by default: flat). Observations, actions, ends and
 infos are those of ``controller_0`` in `hierroom.aec_env`. Version history: v0, the first.
@@ -6,13 +6,8 @@ infos are those of ``controller_0`` in `hierroom.aec_env`. Version history: v0, 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import gymnasium
 import numpy as np
-from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from hierroom.env_config import (
@@ -20,24 +15,16 @@ from hierroom.env_config import (
     NOVELTY_BONUS,
     EnvConfig,
     GoalMaskName,
-    fresh_seed,
+    LevelsName,
     known_arguments,
 )
-from hierroom.errors import InputError
 from hierroom.goals import GraphSpecs
-from hierroom.meta import MetaController, make_meta, show_step
+from hierroom.meta import MetaSpec, make_meta
 from hierroom.options import CONTROLLER
-from hierroom.registered_env import PlayableEnv, RegisteredEnv, checked_options
+from hierroom.registered_env import PlayableEnv
 from hierroom.rewards import RewardSpec
 from hierroom.single_env import SingleEnv
-from hierroom.turns import Turns
-from hierroom.vector_arrays import VectorArrays
-from hierroom.world.render import RENDER_MODES, Screen
-from hierroom.world.world import Seeds, is_list
-
-MetaSpec = str | MetaController | Callable[..., Any]
-"""Who picks the goals, as `make_meta` takes it."""
-VECTOR_RENDER_MODES = ("ansi", "rgb_array")
+from hierroom.world.render import RENDER_MODES
 
 
 class EscapeRoom(PlayableEnv, gymnasium.Env):
@@ -58,6 +45,7 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
         curriculum_stages: parts into which several graphs are cut, to go through from the easiest on.
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
+        levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels.
         meta: who picks the goals: a name, ``package.module:Class``, ``package.module:function``, or a
             meta-controller or function itself (see `hierroom.meta`).
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
@@ -83,6 +71,7 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
         goal_mask: GoalMaskName = "reachable",
         curriculum_stages: int = 1,
         env_index: int = 0,
+        levels: LevelsName | None = None,
         meta: MetaSpec = "none",
         render_mode: str | None = None,
     ):
@@ -126,176 +115,3 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
     def close(self) -> None:
         """Close the window, if one is open."""
         self.single.close()
-
-
-class EscapeRooms(RegisteredEnv, VectorEnv):
-    """N environments on the batch engine.
-
-    Observations and infos are laid out as Gymnasium's own ``SyncVectorEnv`` lays out those of N `EscapeRoom` with
-    ``env_index`` 0, 1, ..., in each of its modes: where an episode ended, the next one begins in the same step (then
-    ``final_obs`` and ``final_info`` tell of the last step, and everything else of the new episode), in the next step
-    (whose action is ignored there), or where the next ``reset`` says so.
-
-    Args:
-        num_envs: N.
-        graph: one of these, or a list or tuple of them, of whose graphs each episode samples one: a letter ``"a"`` to
-            ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, ``"rooms:4"`` for every graph of 4 rooms,
-            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between.
-        exclude: graphs to leave out, given likewise and found however their rooms are numbered.
-        size: cells of the grid's side, 11 to 63, outer walls included.
-        max_steps: primitive steps after which an episode is truncated.
-        drop_key: whether the controller has a sixth action that drops a key.
-        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`), or
-            one of your own, as `make_reward` takes it.
-        novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
-        subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
-        goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
-        curriculum_stages: parts into which several graphs are cut, to go through from the easiest on.
-        env_index: the index of the (first) environment; with the seed it fixes the episodes.
-        meta: who picks the goals, as for `EscapeRoom`.
-        threads: most threads to step with.
-        autoreset_mode: ``AutoresetMode.SAME_STEP``, ``NEXT_STEP`` or ``DISABLED``, or its value as text.
-        flat: whether observations are rows of numbers, one [N, K] uint8 array: see `vector_arrays.flat_space`.
-        copy: whether observations are new arrays; else each step overwrites those of the last one.
-        render_mode: ``"ansi"``, ``"rgb_array"`` or None.
-
-    Attributes:
-        complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
-        have_ended: [N] bool, whose episode has ended and whose next one has not begun yet.
-    """
-
-    metadata = {  # noqa: RUF012 - Gymnasium reads it from the class
-        "autoreset_mode": AutoresetMode.SAME_STEP,
-        "render_modes": list(VECTOR_RENDER_MODES),
-        "render_fps": FRAMES_PER_SECOND,
-    }
-
-    @known_arguments
-    def __init__(
-        self,
-        num_envs: int = 1,
-        graph: GraphSpecs = "c",
-        *,
-        exclude: GraphSpecs = (),
-        size: int = 19,
-        max_steps: int = 1000,
-        drop_key: bool = False,
-        reward: RewardSpec = "extrinsic",
-        novelty_bonus: float = NOVELTY_BONUS,
-        subgoal_horizon: int | None = None,
-        goal_mask: GoalMaskName = "reachable",
-        curriculum_stages: int = 1,
-        env_index: int = 0,
-        meta: MetaSpec = "none",
-        threads: int = 1,
-        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
-        flat: bool = False,
-        copy: bool = True,
-        render_mode: str | None = None,
-    ):
-        config = EnvConfig.of_arguments(locals())
-        modes = [mode.value for mode in AutoresetMode]
-        mode = getattr(autoreset_mode, "value", autoreset_mode)
-        if mode not in modes:
-            raise InputError(f"autoreset_mode must be one of {', '.join(modes)}, not {autoreset_mode!r}")
-        if render_mode not in (*VECTOR_RENDER_MODES, None):
-            modes = ", ".join(VECTOR_RENDER_MODES)
-            raise InputError(f"render_mode of many environments must be one of {modes} or None, not {render_mode!r}")
-        self.autoreset_mode = AutoresetMode(mode)
-        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
-        self._is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
-        self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
-        self.complexity = self.turns.complexity
-        self.meta = make_meta(meta)
-        self.config, self.num_envs, self.render_mode = config, num_envs, render_mode
-        self._arrays = VectorArrays(self.turns, flat=flat, copy=copy)
-        self.single_observation_space = self._arrays.space
-        self.single_action_space = self.turns.action_space(CONTROLLER)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
-        self._is_seeded = False
-        self.have_ended = np.zeros(num_envs, bool)
-        self._screen = Screen(render_mode)
-
-    def reset(self, *, seed: Seeds = None, options: dict | None = None):
-        """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
-
-        Args:
-            seed: 0 to 2**63 - 1; one for all environments, whose indices make their episodes differ, or a list with
-                one, or None, for each.
-            options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
-                ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
-        """
-        options, seeds = checked_options(options), self._seeds(seed)
-        where = self._reset_mask(options)
-        if where.all():
-            self.turns.reset(seeds)
-            self._is_seeded = True
-        elif not self._is_seeded:
-            raise InputError("reset all environments before only some of them")
-        else:
-            some = [one for one, is_one in zip(seeds, where, strict=True) if is_one] if is_list(seeds) else seeds
-            self.turns.reset(some, np.flatnonzero(where))
-        self.have_ended &= ~where
-        super().reset(seed=int(seed) if isinstance(seed, (int, np.integer)) else None)
-        self.turns.ask(self.meta)
-        observations, infos = self._arrays.at_reset(where)
-        self._show_last_goals(observations)
-        if options.get("complexity"):
-            infos["complexity"] = self.complexity.to_dict()
-        return observations, infos
-
-    def step(self, actions: NDArray[np.integer]):
-        """Act once in every environment.
-
-        Raises:
-            InputError: if autoreset is disabled and an episode has ended whose environment was not reset.
-        """
-        have_ended = not self._is_same_step and self.have_ended.any()
-        if have_ended and self.autoreset_mode == AutoresetMode.DISABLED:
-            ended = ", ".join(map(str, np.flatnonzero(self.have_ended)))
-            raise InputError(f"the episodes of environments {ended} have ended: reset them first, by their reset_mask")
-        step = self.turns.step(actions)
-        if have_ended:
-            self.turns.begin_instead(np.flatnonzero(self.have_ended))
-        show_step(self.meta, step, self.turns)
-        self.turns.ask(self.meta)
-        told = self._arrays.at_step(step, begins_anew=self._is_same_step)
-        if not self._is_same_step:
-            self.have_ended = told[2] | told[3]
-            self._show_last_goals(told[0])
-        elif self.turns.n_ended:
-            told[4].update(self._arrays.final(step))
-        return told
-
-    def render(self) -> tuple[Any, ...] | None:
-        """A picture [H, W, 3] of each environment, or the levels as text, with the current subgoals shown."""
-        if self.render_mode is None:
-            return None
-        if not self._is_seeded:
-            raise InputError("reset the environment before it is rendered")
-        state, goals = self.turns.world.state, self.turns.goals.tolist()
-        return tuple(self._screen.render(state[n], goals[n]) for n in range(self.num_envs))
-
-    def _show_last_goals(self, observations: Any) -> None:
-        """Where an episode has ended and none has begun yet, show the goal pursued last."""
-        if (step := self.turns.last_step) is not None and self.have_ended.any():
-            self._arrays.show_goals(observations, step.goals, np.flatnonzero(self.have_ended))
-
-    def _seeds(self, seed: Seeds) -> Seeds:
-        """Seeds as `Turns.reset` takes them; what is not given is drawn where nobody has given one before."""
-        if not is_list(seed):
-            return fresh_seed() if seed is None and not self._is_seeded else seed
-        if len(seed) != self.num_envs:
-            raise InputError(f"seeds are one for all environments or {self.num_envs} of them, not {len(seed)}")
-        return [fresh_seed() if one is None and not self._is_seeded else one for one in seed]
-
-    def _reset_mask(self, options: dict) -> NDArray[np.bool_]:
-        """[N] bool, the environments that a reset is of."""
-        if "reset_mask" not in options:
-            return np.ones(self.num_envs, bool)
-        mask = options["reset_mask"]
-        if not isinstance(mask, np.ndarray) or mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
-            given = f"{mask.dtype} and shape {mask.shape}" if isinstance(mask, np.ndarray) else repr(mask)
-            raise InputError(f"reset_mask must be {self.num_envs} bool, at least one of them True, not {given}")
-        return mask

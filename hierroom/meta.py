@@ -14,7 +14,7 @@ from hierroom.options import Transition
 from hierroom.plugins import in_one_line, load_plugin
 from hierroom.situation import Situation
 from hierroom.step import Step
-from hierroom.world import kernels
+from hierroom.world import batch_kernels
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.level import Goal, Level
 from hierroom.world.oracle import shortest_actions
@@ -164,7 +164,11 @@ META_CONTROLLERS: Mapping[str, type] = {
 """The meta-controllers that learn nothing, by the name users type; beside them there is `LEARNED`."""
 
 
-def make_meta(spec: str | MetaController | Callable[[Level], Any], num_envs: int | None = None) -> MetaController:
+MetaSpec = str | MetaController | Callable[[Level], Any]
+"""Who picks the goals, as `make_meta` takes it."""
+
+
+def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     """The meta-controller a user means.
 
     Args:
@@ -284,7 +288,7 @@ def _random_best(rank: NDArray, legal: NDArray[np.bool_], uniforms: NDArray[np.f
 def _first_event(state: State) -> int:
     outcomes = np.zeros(1, OUTCOME)
     for action in shortest_actions(state):
-        kernels.step_levels(state.levels, state.grids, np.array([action], np.int64), outcomes)
+        batch_kernels.step_levels(state.levels, state.grids, np.array([action], np.int64), outcomes)
         if outcomes["event"][0] >= 0:
             return int(outcomes["event"][0])
     return NO_GOAL

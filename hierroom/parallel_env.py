@@ -15,7 +15,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, GoalMaskName, known_arguments
+from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, GoalMaskName, LevelsName, known_arguments
 from hierroom.errors import InputError
 from hierroom.global_state import global_state, state_space
 from hierroom.goals import GraphSpecs
@@ -43,6 +43,7 @@ class parallel_env(ParallelEnv):
         goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
         curriculum_stages: parts into which several graphs are cut, to go through from the easiest on.
         env_index: the index of the environment; with the seed it fixes the episodes.
+        levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels.
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
 
     Attributes:
@@ -70,6 +71,7 @@ class parallel_env(ParallelEnv):
         goal_mask: GoalMaskName = "reachable",
         curriculum_stages: int = 1,
         env_index: int = 0,
+        levels: LevelsName | None = None,
         render_mode: str | None = None,
     ):
         self.single = SingleEnv(EnvConfig.of_arguments(locals()), render_mode)

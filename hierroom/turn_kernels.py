@@ -1,7 +1,7 @@
 """The turns of the two agents as compiled kernels on records of a `options.LEDGER` and a `step.STEP`.
 
-What they share with the rest of the package stands here too, because Numba's disk cache notices a change only in the
-file of the function that is called. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
+The constants that they share with the rest of the package stand here, because Numba's disk cache notices a change only
+in files that define kernels. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
 """
 
 import numpy as np

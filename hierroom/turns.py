@@ -79,6 +79,7 @@ class Turns:
             first_index=config.env_index,
             threads=threads,
             memories=(*self.reward.memories, *memories),
+            levels=config.levels,
         )
         self.ledger = Ledger.at_reset(len(world), world.n_actions)
         self.last_step: Step | None = None
@@ -341,13 +342,6 @@ class Turns:
 
     def _observation(self, envs: NDArray[np.integer]) -> Observation:
         where = slice(None) if len(envs) == len(self) else envs
-        ledger = self.ledger
-        return Observation(
-            envs,
-            self.world.outcomes["tiles"][where],
-            self.world.state.levels[where],
-            ledger.goals[where],
-            ledger.previous_actions[where],
-            ledger.last_outcomes[where],
-            self._all_legal[: len(envs)],
-        )
+        ledger, tiles, levels = self.ledger, self.world.outcomes["tiles"][where], self.world.state.levels[where]
+        told = ledger.goals[where], ledger.previous_actions[where], ledger.last_outcomes[where]
+        return Observation(envs, tiles, levels, *told, self._all_legal[: len(envs)])

@@ -46,7 +46,7 @@ class WatchArguments:
         meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point,
             package.module:Class or package.module:function.
         goal_mask: other goals that may be chosen: reachable, existing, seen or none.
-        seed: fixes the levels and the actions; by default levels that training seeds below a million never saw.
+        seed: fixes the levels and the actions; training never sees the levels, whatever its seed.
         out: write a file instead: an animation, .gif or .mp4 (which needs PyAV), text, .txt, or labelled data, .json.
             Of an episode of more than 200 steps a .gif shows the first and the last 100; an .mp4 shows all.
         text: print text even where a window could be opened.
@@ -64,7 +64,7 @@ class WatchArguments:
     size: int | None = None
     meta: str | None = None
     goal_mask: GoalMaskName | None = None
-    seed: int = 1_000_000
+    seed: int = 0
     out: Path | None = None
     text: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 

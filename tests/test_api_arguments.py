@@ -14,7 +14,8 @@ import hierroom
 from hierroom import GoalGraph, InputError
 from hierroom.complexity import GraphSet
 from hierroom.env_config import EnvConfig
-from hierroom.gym_env import EscapeRoom, EscapeRooms
+from hierroom.gym_env import EscapeRoom
+from hierroom.vector_env import EscapeRooms
 
 ID = "hierroom/EscapeRoom-v0"
 APIS = {

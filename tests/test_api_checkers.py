@@ -16,7 +16,7 @@ from gymnasium.utils.env_checker import check_env
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, render_test, seed_test
 
 import hierroom
-from hierroom.gym_env import EscapeRooms
+from hierroom.vector_env import EscapeRooms
 
 GRAPHS = "abcdefg"
 EXPECTED = (

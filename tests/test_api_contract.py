@@ -10,7 +10,8 @@ import pytest
 import torch
 
 import hierroom
-from hierroom.gym_env import EscapeRoom, EscapeRooms
+from hierroom.gym_env import EscapeRoom
+from hierroom.vector_env import EscapeRooms
 from hierroom.world.oracle import shortest_actions
 
 AGENTS = ["meta_0", "controller_0"]

@@ -11,7 +11,8 @@ from gymnasium.wrappers import FlattenObservation
 import hierroom
 from hierroom.env_config import EnvConfig
 from hierroom.goals import GOAL_VECTORS
-from hierroom.gym_env import EscapeRoom, EscapeRooms
+from hierroom.gym_env import EscapeRoom
+from hierroom.vector_env import EscapeRooms
 
 AGENTS = ("meta_0", "controller_0")
 SEED = 5

@@ -12,7 +12,8 @@ from minigrid.wrappers import FullyObsWrapper
 import hierroom
 from hierroom import InputError
 from hierroom.goals import COLOURS
-from hierroom.gym_env import EscapeRoom, EscapeRooms
+from hierroom.gym_env import EscapeRoom
+from hierroom.vector_env import EscapeRooms
 
 ID = "hierroom/EscapeRoom-b-v0"
 

@@ -10,10 +10,10 @@ from pettingzoo.test import api_test, parallel_api_test
 import hierroom
 from hierroom.agents.features import FEATURES, Features
 from hierroom.env_config import EnvConfig
-from hierroom.gym_env import EscapeRooms
 from hierroom.meta import FixedDFS
 from hierroom.options import AGENTS, CONTROLLER, META
 from hierroom.turns import Turns
+from hierroom.vector_env import EscapeRooms
 from hierroom.world.layout import MEMORIES
 
 NAMES = ["goal-place", "doorway-places", "frontier-places", "previous-action", "goal-status"]

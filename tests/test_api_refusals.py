@@ -10,7 +10,8 @@ import pytest
 import hierroom
 from hierroom import InputError
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.gym_env import EscapeRoom, EscapeRooms
+from hierroom.gym_env import EscapeRoom
+from hierroom.vector_env import EscapeRooms
 from hierroom.world.world import World
 
 

@@ -6,8 +6,8 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from hierroom.errors import InputError
-from hierroom.gym_env import EscapeRooms
 from hierroom.turns import Turns
+from hierroom.vector_env import EscapeRooms
 
 SMALL = {"graph": "a", "size": 11, "max_steps": 9}
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hierroom.gym_env import EscapeRooms
+from hierroom.vector_env import EscapeRooms
 from hierroom.world.array_pool import ArrayPool
 
 

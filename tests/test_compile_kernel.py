@@ -16,7 +16,7 @@ from hierroom.compile import folder, kernel
 PACKAGE = Path(folder.__file__).parents[1]
 TELL = "import hierroom; hierroom.env(graph='a'); from hierroom.world.kernels import mix; print(mix.stats.cache_path)"
 COMPILE = """
-from hierroom.compile.kernel import njit
+from hierroom.compile.kernel import njit, KERNELS, PACKAGE, digest_of_kernels
 def double(x):
     return 2 * x
 double.__module__ = "{module}"
@@ -150,3 +150,16 @@ def test_every_kernel_is_made_by_the_package_s_own_decorator():
         if path != Path(kernel.__file__):
             assert "from numba import njit" not in path.read_text(), path
             assert "numba.njit" not in path.read_text(), path
+
+
+def test_a_change_in_any_file_of_kernels_makes_numba_compile_all_of_them_again(tmp_path):
+    for name, content in (("a.py", "@njit()\n"), ("b.py", "@njit()\n#"), ("c.py", "no kernel")):
+        (tmp_path / name).write_text(content)
+    before = kernel.digest_of_kernels(tmp_path)
+    (tmp_path / "c.py").write_text("still none")
+    kernel.digest_of_kernels.cache_clear()
+    assert kernel.digest_of_kernels(tmp_path) == before
+    (tmp_path / "b.py").write_text("@njit()\n##")
+    kernel.digest_of_kernels.cache_clear()
+    assert kernel.digest_of_kernels(tmp_path) != before
+    assert {one._cache._cache_file._source_stamp[1] for one in kernel.KERNELS} == {kernel.digest_of_kernels(PACKAGE)}

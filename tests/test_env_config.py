@@ -7,8 +7,9 @@ import pytest
 import hierroom
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.gym_env import EscapeRoom, EscapeRooms
+from hierroom.gym_env import EscapeRoom
 from hierroom.turns import Turns
+from hierroom.vector_env import EscapeRooms
 
 WRONG = [
     ({"goal_mask": "some"}, "goal_mask is one of reachable, existing, seen, none, not 'some'"),

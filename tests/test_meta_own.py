@@ -9,8 +9,9 @@ import pytest
 from turns_helpers import make
 
 from hierroom import InputError
-from hierroom.gym_env import EscapeRoom, EscapeRooms
+from hierroom.gym_env import EscapeRoom
 from hierroom.meta import META_CONTROLLERS, MetaController, make_meta, unsaved_memory
+from hierroom.vector_env import EscapeRooms
 
 MINE = """
     import numpy as np

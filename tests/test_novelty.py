@@ -74,7 +74,7 @@ def test_what_was_visited_is_part_of_the_state():
 
 def test_the_size_of_the_bonus_is_a_hyperparameter():
     config = TrainConfig().changed(method="ppo-novelty", graph="a", size=11, novelty_bonus=0.5)
-    turns = make_turns(config, 64, seed=0)
+    turns = make_turns(config, 64, seed=0, levels="training")
     assert set(turns.step([FORWARD] * 64).rewards) == {0.0, 0.5}
     with pytest.raises(InputError, match="novelty_bonus must be a number of at least 0, not -1"):
         make("a", reward="novelty", novelty_bonus=-1)

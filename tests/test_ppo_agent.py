@@ -226,7 +226,7 @@ def test_what_was_learned_plays_elsewhere_and_learns_nothing(tmp_path):
     before = learned_state(trainer)
 
     def goals(pair):
-        turns, given = make_turns(SMALL, 3, 5), []
+        turns, given = make_turns(SMALL, 3, 5, levels="evaluation"), []
         for _ in range(80):
             pair.step(turns)
             given.append(turns.goals.tolist())

@@ -32,7 +32,7 @@ def config_of(graph, **changes):
 
 
 def turns_in(graph, n, **changes):
-    return make_turns(config_of(graph, **changes), n, 1_000_000)
+    return make_turns(config_of(graph, **changes), n, 0, levels="evaluation")
 
 
 def window(view, level):

@@ -125,7 +125,7 @@ def test_the_meta_controller_treats_all_colours_alike(single_file):
 
 def played(single_file, n_steps):
     """Both agents after some steps in which they do not learn."""
-    turns = single_file.make_turns(settings(), 16, 0)
+    turns = single_file.make_turns(settings(), 16, "training")
     turns.world.stagger_clocks()
     agents = {}
     for name, (network, features, n_actions) in zip((CONTROLLER, META), networks(single_file), strict=True):

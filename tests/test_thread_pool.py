@@ -9,8 +9,8 @@ import pytest
 from learner_envs import RandomEnvs, make_learner
 
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.gym_env import EscapeRooms
 from hierroom.runtime.thread_pool import ThreadPool
+from hierroom.vector_env import EscapeRooms
 from hierroom.world.world import MIN_ENVS_PER_THREAD, World
 
 

@@ -125,6 +125,6 @@ def test_what_a_gpu_trained_plays_on_the_cpu(tmp_path, monkeypatch):
     folder.save_checkpoint(trainer.state_dict())
     played = []
     for pair in (load(folder.path).pair(4, seed=1), trainer.freeze(4, seed=1)):
-        turns = make_turns(SMALL, 4, seed=9)
+        turns = make_turns(SMALL, 4, seed=9, levels="evaluation")
         played.append([pair.step(turns).actions.tolist() for _ in range(40)])
     assert played[0] == played[1]

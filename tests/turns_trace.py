@@ -5,7 +5,8 @@ import hashlib
 import numpy as np
 
 import hierroom
-from hierroom.gym_env import EscapeRoom, EscapeRooms
+from hierroom.gym_env import EscapeRoom
+from hierroom.vector_env import EscapeRooms
 
 SETTINGS = {"graph": "d", "size": 11, "max_steps": 25, "drop_key": True, "subgoal_horizon": 6}
 

@@ -100,11 +100,12 @@ def _plays() -> Iterator[Callable[[], object]]:
     import hierroom
     from hierroom.agents.features import FEATURES
     from hierroom.complexity.report import analyze
-    from hierroom.gym_env import EscapeRoom, EscapeRooms
+    from hierroom.gym_env import EscapeRoom
     from hierroom.learners.config import PPOConfig
     from hierroom.measure import measure_named
     from hierroom.rewards import REWARDS
     from hierroom.training.trainer import Trainer
+    from hierroom.vector_env import EscapeRooms
 
     small: Mapping[str, Any] = {"graph": "d", "size": 11, "max_steps": 30}
 

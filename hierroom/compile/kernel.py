@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import multiprocessing
 import os
 import sys
 import warnings
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -16,6 +18,7 @@ from numba.core import config, event
 from hierroom.compile.clock import COMPILE_EVENT, compiling
 from hierroom.compile.folder import private_folder
 
+PACKAGE = Path(__file__).parents[1]
 KERNELS: list[Any] = []
 """All kernels whose compiled code is kept on disk, in the order in which they were defined."""
 NOTICE_TEXT = "compiling kernels, once, for up to a minute; python -m hierroom.compile does it ahead"
@@ -38,16 +41,30 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
     def define(function: Callable[..., Any]) -> Any:
         if not cache:
             return numba.njit(**options)(function)
+        kernel: Any
         try:
             kernel = numba.njit(cache=True, **options)(function)
         except RuntimeError as error:
             if "no locator available" not in str(error):
                 raise
             kernel = numba.njit(cache=_move_cache(), **options)(function)
+        if hasattr(kernel, "stats"):  # not where NUMBA_DISABLE_JIT leaves it the function
+            file = kernel._cache._cache_file
+            file._source_stamp = file._source_stamp, digest_of_kernels(PACKAGE)
         KERNELS.append(kernel)
         return kernel
 
     return define
+
+
+@cache
+def digest_of_kernels(folder: Path) -> str:
+    """SHA-256 of all files in a folder that define kernels.
+
+    Numba would keep compiled code as long as the kernel's own file is the same, but kernels call those of other files.
+    """
+    contents = [path.read_bytes() for path in sorted(folder.rglob("*.py"))]
+    return hashlib.sha256(b"".join(content for content in contents if b"njit(" in content)).hexdigest()
 
 
 def _move_cache() -> bool:

@@ -89,7 +89,7 @@ class ComplexityArguments:
     size: int | None = None
     max_steps: int | None = None
     episodes: int = 1000
-    seed: int = 1_000_000
+    seed: int = 0
     trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 
 

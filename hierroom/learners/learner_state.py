@@ -43,7 +43,6 @@ def check_learner_state(state: Any, own: Mapping[str, Any], network: nn.Module, 
     bounds = {
         "features": (0, np.array(space.cardinalities) - 1),
         "actions": (0, last_action),
-        "hindsight_actions": (-1, last_action),
         "elapsed": (1, _MOST),
         "columns": (-1, capacity - 1),
         "turns": (0, length - 1),
@@ -61,7 +60,7 @@ def check_learner_state(state: Any, own: Mapping[str, Any], network: nn.Module, 
                 }
             ),
             "rollout": Table({"arrays": Table(rollout), "free": columns, "full": columns}),
-            **{name: like(own[name]) for name in ("states", "logits")},
+            "states": like(own["states"]),
             "starts_episode": Array(np.bool_, (num_envs,)),
             "action_random": RANDOM_STATE,
             "shuffle_random": RANDOM_STATE,
@@ -74,15 +73,13 @@ def _check_columns(rollout: Mapping[str, Any]) -> None:
     """Check that each column of a rollout is in use once, and that the turns in it were taken with legal actions."""
     arrays = {name: tensor.numpy() for name, tensor in rollout["arrays"].items()}
     columns, turns, is_open, awaiting = (arrays[name] for name in ("columns", "turns", "is_open", "awaiting"))
-    masks, actions, instead = (arrays[name] for name in ("masks", "actions", "hindsight_actions"))
+    masks, actions = arrays["masks"], arrays["actions"]
     writes, waits = columns >= 0, awaiting >= 0
     n_begun = np.zeros(actions.shape[1], np.int64)  # turns that a column holds, an open one included
     n_begun[rollout["full"]] = len(actions)
     n_begun[columns[writes]] = (turns + is_open)[writes]
     is_turn = np.arange(len(actions))[:, None] < n_begun
-    is_legal, was_legal = (
-        np.take_along_axis(masks, np.maximum(chosen, 0)[..., None], axis=2)[..., 0] for chosen in (actions, instead)
-    )
+    is_legal = np.take_along_axis(masks, actions[..., None], axis=2)[..., 0]
     require(
         {
             "each of its columns is free, full or one environment's": np.array_equal(
@@ -92,7 +89,6 @@ def _check_columns(rollout: Mapping[str, Any]) -> None:
             "columns that await a value are full": np.isin(awaiting, rollout["full"]) | ~waits,
             "no two environments await a value for the same column": len(np.unique(awaiting[waits])) == waits.sum(),
             "the actions of its turns were legal": bool((is_legal | ~is_turn).all()),
-            "actions in hindsight were legal": bool((was_legal | (instead < 0) | ~is_turn).all()),
         },
         "the rollout of a learner",
     )

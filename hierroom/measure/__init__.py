@@ -174,7 +174,7 @@ def measure_named(
     given = {"graph": graph, "size": size, "max_steps": max_steps}
     entries: dict[str, Any] = {entry: value for entry, value in given.items() if value is not None}
     if name in ("random", "oracle"):
-        turns = Turns(EnvConfig(drop_key=drop_key, **entries), num_envs, seed=seed)
+        turns = Turns(EnvConfig(drop_key=drop_key, levels="evaluation", **entries), num_envs, seed=seed)
         player: Player = make_player(name, seed)
     else:
         turns, player = _trained(name, entries, drop_key, num_envs, seed, trust)

@@ -19,6 +19,7 @@ from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.warm_up import WarmUp
+from hierroom.env_config import LevelsName
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace
@@ -37,6 +38,7 @@ def make_turns(
     num_envs: int,
     seed: int,
     *,
+    levels: LevelsName,
     whole_interval: bool = False,
     autoreset: bool = True,
     measure_shortest: bool = False,
@@ -47,11 +49,13 @@ def make_turns(
         config: what is trained.
         num_envs: how many environments.
         seed: of their first episodes.
+        levels: those to train on or those to evaluate on, whatever the config says.
         whole_interval: whether a curriculum's graphs are all drawn from at once, as to evaluate it.
         autoreset: as for `Turns`.
         measure_shortest: likewise.
     """
-    env = replace(config.env, reward=config.resolved_method.controller.reward)
+    reward = config.resolved_method.controller.reward
+    env = replace(config.env, reward=reward, levels=levels)
     return Turns(
         replace(env, curriculum_stages=1) if whole_interval else env,
         num_envs,

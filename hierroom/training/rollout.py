@@ -16,9 +16,6 @@ from hierroom.errors import InputError
 from hierroom.training.trained_agent import TrainedAgent
 from hierroom.turns import Turns
 
-EVALUATION_SEED = 1_000_000
-"""Fixes levels that training seeds below a million never saw."""
-
 
 def rollout(
     agent: TrainedAgent | Player | str,
@@ -26,7 +23,7 @@ def rollout(
     episodes: int = 100,
     *,
     num_envs: int = 100,
-    seed: int = EVALUATION_SEED,
+    seed: int = 0,
     progress: Callable[[int], object] = lambda done: None,
 ) -> Iterator[Episode]:
     """Let an agent play, and yield each episode with its subgoals, actions, rewards and end.
@@ -41,7 +38,8 @@ def rollout(
             or a `Player`: anything with a method ``step(turns)``.
         env: an `EnvConfig`, or an environment of hierroom, of any API, whose config is taken: the episodes are played
             in fresh environments of it on the batch engine, and the environment itself is left as it is. None: as the
-            agent was trained in, or graph c for others. Where a reward is not named, it is the one it was trained with.
+            agent was trained in, or graph c for others. Where a reward is not named, it is the one it was trained with;
+            where ``levels`` are not, they are those that training never uses.
         episodes: how many.
         num_envs: environments to play in side by side, at most as many as episodes.
         seed: of the environments and of the actions.
@@ -63,7 +61,8 @@ def rollout(
     if not hasattr(player, "step"):
         known = "what hierroom.load gives, 'random', 'oracle' or an object with a method step(turns)"
         raise InputError(f"an agent to play is {known}, not {agent!r}")
-    whole = replace(config or EnvConfig(), curriculum_stages=1)
+    config = config or EnvConfig()
+    whole = replace(config, curriculum_stages=1, levels=config.levels or "evaluation")
     return record(Turns(whole, num_envs, seed=seed, measure_shortest=True), player, episodes, progress)
 
 

@@ -67,7 +67,7 @@ class TrainedAgent:
             num_envs: how many.
             seed: of their first episodes.
             env: what they are made of; None: as those it was trained in. Where its reward is None, it is the one it was
-                trained with.
+                trained with; where its levels are None, they are those that training never uses.
 
         Raises:
             InputError: if their ``drop_key`` is another than the agent was trained with.
@@ -75,7 +75,8 @@ class TrainedAgent:
         config = self.config if env is None else self.config.changed(env=env)
         if config.env.drop_key != self.config.env.drop_key:
             raise InputError("a trained agent cannot be played with another drop_key")
-        return make_turns(config, num_envs, seed, whole_interval=True, measure_shortest=True)
+        levels = (env and env.levels) or "evaluation"
+        return make_turns(config, num_envs, seed, levels=levels, whole_interval=True, measure_shortest=True)
 
     def pair(self, num_envs: int, *, seed: int = 0) -> Pair:
         """The agents as a `Player` in a number of environments; a new one for each use.

@@ -50,7 +50,7 @@ class Trainer:
 
     def __init__(self, config: TrainConfig):
         self.config = config
-        self.turns = make_turns(config, config.num_envs, config.seed)
+        self.turns = make_turns(config, config.num_envs, config.seed, levels="training")
         self.turns.world.stagger_clocks()
         meta, controller = make_agents(config)
         self.agents = {META: meta, CONTROLLER: controller}
@@ -109,7 +109,8 @@ class Trainer:
 
     def fresh_turns(self, num_envs: int, seed: int, *, autoreset: bool = True) -> Turns:
         """Other environments of the config, whose shortest lengths are measured; see `assembly.make_turns`."""
-        return make_turns(self.config, num_envs, seed, whole_interval=True, autoreset=autoreset, measure_shortest=True)
+        settings: dict[str, Any] = {"whole_interval": True, "autoreset": autoreset, "measure_shortest": True}
+        return make_turns(self.config, num_envs, seed, levels="evaluation", **settings)
 
     def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
         """What the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
 from hierroom.errors import InputError
-from hierroom.gym_env import EscapeRooms
 from hierroom.options import CONTROLLER
+from hierroom.vector_env import EscapeRooms
 
 NOT_ARRAYS = ("final_obs", "final_info", "complexity")
 """Entries of Gymnasium's infos that are no numbers, one for each environment."""

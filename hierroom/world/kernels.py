@@ -1,9 +1,7 @@
-"""The rules of the world as compiled scalar functions on one level, and thin kernels that apply them to a batch.
+"""The rules of the world as compiled scalar functions on one level; `batch_kernels` applies them to a batch.
 
-A level is a record of `layout.LEVEL` and a grid of tile codes; both are updated in place. Everything that a step needs,
-including every constant, is in this one module, because Numba's disk cache notices a change only in the file of the
-function that is called. After changing a constant, delete ``__pycache__``, because functions in other files read it
-too. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
+A level is a record of `layout.LEVEL` and a grid of tile codes; both are updated in place. With ``NUMBA_DISABLE_JIT=1``
+the same source runs as ordinary Python.
 """
 
 import numpy as np
@@ -24,6 +22,7 @@ MIN_SIDE, MIN_CENTRE = 2, 3  # least depth of a branch room, and least width of 
 ROW_STEP = np.array([0, 1, 0, -1])
 COL_STEP = np.array([1, 0, -1, 0])
 
+ALL_LEVELS, TRAINING_LEVELS, EVALUATION_LEVELS = 0, 1, 2
 # What a level can remember of its episode on request: bits of ``remembers``, see `layout.MEMORIES`.
 VISITED, EXPLORED, DOORWAYS = 1, 2, 4
 
@@ -141,18 +140,35 @@ def visit(level):
 
 
 @njit(cache=True)
+def is_held_out(grid):
+    """Whether a layout is kept for evaluation: so is an eighth of them, by a hash (FNV-1a) of all tiles."""
+    digest = np.uint64(0xCBF29CE484222325)
+    for tile in grid.reshape(-1):
+        digest = (digest ^ np.uint64(tile)) * np.uint64(0x100000001B3)
+    return digest >> np.uint64(61) == 0
+
+
+@njit(cache=True)
 def generate(level, grid, graphs):
-    """Begin the next episode on a new level.
+    """Begin the next episode on a new level, of those that the level's split allows."""
+    level.episode += 1
+    level.key = stream_key(level.seed, level.index, level.episode)
+    level.n_drawn = np.uint64(0)
+    graph = graphs[random_below(level, graphs.shape[0])]
+    draw(level, grid, graph)
+    while level.split != ALL_LEVELS and is_held_out(grid) != (level.split == EVALUATION_LEVELS):
+        draw(level, grid, graph)
+
+
+@njit(cache=True)
+def draw(level, grid, graph):
+    """Draw a level with a goal graph.
 
     Up to four branch rooms occupy one side of the centre each; a fifth room divides one side, and a sixth also the
     opposite side. Every level is solvable by construction: each room is a rectangle at least two cells wide and deep,
     so the exit, which never lies directly behind its door, cuts off no cell; keys can be picked up and therefore never
     block the way.
     """
-    level.episode += 1
-    level.key = stream_key(level.seed, level.index, level.episode)
-    level.n_drawn = np.uint64(0)
-    graph = graphs[random_below(level, graphs.shape[0])]
     n_branches = graph.n_rooms - 1
     level.n_rooms, level.exit_room = graph.n_rooms, graph.exit_room
     level.key_rooms[:] = graph.key_rooms
@@ -387,45 +403,6 @@ def advance_and_look(level, grid, action, outcome):
 
 
 @njit(cache=True, nogil=True)
-def reset_levels(levels, grids, graphs, outcomes):
-    """Begin the next episode in every environment."""
-    for n in range(levels.shape[0]):
-        generate(levels[n], grids[n], graphs)
-        look_and_remember(levels[n], grids[n], outcomes[n].tiles)
-
-
-@njit(cache=True, nogil=True)
-def look_levels(levels, grids, outcomes):
-    """Write the current view of every environment, for example after a state was restored."""
-    for n in range(levels.shape[0]):
-        look_and_remember(levels[n], grids[n], outcomes[n].tiles)
-
-
-@njit(cache=True, nogil=True)
-def step_levels(levels, grids, actions, outcomes):
-    """Step every environment whose episode has not ended; the flags of the other environments do not change."""
-    for n in range(levels.shape[0]):
-        if levels[n].has_ended:
-            outcomes[n].event, outcomes[n].is_first, outcomes[n].reward = -1, False, 0.0
-            outcomes[n].is_novel, outcomes[n].is_discovery = False, False
-        else:
-            advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
-            outcomes[n].final_tiles[:] = outcomes[n].tiles
-
-
-@njit(cache=True, nogil=True)
-def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
-    """Step every environment; where the episode ends, store its final view and level and begin the next one."""
-    for n in range(levels.shape[0]):
-        advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
-        if levels[n].has_ended:
-            outcomes[n].final_tiles[:] = outcomes[n].tiles
-            finals[n] = levels[n]
-            generate(levels[n], grids[n], graphs)
-            look_and_remember(levels[n], grids[n], outcomes[n].tiles)
-
-
-@njit(cache=True, nogil=True)
 def turn_uniforms(levels, turns, uniforms):
     """Write uniforms [N, K] in [0, 1) for a turn of each environment, determined by episode and turn number."""
     for n in range(levels.shape[0]):
@@ -448,9 +425,7 @@ def encode_tiles(tiles, triples, observations):
 
 if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
     # In ordinary Python, uint64 scalars warn of overflow, which the random number generator relies on.
-    reset_levels = np.errstate(over="ignore")(reset_levels)
     turn_uniforms = np.errstate(over="ignore")(turn_uniforms)
-    step_and_reset_levels = np.errstate(over="ignore")(step_and_reset_levels)
 
 
 def compiled(kernel, *arrays):

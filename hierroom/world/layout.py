@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, MAX_GRID_ROOMS, N_COLOURS, NO_GOAL, GoalGraph
 from hierroom.runtime.schema import Whole
-from hierroom.world.kernels import DOORWAYS, EXPLORED, MARGIN, VIEW, VISITED
+from hierroom.world.kernels import (
+    ALL_LEVELS,
+    DOORWAYS,
+    EVALUATION_LEVELS,
+    EXPLORED,
+    MARGIN,
+    TRAINING_LEVELS,
+    VIEW,
+    VISITED,
+)
 
 MIN_SIZE, MAX_SIZE = 11, 63
 
@@ -34,6 +43,7 @@ LEVEL = _record(
     ("max_steps", "i4"),
     ("can_drop", "?"),
     ("remembers", "i4"),  # which of `MEMORIES` are kept, one bit each
+    ("split", "i4"),  # the number in `SPLITS` of the levels that may be drawn
     # The level. Row and column indices include the margin of walls.
     ("n_rooms", "i4"),
     ("exit_room", "i4"),
@@ -78,6 +88,9 @@ OUTCOME = _record(
     ("length", "i4"),  # number of steps of the episode so far, this one included
 )
 
+
+SPLITS: Mapping[str | None, int] = {None: ALL_LEVELS, "training": TRAINING_LEVELS, "evaluation": EVALUATION_LEVELS}
+"""Which levels may be drawn: an eighth of all layouts are kept for evaluation, and training never sees one of them."""
 
 MEMORIES: Mapping[str, int] = {"visited": VISITED, "explored": EXPLORED, "doorways": DOORWAYS}
 """What a level can remember of its episode, in the fields of `LEVEL` of the same names; kept only on request."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.errors import InputError
-from hierroom.world import kernels
+from hierroom.world import batch_kernels
 from hierroom.world.layout import OUTCOME, State
 
 CHUNK = 4096
@@ -53,7 +53,7 @@ def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStat
         here = frontier.pop(0)
         after = here[np.repeat(np.arange(len(here)), n_actions)]
         outcomes = np.zeros(len(after), OUTCOME)
-        kernels.step_levels(after.levels, after.grids, np.tile(np.arange(n_actions), len(here)), outcomes)
+        batch_kernels.step_levels(after.levels, after.grids, np.tile(np.arange(n_actions), len(here)), outcomes)
         targets, new = np.full(len(after), -1), []
         keys = _keys(after.levels)
         for i in np.flatnonzero(~outcomes["terminated"]).tolist():

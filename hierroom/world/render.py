@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
-from hierroom.world import kernels
+from hierroom.world import batch_kernels, kernels
 from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR, MARGIN, N_TILES, OPEN_DOOR, UNSEEN, VIEW, WALL
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.level import goal_name
@@ -154,7 +154,7 @@ def _tiles(state: State) -> NDArray[np.uint8]:
 def _seen(state: State) -> NDArray[np.bool_]:
     """Which cells of the grid are in the agent's current view: [size, size] bool."""
     scratch, outcomes = state.copy(), np.zeros(1, OUTCOME)  # on a copy, because looking updates the level's memories
-    kernels.look_levels(scratch.levels, scratch.grids, outcomes)
+    batch_kernels.look_levels(scratch.levels, scratch.grids, outcomes)
     level = state.levels[0]
     ahead = kernels.ROW_STEP[level.direction], kernels.COL_STEP[level.direction]
     right = kernels.ROW_STEP[(level.direction + 1) % 4], kernels.COL_STEP[(level.direction + 1) % 4]

@@ -18,7 +18,7 @@ from hierroom.errors import InputError
 from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
 from hierroom.runtime.schema import Array, Table, of_records
 from hierroom.world.kernels import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, WALL
-from hierroom.world.layout import LEVEL, MAX_SIZE, MEMORIES, MIN_SIZE, State
+from hierroom.world.layout import LEVEL, MAX_SIZE, MEMORIES, MIN_SIZE, SPLITS, State
 
 _INT32, _INT64 = 2**31 - 1, 2**63 - 1
 RULES = (
@@ -49,6 +49,7 @@ def level_bounds(size: int) -> Mapping[str, tuple[Any, Any]]:
         "episode": (0, _INT64 - 1),
         "max_steps": (1, _INT32),
         "remembers": (0, sum(MEMORIES.values())),
+        "split": (0, max(SPLITS.values())),
         "n_rooms": (2, MAX_GRID_ROOMS),
         "exit_room": (1, MAX_GRID_ROOMS - 1),
         "key_rooms": (0, MAX_GRID_ROOMS - 1),

@@ -14,8 +14,8 @@ from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.runtime.schema import Whole
 from hierroom.runtime.thread_pool import ThreadPool
-from hierroom.world import kernels
-from hierroom.world.layout import GRAPH, LEVEL, MEMORIES, MIN_SIZE, OUTCOME, State, empty_state, graph_records
+from hierroom.world import batch_kernels, kernels
+from hierroom.world.layout import GRAPH, LEVEL, MEMORIES, MIN_SIZE, OUTCOME, SPLITS, State, empty_state, graph_records
 from hierroom.world.state_check import check_state
 
 MIN_ENVS_PER_THREAD = 1024
@@ -49,6 +49,7 @@ class World:
         first_index: index of the first environment.
         threads: maximal number of threads, at least 1; small batches use fewer.
         memories: what levels remember of their episode, names in `layout.MEMORIES`.
+        levels: which levels are drawn, a name in `layout.SPLITS`; None: all.
 
     Attributes:
         state: the state of the environments, updated in place by each step.
@@ -71,6 +72,7 @@ class World:
         first_index: int = 0,
         threads: int = 1,
         memories: Iterable[str] = (),
+        levels: str | None = None,
     ):
         for name, value in (("max_steps", max_steps), ("threads", threads)):
             Whole(1, 2**31 - 1).check(value, name)
@@ -79,9 +81,9 @@ class World:
         self.state = empty_state(num_envs, size)
         self.outcomes = np.zeros(num_envs, OUTCOME)
         self.finals = np.zeros(num_envs, LEVEL)
-        levels = self.state.levels
-        levels["index"] = first_index + np.arange(num_envs)
-        levels["max_steps"], levels["can_drop"] = max_steps, drop_key
+        records = self.state.levels
+        records["index"], records["split"] = first_index + np.arange(num_envs), SPLITS[levels]
+        records["max_steps"], records["can_drop"] = max_steps, drop_key
         self._shape, self._has_begun = (num_envs,), False
         self.n_actions = 6 if drop_key else 5
         n_slices = max(1, min(threads, num_envs // MIN_ENVS_PER_THREAD))
@@ -126,10 +128,10 @@ class World:
         self._clear_outcomes(chosen, 0)
         self._has_begun = True
         if len(chosen) == len(self):
-            kernels.reset_levels(levels, self.state.grids, self.graph_records, self.outcomes)
+            batch_kernels.reset_levels(levels, self.state.grids, self.graph_records, self.outcomes)
         else:
             part, outcomes = self.state[chosen], self.outcomes[chosen]
-            kernels.reset_levels(part.levels, part.grids, self.graph_records, outcomes)
+            batch_kernels.reset_levels(part.levels, part.grids, self.graph_records, outcomes)
             levels[chosen], self.state.grids[chosen], self.outcomes[chosen] = part.levels, part.grids, outcomes
 
     def remember(self, memories: Iterable[str]) -> None:
@@ -190,7 +192,7 @@ class World:
         if len(ended):
             last = before[ended]
             outcomes = np.zeros(len(ended), OUTCOME)
-            kernels.step_levels(last.levels, last.grids, self.as_actions(actions)[ended], outcomes)
+            batch_kernels.step_levels(last.levels, last.grids, self.as_actions(actions)[ended], outcomes)
             state.levels[ended], state.grids[ended] = last.levels, last.grids
         return state
 
@@ -231,7 +233,7 @@ class World:
         at_exit = (levels["row"] == levels["exit_at"][:, 0]) & (levels["col"] == levels["exit_at"][:, 1])
         self.outcomes["terminated"][chosen] = levels["has_ended"] & at_exit
         self.outcomes["truncated"][chosen] = levels["has_ended"] & (levels["steps"] >= levels["max_steps"])
-        kernels.look_levels(self.state.levels, self.state.grids, self.outcomes)
+        batch_kernels.look_levels(self.state.levels, self.state.grids, self.outcomes)
 
     def _chosen(self, indices: Indices) -> NDArray[np.integer]:
         try:
@@ -278,14 +280,16 @@ def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
 
 @cache
 def _compiled_step() -> Callable[..., None]:
-    """Compile `kernels.step_and_reset_levels` for the types of a world's arrays."""
+    """Compile `batch_kernels.step_and_reset_levels` for the types of a world's arrays."""
     state = empty_state(1, MIN_SIZE)
     arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, INT64), np.zeros(1, OUTCOME), state.levels
-    return kernels.compiled(kernels.step_and_reset_levels, *arrays)
+    return kernels.compiled(batch_kernels.step_and_reset_levels, *arrays)
 
 
 @cache
 def _compiled_step_within() -> Callable[..., None]:
-    """Compile `kernels.step_levels`, likewise."""
+    """Compile `batch_kernels.step_levels`, likewise."""
     state = empty_state(1, MIN_SIZE)
-    return kernels.compiled(kernels.step_levels, state.levels, state.grids, np.zeros(1, INT64), np.zeros(1, OUTCOME))
+    return kernels.compiled(
+        batch_kernels.step_levels, state.levels, state.grids, np.zeros(1, INT64), np.zeros(1, OUTCOME)
+    )

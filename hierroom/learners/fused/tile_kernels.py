@@ -5,9 +5,6 @@ made a training step ten times slower. The kernels here accumulate one tile of t
 written in LLVM's vector types, which work on any machine: more than twice as fast as plain loops that the compiler
 vectorises, and no slower than BLAS on one thread. Each entry sums its terms in order, so results do not depend on the
 tile.
-
-Numba's disk cache of a function does not notice changes in functions that it calls from other files: after a change in
-this file, delete ``__pycache__``.
 """
 
 from __future__ import annotations

@@ -1,0 +1,52 @@
+"""Thin kernels that apply the rules of the world to a batch of levels."""
+
+import numpy as np
+from numba import config
+
+from hierroom.compile.kernel import njit
+from hierroom.world.kernels import advance_and_look, generate, look_and_remember
+
+
+@njit(cache=True, nogil=True)
+def reset_levels(levels, grids, graphs, outcomes):
+    """Begin the next episode in every environment."""
+    for n in range(levels.shape[0]):
+        generate(levels[n], grids[n], graphs)
+        look_and_remember(levels[n], grids[n], outcomes[n].tiles)
+
+
+@njit(cache=True, nogil=True)
+def look_levels(levels, grids, outcomes):
+    """Write the current view of every environment, for example after a state was restored."""
+    for n in range(levels.shape[0]):
+        look_and_remember(levels[n], grids[n], outcomes[n].tiles)
+
+
+@njit(cache=True, nogil=True)
+def step_levels(levels, grids, actions, outcomes):
+    """Step every environment whose episode has not ended; the flags of the other environments do not change."""
+    for n in range(levels.shape[0]):
+        if levels[n].has_ended:
+            outcomes[n].event, outcomes[n].is_first, outcomes[n].reward = -1, False, 0.0
+            outcomes[n].is_novel, outcomes[n].is_discovery = False, False
+        else:
+            advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
+            outcomes[n].final_tiles[:] = outcomes[n].tiles
+
+
+@njit(cache=True, nogil=True)
+def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
+    """Step every environment; where the episode ends, store its final view and level and begin the next one."""
+    for n in range(levels.shape[0]):
+        advance_and_look(levels[n], grids[n], actions[n], outcomes[n])
+        if levels[n].has_ended:
+            outcomes[n].final_tiles[:] = outcomes[n].tiles
+            finals[n] = levels[n]
+            generate(levels[n], grids[n], graphs)
+            look_and_remember(levels[n], grids[n], outcomes[n].tiles)
+
+
+if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
+    # In ordinary Python, uint64 scalars warn of overflow, which the random number generator relies on.
+    reset_levels = np.errstate(over="ignore")(reset_levels)
+    step_and_reset_levels = np.errstate(over="ignore")(step_and_reset_levels)

@@ -1,0 +1,70 @@
+"""Levels of training and levels of evaluation: never the same layout, whatever the seeds."""
+
+import numpy as np
+import pytest
+
+import hierroom
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.goals import NAMED_GRAPHS, GoalGraph
+from hierroom.training.config import TrainConfig
+from hierroom.training.trainer import Trainer
+from hierroom.turns import Turns
+from hierroom.world.world import World
+
+
+def layouts(graph, size, levels, seed=0, n=300, episodes=4):
+    """The grids of many levels, as bytes."""
+    world = World([GoalGraph.named(graph)], n, size=size, seed=seed, levels=levels)
+    grids = []
+    for _ in range(episodes):
+        grids += [grid.tobytes() for grid in world.state.grids]
+        world.reset()
+    return grids
+
+
+def is_held_out(grid):
+    """The kernel's hash in plain Python."""
+    digest = 0xCBF29CE484222325
+    for tile in grid:
+        digest = (digest ^ tile) * 0x100000001B3 % 2**64
+    return digest < 2**61
+
+
+@pytest.mark.parametrize("size", [11, 19])
+@pytest.mark.parametrize("graph", ["a", "g"])
+def test_training_and_evaluation_share_no_layout(graph, size):
+    every = layouts(graph, size, None)
+    training, evaluation = layouts(graph, size, "training"), layouts(graph, size, "evaluation")
+    assert not set(training) & set(evaluation)
+    assert not any(map(is_held_out, training))
+    assert all(map(is_held_out, evaluation))
+    assert 0.09 < np.mean([is_held_out(grid) for grid in every]) < 0.16
+    kept = [grid for grid in every if not is_held_out(grid)]  # what may stay is not drawn anew
+    assert kept == [grid for grid, before in zip(training, every, strict=True) if grid == before]
+
+
+def test_without_a_split_small_grids_repeat_layouts():
+    """So other seeds alone would not have told training and evaluation apart."""
+    assert set(layouts("a", 11, None, seed=0, n=2000)) & set(layouts("a", 11, None, seed=1, n=2000))
+
+
+@pytest.mark.parametrize("graph", NAMED_GRAPHS)
+def test_a_run_trains_and_evaluates_on_its_own_levels(graph):
+    config = TrainConfig(EnvConfig(graph, size=11, max_steps=20), num_envs=16, steps=1024)
+    trainer = Trainer(config)
+    grids = trainer.fresh_turns(16, config.seed).world.state.grids
+    assert all(is_held_out(grid.tobytes()) for grid in grids)
+    assert not any(is_held_out(grid.tobytes()) for grid in trainer.turns.world.state.grids)
+
+
+def test_every_api_takes_it():
+    for levels in ("training", "evaluation"):
+        envs = [make(graph="a", size=11, levels=levels) for make in (hierroom.env, hierroom.parallel_env)]
+        for env in envs:
+            env.reset(seed=3)
+            grid = env.unwrapped.single.turns.world.state.grids[0]
+            assert is_held_out(grid.tobytes()) == (levels == "evaluation")
+    with pytest.raises(InputError, match="levels are training, evaluation or None, not 'test'"):
+        hierroom.env(levels="test")
+    assert Turns(EnvConfig("a"), seed=0).world.state.levels["split"][0] == 0
