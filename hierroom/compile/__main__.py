@@ -99,10 +99,12 @@ def _plays() -> Iterator[Callable[[], object]]:
 
     import hierroom
     from hierroom.agents.features import FEATURES
+    from hierroom.complexity.measures.graphs import measure_graphs
     from hierroom.complexity.report import analyze
     from hierroom.gym_env import EscapeRoom
     from hierroom.learners.config import PPOConfig
     from hierroom.measure import measure_named
+    from hierroom.measure.levels import measure_levels
     from hierroom.rewards import REWARDS
     from hierroom.training.trainer import Trainer
     from hierroom.vector_env import EscapeRooms
@@ -147,6 +149,8 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield partial(train, meta="oracle", reward="bonus", features=(*FEATURES.keys() - {"goal-outcome"},))
     yield partial(measure_named, "random", "a", False, 4, 0)
     yield analyze("a").goal_sensitivity
+    yield partial(measure_levels, [hierroom.GoalGraph.named("a")], 1, 60)
+    yield lambda: measure_graphs([hierroom.GoalGraph.named("a")], 20)
     yield lambda: list(hierroom.rollout("oracle", hierroom.EnvConfig(**small), episodes=4))
     yield render
     for mask, reward in zip(("reachable", "existing", "seen", "none"), REWARDS, strict=True):
