@@ -3,6 +3,7 @@
 import copy
 import multiprocessing
 import pickle
+import threading
 
 import numpy as np
 import pytest
@@ -41,8 +42,9 @@ def stepped(world, actions):
 
 
 def test_a_pool_works_in_a_forked_process():
-    pool = ThreadPool(2)
-    assert [pool.submit(pow, n, 2).result() for n in range(9)] == [n * n for n in range(9)]
+    pool, both = ThreadPool(2), threading.Barrier(2)
+    for future in [pool.submit(both.wait) for _ in range(2)]:  # only now do both threads run
+        future.result()
     assert in_a_fork(lambda: [pool.submit(pow, n, 2).result() for n in range(9)]) == [n * n for n in range(9)]
     assert pool.submit(pow, 3, 2).result() == 9
 
@@ -60,8 +62,9 @@ def test_a_pool_that_is_copied_has_threads_of_its_own(clone):
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks beside threads
 def test_a_world_that_was_stepped_with_two_threads_goes_on_in_a_forked_process():
     n = 2 * MIN_ENVS_PER_THREAD
-    world, actions = World([NAMED_GRAPHS["a"]], n, size=11, threads=2), np.arange(n) % 5
-    world.step(actions)
+    world, actions = World([NAMED_GRAPHS["a"]], n, size=19, threads=2), np.arange(n) % 5
+    for _ in range(50):  # until both threads run
+        world.step(actions)
     there = in_a_fork(stepped, world, actions)
     assert there == stepped(world, actions)
 
