@@ -6,11 +6,11 @@ import io
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr
 from pathlib import Path
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, one_line
 
 COMMANDS: Mapping[str, str] = {
     "train": "train an agent and write a run folder",
@@ -23,8 +23,6 @@ COMMANDS: Mapping[str, str] = {
 }
 """What people run, as ``python -m hierroom.NAME``, and what for."""
 
-_MAX_CHARACTERS = 1000
-"""Of a line on standard error: what was given may be a whole file."""
 _WORDS = {
     r"invalid literal for int\(\) with base 10:": "it must be a whole number, not",
     "could not convert string to float:": "it must be a number, not",
@@ -114,49 +112,78 @@ def _without_box(text: str) -> str:
     return "; ".join([message[:1].lower() + message[1:].removesuffix("."), *hints, *advice])
 
 
-def one_line(text: str) -> str:
-    """A text as one line that no terminal obeys: control characters escaped, and the middle of a long text cut."""
-    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-    half = _MAX_CHARACTERS // 2
-    return plain if len(plain) <= _MAX_CHARACTERS else f"{plain[:half]} ... {plain[-half:]}"
-
-
-def _say(kind: str, text: object) -> None:
-    print(one_line(f"{kind}: {text}"), file=sys.stderr)
-
-
-def warn(lines: Iterable[str]) -> None:
-    """Print warnings, a line each, on standard error."""
-    for line in lines:
-        _say("warning", line)
+def _say(error: object) -> None:
+    print(one_line(f"error: {error}"), file=sys.stderr)
 
 
 def run(command: Callable[[], int]) -> None:
-    """Run a command and leave the process with its exit code, or with 2 where an input cannot be used."""
+    """Run a command and leave the process with its exit code, or with 2 where an input cannot be used.
+
+    Output that is closed, that nobody reads any more or that lacks a character is no failure.
+    """
+    _open_streams()
     try:
         code = command()
-        sys.stdout.flush()
     except InputError as error:
-        _say("error", error)
+        _say(error)
         code = 2
     except FloatingPointError as error:
-        _say("error", error)
+        _say(error)
         code = 1
     except MemoryError as error:
-        _say("error", f"there is not memory enough: {error}")
+        _say(f"there is not memory enough: {error}")
         code = 2
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
         code = 130
-    except BrokenPipeError:  # the reader, such as head, has seen enough; what is left must not be flushed at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader, such as head, has seen enough
         code = 0
-    except OSError as error:  # such as a name that is too long, or a folder that may not be read
-        _say("error", f"{error.strerror or error}" + (f": {os.fspath(error.filename)!r}" if error.filename else ""))
-        code = 2
+    except OSError as error:
+        if error.filename is None:  # it was a stream that could not be written
+            code = _tell_unwritten(error)
+        else:  # such as a name that is too long, or a folder that may not be read
+            _say(f"{error.strerror or error}: {os.fsdecode(error.filename)!r}")
+            code = 2
     except RuntimeError as error:  # torch has no MemoryError
         if "allocate" not in str(error):
             raise
-        _say("error", f"there is not memory enough: {error}")
+        _say(f"there is not memory enough: {error}")
         code = 2
-    sys.exit(code)
+    except SystemExit as error:
+        if not isinstance(error.__context__, BrokenPipeError):
+            raise
+        code = 0  # rich makes the one of the other
+    sys.exit(_flush(code))
+
+
+def _open_streams() -> None:
+    """Make standard streams that can be written to of those that were closed or know few characters."""
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:  # else the next file that is opened would be taken for it
+            os.open(os.devnull, os.O_RDWR)
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "r+"))  # noqa: SIM115 - it is open until the process ends
+        elif number and isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _flush(code: int) -> int:
+    """Write what the streams still have in memory; returns the exit code, 2 where it cannot be written."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError as error:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())  # Python flushes once more at exit
+            if not isinstance(error, BrokenPipeError) and stream is sys.stdout and code == 0:
+                code = _tell_unwritten(error)
+    return code
+
+
+def _tell_unwritten(error: OSError) -> int:
+    """Say that the output is not complete; returns the exit code."""
+    _say(f"cannot write the output: {error.strerror}")
+    return 2

@@ -27,7 +27,7 @@ from hierroom.errors import InputError
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaController, make_meta, show_step
 from hierroom.options import CONTROLLER
-from hierroom.registered_env import PlayableEnv, RegisteredEnv
+from hierroom.registered_env import PlayableEnv, RegisteredEnv, checked_options
 from hierroom.rewards import RewardSpec
 from hierroom.single_env import SingleEnv
 from hierroom.turns import Turns
@@ -226,7 +226,8 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             options: ``{"reset_mask": mask}``, [N] bool, begins an episode in those environments only;
                 ``{"complexity": True}`` puts the complexity report into the infos; other keys are ignored.
         """
-        where, seeds = self._reset_mask(options or {}), self._seeds(seed)
+        options, seeds = checked_options(options), self._seeds(seed)
+        where = self._reset_mask(options)
         if where.all():
             self.turns.reset(seeds)
             self._is_seeded = True
@@ -240,7 +241,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.turns.ask(self.meta)
         observations, infos = self._arrays.at_reset(where)
         self._show_last_goals(observations)
-        if (options or {}).get("complexity"):
+        if options.get("complexity"):
             infos["complexity"] = self.complexity.to_dict()
         return observations, infos
 

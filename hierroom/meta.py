@@ -21,7 +21,7 @@ from hierroom.world.oracle import shortest_actions
 
 ENTRY_POINT_GROUP = "hierroom.meta_controllers"
 LEARNED = "learned"
-"""The name of the meta-controller that PPO trains beside the controller (the paper's Algorithm 1)."""
+"""The name of the meta-controller that PPO trains beside the controller (after the paper's Algorithm 1)."""
 
 
 @runtime_checkable

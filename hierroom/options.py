@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.goals import NO_GOAL
+from hierroom.goals import N_GOALS, NO_GOAL
+from hierroom.runtime.schema import Table, of_records
 from hierroom.step import STEP, Step
-from hierroom.turn_kernels import NO_OUTCOME, OWN_REWARD, choose_goals, record_turns
+from hierroom.turn_kernels import NO_OUTCOME, OTHER, OWN_REWARD, choose_goals, record_turns
 from hierroom.world.array_pool import ArrayPool
 from hierroom.world.kernels import compiled
 from hierroom.world.layout import LEVEL, OUTCOME
@@ -113,6 +114,13 @@ LEDGER = np.dtype(
 )
 """Where the turns in one environment stand, in the form that kernels read."""
 LEDGER_NAMES: tuple[str, ...] = LEDGER.names or ()
+_BOUNDS = {
+    **dict.fromkeys(("goals", "last_goals", "first_events"), (NO_GOAL, N_GOALS - 1)),
+    "last_outcomes": (NO_OUTCOME, OTHER),
+    **dict.fromkeys(("meta_turns", "option_steps", "illegal_goals", "illegal_actions"), (0, 2**62)),
+    "shortest": (-1, 2**62),
+}
+"""The smallest and the largest value of each field; that of the actions depends on how many there are."""
 
 
 class Ledger:
@@ -182,6 +190,10 @@ class Ledger:
     def get_state(self) -> dict[str, NDArray]:
         """The values by name, as fresh arrays."""
         return {name: self.records[name].copy() for name in LEDGER_NAMES}
+
+    def schema(self, n_actions: int) -> Table:
+        """What the values that `put` restores may be, by name; the controller has ``n_actions`` actions."""
+        return of_records(LEDGER, len(self.records), {**_BOUNDS, "previous_actions": (0, n_actions)})
 
     def begin_options(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> None:
         """Take the meta-controller's turn in some environments [M]: pursue these goals [M], -1 for none."""

@@ -19,9 +19,9 @@ from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, Goa
 from hierroom.errors import InputError
 from hierroom.global_state import global_state, state_space
 from hierroom.goals import GraphSpecs
-from hierroom.options import AGENTS, CONTROLLER, META
+from hierroom.options import AGENTS, META
 from hierroom.rewards import RewardSpec
-from hierroom.single_env import SingleEnv
+from hierroom.single_env import SingleEnv, as_action
 from hierroom.world.render import RENDER_MODES
 
 
@@ -110,15 +110,16 @@ class parallel_env(ParallelEnv):
             (observations, rewards, terminations, truncations, infos), each a dict by agent.
 
         Raises:
-            InputError: if an agent has no action.
+            InputError: if an agent has no action, or one that is not a whole number.
         """
         if not self.agents:
             return {}, {}, {}, {}, {}
         missing = [agent for agent in AGENTS if agent not in actions]
         if missing:
             raise InputError(f"a step needs an action of each agent, and has none of {' and '.join(missing)}")
-        self.single.choose(actions[META])
-        rewards, terminations, truncations = self.single.act(actions[CONTROLLER])
+        choice, action = (as_action(actions[agent]) for agent in AGENTS)  # before one of them is taken
+        self.single.choose(choice)
+        rewards, terminations, truncations = self.single.act(action)
         if terminations[META] or truncations[META]:
             self.agents = []
         return self._observations(), rewards, terminations, truncations, self.single.infos()

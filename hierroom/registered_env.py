@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,18 @@ from numpy.typing import NDArray
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.options import CONTROLLER
+from hierroom.runtime.schema import shown
+
+
+def checked_options(options: Any) -> dict[str, Any]:
+    """The options of a reset, none as an empty dict.
+
+    Raises:
+        InputError: if they are no mapping.
+    """
+    if options is not None and not isinstance(options, Mapping):
+        raise InputError(f"options of a reset are a dict or None, not {shown(options)}")
+    return dict(options or {})
 
 
 class RegisteredEnv:

@@ -15,16 +15,18 @@ from hierroom.errors import InputError
 from hierroom.goals import GOAL_VECTORS, NO_GOAL
 from hierroom.meta import MetaController, show_step
 from hierroom.options import AGENTS, CONTROLLER, META
+from hierroom.registered_env import checked_options
+from hierroom.runtime.schema import shown
 from hierroom.step import STEP, Step
 from hierroom.turns import Turns
 from hierroom.world.observations import compiled_one, empty_parts
 from hierroom.world.render import Screen
 from hierroom.world.tiles import TRIPLES
+from hierroom.world.world import whole_numbers
 
 _ONLY = np.zeros(1, np.int64)
 _INT64 = tuple(np.int64(i) for i in range(4))
 """What directions and outcomes are given as, made once."""
-_LOW, _HIGH = -(2**63), 2**63 - 1
 _AT_RESET = (NO_GOAL, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL)
 _told = itemgetter(
     *map(
@@ -68,11 +70,12 @@ class SingleEnv:
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
         """Begin an episode: the first one of a seed, or without a seed the next one; returns its first infos."""
+        asks_complexity = checked_options(options).get("complexity")
         self.turns.reset(fresh_seed() if seed is None and not self._is_seeded else seed)
         self._is_seeded = True
         self._show()
         infos = self.infos()
-        if (options or {}).get("complexity"):
+        if asks_complexity:
             for info in infos.values():
                 info["complexity"] = self.complexity.to_dict()
         return infos
@@ -114,11 +117,8 @@ class SingleEnv:
     def choose(self, action: int) -> None:
         """Take the meta-controller's action; one that is not legal counts as no goal."""
         is_turn = self.is_meta_turn
-        if self._is_plain(action):
-            self._action[0] = action
-            self.turns.choose_everywhere(self._action)
-        else:
-            self.turns.choose(self.turns.situation(_ONLY), [action])
+        self._action[0] = as_action(action)
+        self.turns.choose_everywhere(self._action)
         if is_turn:
             self._show()
 
@@ -139,11 +139,8 @@ class SingleEnv:
         Returns:
             (rewards, terminations, truncations), each a dict by agent.
         """
-        if self._is_plain(action):
-            self._action[0] = action
-            self.turns.step(self._action)
-        else:
-            self.turns.step([action])
+        self._action[0] = as_action(action)
+        self.turns.step(self._action)
         self._show()
         _, _, _, _, reward, extrinsic, terminated, truncated, _, _ = self._last()
         return (
@@ -186,11 +183,6 @@ class SingleEnv:
             self._step, self._values = step, _AT_RESET if step is None else _told(step.records.item())
         return self._values
 
-    @staticmethod
-    def _is_plain(action: Any) -> bool:
-        """Whether an action is a number as nearly everyone gives it, for which there are short ways."""
-        return isinstance(action, (int, np.integer)) and not isinstance(action, bool) and _LOW <= int(action) <= _HIGH
-
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
         if not self._is_seeded:
@@ -203,3 +195,17 @@ class SingleEnv:
 
     def _show(self) -> None:
         self._screen.show(self.turns.world.state, int(self.turns.goals[0]))
+
+
+def as_action(action: Any) -> int:
+    """An action of either agent as a number of 64 bits; one that is too large for them becomes -2, which is illegal.
+
+    Raises:
+        InputError: if it is not a whole number.
+    """
+    if isinstance(action, (int, np.integer)) and not isinstance(action, bool):  # as nearly everyone gives it
+        return int(action) if -(2**63) <= int(action) < 2**63 else -2
+    try:
+        return int(whole_numbers([action], 1)[0])
+    except InputError:
+        raise InputError(f"an action must be a whole number, not {shown(action)}") from None

@@ -26,7 +26,7 @@ from hierroom.turn_kernels import KERNEL_REWARDS, OWN_REWARD
 from hierroom.world.kernels import turn_uniforms
 from hierroom.world.layout import State
 from hierroom.world.oracle import shortest_lengths
-from hierroom.world.world import Seeds, World
+from hierroom.world.world import Seeds, World, whole_numbers
 
 
 class Turns:
@@ -67,7 +67,8 @@ class Turns:
     ):
         self.config, horizon = config, config.subgoal_horizon
         self.sampler = GraphSampler(config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages)
-        self.reward = make_reward(config.reward or "intrinsic", config.novelty_bonus)
+        name = "intrinsic" if config.reward is None else config.reward
+        self.reward = make_reward(name, config.novelty_bonus)
         self.world = world = World(
             self.sampler.graphs,
             num_envs,
@@ -84,7 +85,6 @@ class Turns:
         self.n_ended = 0
         self._subgoal_horizon = np.iinfo(np.int64).max if horizon is None else int(horizon)
         self._goal_mask = GOAL_MASKS[config.goal_mask]
-        name = config.reward or "intrinsic"
         self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD
         self._autoreset, self._has_stages = autoreset, self.sampler.n_stages > 1
         self._measure_shortest = measure_shortest
@@ -169,7 +169,7 @@ class Turns:
         if isinstance(observation, Situation):
             self.choose(observation, actions)
         else:
-            self._actions[observation.envs] = actions
+            self._actions[observation.envs] = whole_numbers(actions, len(observation))
 
     def advance(self) -> dict[str, Transition]:
         """Take the primitive step that the agents' actions ask for; returns the turns that it ended, by agent."""
@@ -324,13 +324,16 @@ class Turns:
         """Go back to a state taken earlier with `get_state`.
 
         Raises:
-            InputError: if it is not of as many environments of the same size, or not what `get_state` gives.
+            InputError: if it is not of as many environments of the same size, or cannot be what `get_state` gave.
         """
         ledger, sampler = dict(state), self.sampler.get_state()
         if ledger.keys() != {*self.ledger.get_state(), *sampler, "grids", "levels"}:
-            raise InputError(f"the state of turns does not hold what get_state gives, but {', '.join(sorted(state))}")
-        self.sampler.check_state(sampler_state := {name: ledger.pop(name) for name in sampler})
-        self.world.set_state(State(ledger.pop("grids"), ledger.pop("levels")))
+            raise InputError(f"the state of turns does not hold what get_state gives, but {', '.join(map(str, state))}")
+        world_state = State(ledger.pop("grids"), ledger.pop("levels"))
+        self.world.check_state(world_state)
+        self.sampler.check_state(sampler_state := {name: ledger.pop(name) for name in sampler}, world_state.levels)
+        self.ledger.schema(self.world.n_actions).check(ledger, "turns")
+        self.world.set_state(world_state)
         self.sampler.set_state(sampler_state)
         self.world.set_graphs(self.sampler.graphs)
         self.ledger.put(ledger)

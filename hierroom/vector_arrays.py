@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from numba import njit
 from numpy.typing import NDArray
 
+from hierroom.compile.kernel import njit
 from hierroom.controller import Observation
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.options import CONTROLLER, LEDGER

@@ -165,7 +165,7 @@ class _Vector(VectorWrapper):
 
     def _extended(self, observations: dict[str, Any]) -> dict[str, Any]:
         features = self._reader.read(self._turns.observe(CONTROLLER, self._turns.due(CONTROLLER)))
-        ended = np.flatnonzero(self.env.unwrapped.have_ended)
+        ended = np.flatnonzero(cast(Any, self.env.unwrapped).have_ended)
         if len(ended):  # the ledger has their goals no more
             step = self._turns.last_step
             assert step is not None

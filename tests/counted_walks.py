@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hierroom.complexity.measured import EpisodeCounts, counts_of
+from hierroom.complexity.episodes import EpisodeCounts, counts_of
 from hierroom.errors import InputError
 
 
@@ -25,7 +25,7 @@ def count_transitions(trajectories: Iterable[ArrayLike], n_nodes: int, start: in
     Raises:
         InputError: if there is no episode, one does not begin at the start or passes the exit, or a node is unknown.
     """
-    keys, lengths, escaped = [], [], []
+    keys, triples, lengths, escaped = [], [], [], []
     for episode, trajectory in enumerate(trajectories):
         nodes = np.asarray(trajectory)
         if nodes.ndim != 1 or len(nodes) < 2 or nodes.dtype.kind not in "iu":
@@ -37,7 +37,8 @@ def count_transitions(trajectories: Iterable[ArrayLike], n_nodes: int, start: in
         lengths.append(len(nodes) - 1)
         escaped.append(nodes[-1] == exit_node)
         closed = nodes if escaped[-1] else np.append(nodes, start)
+        triples.append((nodes[:-2].astype(np.int64) * n_nodes + nodes[1:-1]) * n_nodes + nodes[2:])
         keys.append((episode * n_nodes + closed[:-1].astype(np.int64)) * n_nodes + closed[1:])
     if not keys:
         raise InputError("a chain cannot be measured from no episodes at all")
-    return counts_of(np.concatenate(keys), n_nodes, np.array(lengths), np.array(escaped))
+    return counts_of(np.concatenate(keys), n_nodes, np.array(lengths), np.array(escaped), np.concatenate(triples))

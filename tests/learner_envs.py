@@ -17,9 +17,9 @@ class PlainTorchNetwork(RecurrentActorCritic):
     """The network that ships under another name: to the learner a user's own, so it takes the plain torch path."""
 
 
-def make_learner(num_envs=6, network=None, seed=1, **config):
+def make_learner(num_envs=6, network=None, seed=1, threads=1, **config):
     settings = {"sequence_length": 5, "minibatches": 2, "hidden_size": 8} | config
-    return Learner(SPACE, num_envs, PPOConfig(**settings), seed=seed, network=network)
+    return Learner(SPACE, num_envs, PPOConfig(**settings), seed=seed, network=network, threads=threads)
 
 
 class RandomEnvs:

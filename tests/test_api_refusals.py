@@ -1,13 +1,17 @@
 """What cannot be used is refused in one clear line."""
 
+import math
 import re
 
 import gymnasium
+import numpy as np
 import pytest
 
 import hierroom
 from hierroom import InputError
+from hierroom.goals import NAMED_GRAPHS
 from hierroom.gym_env import EscapeRoom, EscapeRooms
+from hierroom.world.world import World
 
 
 @pytest.mark.parametrize("api", [hierroom.env, hierroom.raw_env, hierroom.parallel_env, EscapeRoom, EscapeRooms])
@@ -41,10 +45,10 @@ def test_wrong_arguments_are_one_clear_line(api, arguments, said, tmp_path, monk
             lambda: hierroom.env(render_mode="oil"),
             "render_mode must be one of ansi, rgb_array, human or None, not 'oil'",
         ),
-        (lambda: EscapeRooms(0), "num_envs must be a whole number of at least 1, not 0"),
+        (lambda: EscapeRooms(0), "num_envs must be a whole number from 1 to 2**31 - 1, not 0"),
         (
             lambda: gymnasium.make_vec("hierroom/EscapeRoom-a-v0", 0),
-            "num_envs must be a whole number of at least 1, not 0",
+            "num_envs must be a whole number from 1 to 2**31 - 1, not 0",
         ),
         (
             lambda: EscapeRoom(meta="best"),
@@ -54,10 +58,24 @@ def test_wrong_arguments_are_one_clear_line(api, arguments, said, tmp_path, monk
         (lambda: EscapeRoom().reset(seed=-1), "a seed must be a whole number from 0 to 2**63 - 1, not -1"),
         (lambda: EscapeRooms(2).reset(seed=[1, -2]), "a seed must be a whole number from 0 to 2**63 - 1, not -2"),
         (lambda: EscapeRooms(2).reset(seed=[1]), "seeds are one for all environments or 2 of them, not 1"),
-        (lambda: stepped(1.5), "the meta-controller's choice must be 1 goal ids (whole numbers"),
-        (lambda: stepped(13, 1.5), "actions must be 1 whole numbers"),
+        (lambda: stepped(1.5), "an action must be a whole number, not 1.5"),
+        (lambda: stepped(13, 1.5), "an action must be a whole number, not 1.5"),
         (lambda: stepped(None), "meta_0 is to act; None is for agents whose episode has ended"),
         (lambda: envs_after_reset().step([0, 0, 0]), "actions must be 2 whole numbers"),
+        (lambda: envs_after_reset().step([[0], [1, 2]]), "actions must be 2 whole numbers"),
+        (lambda: stepped_together({"meta_0": 13, "controller_0": None}), "an action must be a whole number, not None"),
+        (lambda: EscapeRooms(True), "num_envs must be a whole number from 1 to 2**31 - 1, not True"),
+        (lambda: EscapeRooms(-1), "num_envs must be a whole number from 1 to 2**31 - 1, not -1"),
+        (lambda: EscapeRooms(10**20), "num_envs must be a whole number from 1 to 2**31 - 1, not 1000"),
+        (lambda: EscapeRooms("2"), "num_envs must be a whole number from 1 to 2**31 - 1, not '2'"),
+        (lambda: World([NAMED_GRAPHS["a"]], first_index=1.7), "first_index must be a whole number from 0 to "),
+        (lambda: World([NAMED_GRAPHS["a"]], first_index=math.nan), "first_index must be a whole number from 0 to "),
+        (lambda: EscapeRoom(env_index=math.nan), "env_index must be a whole number of at least 0, not nan"),
+        (lambda: EscapeRoom(reward=[]), "a reward is a function of a step or has a method rewards(step); the reward l"),
+        (lambda: EscapeRoom(reward=""), "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point"),
+        (lambda: EscapeRoom().reset(seed=0, options="x"), "options of a reset are a dict or None, not 'x'"),
+        (lambda: EscapeRooms(2).reset(seed=0, options=[1]), "options of a reset are a dict or None, not a list"),
+        (lambda: hierroom.parallel_env().reset(0, 5), "options of a reset are a dict or None, not 5"),
         (lambda: EscapeRooms(2).step([0, 0]), "reset the environment before its first step"),
         (
             lambda: stepped_together({"meta_0": 13}),
@@ -69,6 +87,26 @@ def test_wrong_calls_are_one_clear_line(attempt, said):
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
         attempt()
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("action", [2**63, 2**64, 10**30, -(2**63) - 1, np.uint64(2**64 - 1), np.array(2**63)])
+def test_a_number_that_is_too_large_is_an_illegal_action_of_either_agent(action):
+    env = hierroom.parallel_env()
+    env.reset(seed=0)
+    *_, infos = env.step({"meta_0": action, "controller_0": action})
+    assert [infos[agent]["illegal_actions"] for agent in ("meta_0", "controller_0")] == [1, 1]
+    turns = env.single.turns
+    assert turns.world.state.levels["steps"][0] == turns.ledger.option_steps[0] == 1
+
+
+def test_a_step_with_one_wrong_action_takes_neither():
+    env = hierroom.parallel_env()
+    env.reset(seed=0)
+    before = env.single.turns.get_state()
+    with pytest.raises(InputError, match=r"^an action must be a whole number, not 0\.5$"):
+        env.step({"meta_0": 13, "controller_0": 0.5})
+    for name, array in env.single.turns.get_state().items():
+        np.testing.assert_array_equal(array, before[name], err_msg=name)
 
 
 def stepped_together(actions):

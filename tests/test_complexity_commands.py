@@ -9,7 +9,8 @@ from typing import get_args
 
 import pytest
 
-from hierroom.complexity.__main__ import COLUMNS, ColumnName, ComplexityArguments, show
+from hierroom.complexity.__main__ import ComplexityArguments, show
+from hierroom.complexity.tables import COLUMNS, ColumnName
 from hierroom.goals import GoalGraph
 from hierroom.paper import PAPER_TABLE_2, table_2
 
@@ -125,9 +126,9 @@ def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
         (["--graph", "a", "--graph", "b"], "--graph is given twice; give it once, with all its graphs"),
         (["--graph", "a", "b", "--exclude", "c"], "cannot exclude c"),
         (["--graph", "a", "b", "--from-play", "random"], "--from-play measures one goal graph"),
-        (["--json", "--csv"], "choose one of --json and --csv, not both"),
+        (["--json", "--csv"], "choose one of --json, --csv, --latex, --markdown, not 2"),
         (["--draw", "x.png"], "--draw draws one graph"),
-        (["--graph", "a", "--seed", "3"], "--episodes and --seed go with --from-play"),
+        (["--graph", "a", "--seed", "3"], "--episodes, --seed, --size and --max-steps go with --from-play"),
         (["--graph", "hitting_time:9"], "a set of goal graphs must be rooms:N, hitting_time:LOW..HIGH or"),
     ],
 )

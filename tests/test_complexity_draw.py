@@ -9,7 +9,17 @@ from matplotlib.figure import Figure
 from pictures import has_colour, pixels
 
 from hierroom.complexity import AugmentedGraph
-from hierroom.complexity.draw import EXIT_COLOUR, INK, ROOM_COLOURS, draw_graph
+from hierroom.complexity.augmented import kinds_of_nodes
+from hierroom.complexity.draw import (
+    EXIT_COLOUR,
+    INK,
+    ROOM_COLOURS,
+    caption,
+    draw_augmented,
+    draw_goal_graph,
+    draw_graph,
+)
+from hierroom.complexity.drawn_places import place_augmented, place_goals
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
 
@@ -40,8 +50,10 @@ def test_every_goal_node_and_level_is_drawn(tmp_path, drawn, letter):
         assert has_colour(colours, colour, tolerance=1).sum() > 500, colour
     goals, nodes = drawn
     assert sorted(name.replace("\n", " ") for name in goals) == sorted(unrolled.graph.to_networkx())
-    leading_to_exit = sum(unrolled.graph.exit_room in doors for doors in unrolled.levels)
-    assert len(nodes) == len(unrolled.nodes) - 1 + leading_to_exit + len(unrolled.levels)
+    boxes, kinds = place_augmented(unrolled), kinds_of_nodes(unrolled)
+    leading_to_exit = sum(unrolled.graph.exit_room in box.doors for box in boxes)
+    counts = sum(place.count > 1 for box in boxes for place in (*box.rooms, *box.keys))
+    assert len(nodes) == len(kinds) - 1 + leading_to_exit + len(boxes) + counts
     assert nodes.count("exit") == leading_to_exit
     assert {"all doors closed", "all doors open"} <= set(nodes)
 
@@ -107,11 +119,62 @@ def test_a_drawing_that_fails_leaves_the_old_file(tmp_path, monkeypatch):
     assert [*tmp_path.iterdir()] == [path]
 
 
-def test_goals_never_overlap():
-    from hierroom.complexity.draw import _goal_places
+DRAWN = [
+    *(AugmentedGraph(graph, drop) for graph in (*enumerate_graphs(5), NAMED_GRAPHS["e"]) for drop in (False, True)),
+    AugmentedGraph(GoalGraph(tuple(range(8)), 8), True),
+    AugmentedGraph(GoalGraph((0,) * 9, 1), True),
+]
 
+
+@pytest.mark.parametrize("unrolled", DRAWN, ids=lambda unrolled: f"{unrolled.graph.name}-{unrolled.drop_key}")
+def test_boxes_and_nodes_never_overlap_and_stand_for_all_nodes(unrolled):
+    boxes = place_augmented(unrolled)
+    places = [place for box in boxes for place in (*box.rooms, *box.keys)]
+    at = [place.at for place in places] + [box.exit_at for box in boxes if box.exit_at is not None]
+    gaps = [max(abs(a[0] - b[0]), abs(a[1] - b[1])) for i, a in enumerate(at) for b in at[:i]]
+    assert min(gaps) > 1.0
+    assert sum(box.count * place.count for box in boxes for place in (*box.rooms, *box.keys)) == len(unrolled.nodes) - 1
+    assert sum(box.count for box in boxes) == len(unrolled.levels)
+    for i, one in enumerate(boxes):
+        for other in boxes[:i]:
+            beside = one.corner[0] >= other.corner[0] + other.size[0] or other.corner[0] >= one.corner[0] + one.size[0]
+            below = one.corner[1] + one.size[1] <= other.corner[1]
+            assert beside or below, (one.doors, other.doors)
+        for x, y in [place.at for place in (*one.rooms, *one.keys)]:
+            assert one.corner[0] + 0.5 < x < one.corner[0] + one.size[0] - 0.5
+            assert one.corner[1] + 0.5 < y < one.corner[1] + one.size[1] - 0.5
+
+
+@pytest.mark.parametrize(
+    "graph", [GoalGraph((0, 0, 0, 1, 2), 5), GoalGraph(tuple(range(6)), 6), GoalGraph((0,) * 6, 1)]
+)
+def test_six_and_seven_rooms_fit_on_a_screen(tmp_path, graph):
+    draw_graph(AugmentedGraph(graph, True), tmp_path / "graph.png")
+    height, width, _ = pixels(tmp_path / "graph.png").shape
+    assert max(height, width) <= 2200
+
+
+def test_onto_axes_of_ones_own():
+    left, right = Figure().subplots(1, 2)
+    draw_goal_graph(NAMED_GRAPHS["c"], left)
+    draw_augmented(AugmentedGraph(NAMED_GRAPHS["c"]), right, scale=0.6)
+    assert "door\n2" in [text.get_text() for text in left.texts]
+    assert "exit" in [text.get_text() for text in right.texts]
+    assert {text.get_fontsize() for text in right.texts} == {8.5 * 0.6, 9 * 0.6}
+
+
+def test_the_caption_explains_what_there_is():
+    without, with_drop = (caption(AugmentedGraph(NAMED_GRAPHS["c"], drop)) for drop in (False, True))
+    assert "drop:" in with_drop
+    assert "drop:" not in without
+    assert "self-loop at every node (0.8)" in without
+    assert "x 3" not in without
+    assert "x 3" in caption(AugmentedGraph(NAMED_GRAPHS["e"]))
+
+
+def test_goals_never_overlap():
     for graph in enumerate_graphs(5):
-        places = list(_goal_places(graph).values())
+        places = list(place_goals(graph).values())
         gaps = [abs(a[0] - b[0]) + abs(a[1] - b[1]) for i, a in enumerate(places) for b in places[:i]]
         assert min(gaps) > 1.0
 
@@ -121,7 +184,7 @@ def test_goals_never_overlap():
     [
         (NAMED_GRAPHS["a"], "graph.xyz", "cannot write the drawing .*xyz"),
         (NAMED_GRAPHS["a"], "missing/graph.png", "No such file or directory"),
-        (GoalGraph((0,) * 6, 1), "graph.png", "at most 250 nodes; .* has 449"),
+        (GoalGraph((0, 0, 0, 1, 1, 2, 4, 5), 8), "graph.png", "at most 250 nodes that differ; .* has \\d{3}"),
     ],
 )
 def test_one_clear_message(tmp_path, graph, name, message):

@@ -1,11 +1,15 @@
 """Chains counted from trajectories: hand-counted, against the walk they were drawn from, and their intervals."""
 
+from itertools import groupby
+
 import numpy as np
 import pytest
 from counted_walks import count_transitions
 
 from hierroom.complexity import analyze
+from hierroom.complexity.markov_order import markov_test
 from hierroom.complexity.measured import MeasuredReport
+from hierroom.complexity.observed import wilson_interval
 from hierroom.errors import InputError
 
 
@@ -111,9 +115,12 @@ def test_nobody_escapes():
     assumed = analyze("a")
     report = MeasuredReport(assumed, count_transitions([[0, 0, 1], [0, 0, 0]], 5, 0, 4), n_resamples=5)
     assert report.empirical_steps == np.inf
-    assert report.intervals["expected_steps"] == (np.inf, np.inf, np.inf)
-    assert report.intervals["hitting_time"] == (np.inf, np.inf, np.inf)
-    assert report.intervals["exit within 1000"] == (0, 0, 0)
+    for name in ("expected_steps", "hitting_time"):
+        assert report.intervals[name].value == np.inf
+        assert str(report.intervals[name]) == "none"
+    value, low, high = report.intervals["exit within 1000"]
+    assert (value, low) == (0, 0)
+    assert high > 0.5  # 0 of 2 says little
     assert "nobody escaped" in str(report)
 
 
@@ -160,3 +167,93 @@ def test_counts_of_another_graph_are_refused():
         MeasuredReport(analyze("c"), counts)
     with pytest.raises(InputError, match="at least 2 resamples"):
         MeasuredReport(analyze("a"), count_transitions([[0, 4]], 5, 0, 4), n_resamples=1)
+
+
+def test_nothing_is_observed_past_the_step_limit():
+    assumed = analyze("c")
+    episodes = walk_episodes(assumed, 100, 60, np.random.default_rng(3))
+    report = MeasuredReport(
+        assumed, count_transitions(episodes, assumed.nodes, 0, assumed.augmented.exit), n_resamples=5
+    )
+    assert report.counts.step_limit == 60
+    reach = report.empirical_reach([10, 60, 61, 1000])
+    assert np.isnan(reach).tolist() == [False, False, True, True]
+    assert reach[1] == report.success_rate
+    line = next(line.split() for line in str(report).splitlines() if line.startswith("  exit within 1000"))
+    assert line[4] == "-"
+    assert "truncated after 60 steps" in str(report)
+
+
+def test_passages_go_on_through_truncated_episodes():
+    counts = count_transitions([[0, 1, 2], [0, 1, 1, 1], [0, 0, 2], [0, 1, 1, 1]], n_nodes=3, start=0, exit_node=2)
+    assert counts.passages().tolist() == [2, 4 + 2]  # three steps and a restart, then two steps
+
+
+def test_no_interval_without_a_width():
+    assumed = analyze("a")
+    alike = MeasuredReport(assumed, count_transitions([[0, 1, 3, 4]] * 12, 5, 0, 4))
+    one = MeasuredReport(assumed, count_transitions([[0, 0, 0, 1, 3, 4]], 5, 0, 4))
+    for report in (alike, one):
+        for name, interval in (*report.intervals.items(), *report.observed.items()):
+            if name.startswith("exit within"):
+                assert interval.low < interval.high, name
+            else:
+                assert np.isnan([interval.low, interval.high]).all(), name
+        assert "none: the episodes are too few, or too much alike" in str(report)
+
+
+def test_wilsons_interval():
+    # 10 of 50 in the tables of Brown, Cai and DasGupta's formula, worked out by hand: z = 1.96, z^2 = 3.8415
+    value, low, high = wilson_interval(0.2, 50, 0.95)
+    assert (value, round(low, 4), round(high, 4)) == (0.2, 0.1124, 0.3304)
+    assert wilson_interval(0.0, 300, 0.95).high == pytest.approx(3.8415 / 303.8415, rel=1e-4)
+    assert wilson_interval(1.0, 300, 0.95).low == pytest.approx(300 / 303.8415, rel=1e-4)
+
+
+def test_wilsons_interval_holds_the_truth_as_often_as_it_says():
+    rng = np.random.default_rng(4)
+    for chance in (0.02, 0.3, 0.97):
+        shares = rng.binomial(100, chance, 2000) / 100
+        held = np.mean([low <= chance <= high for _, low, high in (wilson_interval(s, 100, 0.95) for s in shares)])
+        assert 0.92 < held < 0.98
+
+
+def test_the_walk_itself_is_markov():
+    assumed, rng = analyze("a"), np.random.default_rng(5)
+    tests = []
+    for _ in range(100):
+        counts = count_transitions(walk_episodes(assumed, 40, 10_000, rng), assumed.nodes, 0, 4)
+        tests.append(MeasuredReport(assumed, counts).markov)
+    chances = np.array([test.p_value for test in tests if test is not None])
+    assert len(chances) == 100
+    assert 0.4 < chances.mean() < 0.6  # uniform: 0.5, its standard error 0.03
+    assert (chances < 0.05).sum() <= 12  # 5 expected
+    assert (chances < 0.01).sum() <= 5
+
+
+def test_a_walk_with_a_memory_is_not():
+    """Every stay lasts three steps exactly: the chain's mean is right, its deviation is not, and the test says so."""
+    assumed, rng = analyze("a"), np.random.default_rng(6)
+    episodes = [
+        [node for node, _ in groupby(nodes[:-1]) for _ in range(3)] + nodes[-1:]
+        for nodes in walk_episodes(assumed, 60, 10_000, rng)
+    ]
+    report = MeasuredReport(assumed, count_transitions(episodes, assumed.nodes, 0, 4), n_resamples=5)
+    lengths = [len(nodes) - 1 for nodes in episodes]
+    assert report.markov.is_rejected
+    assert report.chain.std > 1.1 * report.observed["std"].value
+    assert report.observed["expected_steps"].value == pytest.approx(np.mean(lengths))
+    assert report.observed["std"].value == pytest.approx(np.std(lengths, ddof=1))
+    assert report.chain.expected_steps == pytest.approx(np.mean(lengths), rel=1e-9)
+    assert "play is NOT Markov" in str(report)
+    assert report.to_dict()["markov_test"]["p_value"] < 1e-6
+
+
+def test_the_test_on_a_table_worked_by_hand():
+    # at node 1: from 0 to 2 30 times and to 3 10, from 4 10 and 30: chi-squared = 80 (30^2 - 10^2)^2 / 40^4 = 20
+    triples = np.array([[0, 1, 2, 30], [0, 1, 3, 10], [4, 1, 2, 10], [4, 1, 3, 30], [2, 5, 0, 3], [3, 5, 2, 2]])
+    statistic, degrees, p_value = markov_test(triples)
+    assert (statistic, degrees) == (pytest.approx(20), 1)
+    assert p_value == pytest.approx(7.744e-6, rel=1e-3)
+    assert markov_test(triples[4:]) is None
+    assert "too few steps to test" in str(MeasuredReport(analyze("a"), count_transitions([[0, 1, 3, 4]], 5, 0, 4)))

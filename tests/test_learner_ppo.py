@@ -43,6 +43,36 @@ def test_the_first_ratio_is_one_for_every_turn(network):
 
 
 @both_paths
+def test_turns_of_earlier_weights_are_seen_as_the_present_ones_see_them(network):
+    """Few sequences an update: most span updates, and the ratios of what is learned from are 1 all the same."""
+    learner = make_learner(network=network, sequences_per_update=2, learning_rate=0.05)
+    envs, train = RandomEnvs(6, seed=2), learner._backend.train
+    batches = []
+    learner._backend.train = lambda batch, advantages, weights, *rest: (
+        batches.append((batch, weights, *recomputed_log_probs(learner.network, batch)))
+        or train(batch, advantages, weights, *rest)
+    )  # ty: ignore
+    taken, take = [], learner._rollout.take
+    learner._rollout.take = lambda: taken.append(take()) or taken[-1]
+    while len(batches) < 8:
+        envs.tick(learner)
+    n_old = 0
+    for (batch, weights, log_probs, values), before in zip(batches, taken, strict=True):
+        np.testing.assert_allclose(np.exp(log_probs - batch.log_probs), 1, atol=2e-6)
+        np.testing.assert_allclose(values, batch.values, atol=2e-6)
+        ratios = np.exp(log_probs - before.log_probs)
+        np.testing.assert_allclose(weights, np.minimum(ratios, 1), atol=2e-6)
+        is_old = np.abs(ratios - 1) > 0.01
+        assert not is_old[:, ~before.spans_update].any()
+        n_old += is_old.sum()
+        goes_on = ~(batch.terminated | batch.truncated)
+        np.testing.assert_allclose(batch.next_values[:-1][goes_on[:-1]], values[1:][goes_on[:-1]], atol=2e-6)
+        np.testing.assert_array_equal(batch.next_values[~goes_on], before.next_values[~goes_on])
+        np.testing.assert_array_equal(batch.next_values[-1], before.next_values[-1])
+    assert n_old > 20, "no weights had changed: this shows nothing"
+
+
+@both_paths
 def test_a_turn_moves_only_its_own_environments(network):
     learner = make_learner(network=network, sequence_length=100)
     envs = RandomEnvs(6, seed=3)

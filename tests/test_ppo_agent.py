@@ -1,4 +1,4 @@
-"""The agent that learns, as meta-controller: turns by hand, hindsight, masks, warm-up, resuming, playing."""
+"""The agent that learns, as meta-controller: turns by hand, masks, warm-up, resuming, playing."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, N_GOALS
 from hierroom.gym_env import EscapeRoom
 from hierroom.learners.config import PPOConfig
-from hierroom.learners.ppo import in_hindsight
+from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.options import CONTROLLER, META, transitions
 from hierroom.step import OTHER, REACHED, TIMED_OUT
 from hierroom.train import main as train
@@ -84,14 +84,14 @@ def play(graph, goals, script, **settings):
 
     The script names the goals it goes for, or -1 to turn left. Returns what `Learner.finish` was told of each decision
     ``(reward, elapsed, terminated, truncated, episode_ended)`` and of truncated ones as last features, the features of
-    what was observed last in each decision, and what was relabelled.
+    what was observed last in each decision.
     """
     turns = make(graph, goal_mask="existing", **settings)
     ppo, meta_ppo = replace(SMALL.ppo, minibatches=1), replace(META_PPO, sequence_length=50)
     agent = learned_meta(SMALL.changed(num_envs=1, ppo=ppo, meta_ppo=meta_ppo))
     goals = [next(iter(goal_ids(turns, goal))) for goal in goals]
-    told, valued, observed_last, relabelled = [], [], [], []
-    finish, relabel = agent.learner.finish, agent.learner.relabel
+    told, valued, observed_last = [], [], []
+    finish = agent.learner.finish
 
     def note_finish(envs, *values):
         if len(envs):
@@ -99,32 +99,27 @@ def play(graph, goals, script, **settings):
             valued.append(values[5])
         finish(envs, *values)
 
-    def note_relabel(envs, actions):
-        relabelled.extend(actions.tolist())
-        relabel(envs, actions)
-
-    agent.learner.finish, agent.learner.relabel = note_finish, note_relabel
+    agent.learner.finish = note_finish
     for name in script:
         for action in [1] if name == -1 else way(turns, name):
             take_turns(agent, turns, goals)
             transition = move(turns, action)
             observed_last.extend(agent.features.encode(transition.last_observation(np.arange(len(transition.envs)))))
             agent.record(transition, turns)
-    return told, valued, observed_last, relabelled
+    return told, valued, observed_last
 
 
 def test_each_decision_gets_its_options_reward_and_lasts_its_steps():
     turns = make("a")
     key = len(way(turns, "k1"))
     total = len(shortest_actions(turns.world.get_state()))
-    told, valued, observed_last, relabelled = play("a", ["k1", "d1", "x"], ["k1", "d1", "x"])
+    told, valued, observed_last = play("a", ["k1", "d1", "x"], ["k1", "d1", "x"])
     door = told[1][1]
     assert told == [
         (0, key, False, False, False),
         (0, door, False, False, False),
         (1, total - key - door, True, False, True),
     ]
-    assert relabelled == []
     assert valued == [None] * 3
     for features, name in zip(observed_last, ["k1", "d1", "x"], strict=True):
         outcomes = features[N_GOALS:]
@@ -133,7 +128,7 @@ def test_each_decision_gets_its_options_reward_and_lasts_its_steps():
 
 
 def test_a_horizon_and_the_time_limit_cut_returns_and_end_no_episode_for_good():
-    told, valued, observed_last, _ = play("a", ["x", "x"], [-1] * 5, subgoal_horizon=3, max_steps=5)
+    told, valued, observed_last = play("a", ["x", "x"], [-1] * 5, subgoal_horizon=3, max_steps=5)
     assert told == [(0, 3, False, False, False), (0, 2, False, True, True)]
     outcomes = [features[N_GOALS + EXIT_GOAL] for features in observed_last]
     assert outcomes == [TIMED_OUT, OTHER]  # the last from before the reset
@@ -141,41 +136,18 @@ def test_a_horizon_and_the_time_limit_cut_returns_and_end_no_episode_for_good():
     np.testing.assert_array_equal(valued[1], observed_last[1:])
 
 
-def test_a_goal_in_vain_is_relabelled_with_the_goal_achieved_first():
-    turns = make("d")
-    steps = len(way(turns, "k2"))
-    told, _, _, relabelled = play("d", ["x"], ["k2", -1], subgoal_horizon=steps + 1)
-    assert told == [(0, steps + 1, False, False, False)]
-    assert relabelled == [*goal_ids(turns, "k2")]
-    told, _, _, relabelled = play("d", ["k1", "x"], ["k2", "k1", -1], subgoal_horizon=100)
-    assert len(told) == 1  # that the other key was picked up first does not matter: the goal was reached
-    assert relabelled == []
-    told, _, _, relabelled = play("d", ["k2", "d2", "d1"], ["k2", "d2", "x"])
-    assert told[-1][2:] == (True, False, True)
-    assert relabelled == [EXIT_GOAL]
-
-
-def test_only_better_than_expected_turns_are_learned_from_in_hindsight():
-    learner = learned_meta().learner
-    features, masks = np.zeros((8, 26), np.uint8), np.ones((8, 14), bool)
-    masks[3, 5] = False
-    envs, done = np.arange(8), np.ones(8, bool)
-    learner.act(envs, features, masks)
-    learner.relabel(np.array([1, 2, 3]), np.array([7, 4, 5]))
-    slots = learner._rollout.slots
-    assert slots.hindsight_actions[0, :8].tolist() == [-1, 7, 4, -1, -1, -1, -1, -1]  # 5 was not legal in 3
-    expected = torch.log_softmax(torch.from_numpy(learner._logits[1]), -1)[7]
-    np.testing.assert_allclose(slots.hindsight_log_probs[0, 1], expected, atol=1e-6)
-    learner.finish(envs, np.zeros(8), np.ones(8, int), done, ~done, done)
-    batch = replace(slots)
-    advantages = np.full(batch.actions.shape, -1.0)
-    advantages[0, 1] = 0.5
-    seen = in_hindsight(batch, advantages)
-    assert seen.actions[0, 1] == 7
-    assert seen.log_probs[0, 1] == batch.hindsight_log_probs[0, 1]
-    np.testing.assert_array_equal(seen.actions[0, 2:8], batch.actions[0, 2:8])
-    learner.act(envs, features, masks)
-    assert (slots.hindsight_actions[1, :8] == -1).all()  # a new turn knows nothing of the last
+def test_algorithm_1_to_the_letter_chooses_by_the_view_from_the_first_turn_on():
+    config = find_preset("algorithm1").changed(num_envs=8, size=11, graph="a", max_steps=40, sequence_length=8)
+    trainer = Trainer(config.changed(meta_ppo=META_PPO))
+    agent, seen = trainer.agents[META], []
+    assert agent.is_learning
+    assert type(agent.learner.network) is RecurrentActorCritic
+    act = agent.learner.act
+    agent.learner.act = lambda envs, features, masks: seen.append((envs, features)) or act(envs, features, masks)
+    views = trainer.turns.observe(META, np.arange(8)).tiles.reshape(8, 49)
+    trainer.advance()
+    envs, features = seen[0]
+    np.testing.assert_array_equal(features, views[envs])
 
 
 @pytest.mark.parametrize("mask", ["existing", "seen", "none", "reachable"])
@@ -284,7 +256,6 @@ def test_one_command_trains_it_with_the_settings_it_needs(tmp_path):
 @pytest.mark.parametrize(
     ("flags", "said"),
     [
-        (["--meta-features", "view"], "meta_features have one number for each of 13 goals, not 49 in all"),
         (["--meta-start-success", "2"], "meta_start_success must be from 0 to 1, not 2.0"),
     ],
 )

@@ -110,10 +110,20 @@ def test_what_only_some_methods_use_is_documented_value_by_value():
         entry: value.strip(" `") for entry, value in re.findall(r"^\| `(.*?)` \|(.*?)\|", section, re.MULTILINE)
     }
     usual = vars(PRESETS["default"].ppo)
-    for config in PRESETS.values():
+    for config in (preset for name, preset in PRESETS.items() if name != "algorithm1"):
         of_meta = {f"meta_ppo.{n}": str(v) for n, v in vars(config.meta_ppo).items() if v != usual[n]}
         alone = {n: str(config.entries[n]) for n in ("meta_start_success", "novelty_bonus", "curiosity_weight")}
         assert documented == {**of_meta, **alone, "meta_features": ", ".join(config.agents.meta_features)}
+
+
+def test_algorithm_1_is_the_paper_s_preset_but_for_what_is_documented():
+    section = PRESETS_PAGE.split("## Algorithm 1 to the letter")[1].split("\n## ")[0]
+    rows = re.findall(r"^\| `(\w+)` \|(.*?)\|", section, re.MULTILINE)
+    paper, ours = PRESETS["paper"].entries, PRESETS["algorithm1"].entries
+    changed = {n for n in ours if ours[n] != paper[n]} - {"preset", "env", "agents", "ppo"}
+    assert {entry: value.strip(" `") for entry, value in rows} == {
+        name: ", ".join(ours[name]) if isinstance(ours[name], tuple) else str(ours[name]) for name in changed
+    }
 
 
 def test_what_the_other_presets_change_is_documented_value_by_value():

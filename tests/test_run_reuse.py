@@ -158,5 +158,5 @@ def test_an_interrupt_at_any_moment_is_saved(tmp_path, monkeypatch, capsys):
         monkeypatch.setattr(session, "Interrupt", Interrupt)
         trainer, folder = session.begin(SMALL.changed(steps=10**6), tmp_path / str(moment))
         assert session.run_session(trainer, folder) == 130
-        assert folder.load_checkpoint()["steps"] == trainer.steps == folder.metrics.numbers()[-1]["steps"]
+        assert folder.load_checkpoint()["steps"] == trainer.steps >= folder.metrics.numbers()[-1]["steps"]
         np.testing.assert_array_less(0, trainer.steps)

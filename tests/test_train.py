@@ -19,12 +19,14 @@ from hierroom import cli, evaluate
 from hierroom.agents.config import METHODS
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
+from hierroom.files import to_json
 from hierroom.learners.config import PPOConfig
 from hierroom.options import META
 from hierroom.train import main as train
 from hierroom.training import results
+from hierroom.training.checkpoint import CHECKPOINT_FORMAT
 from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import CHECKPOINT_FORMAT, RunFolder
+from hierroom.training.run_folder import RunFolder
 from hierroom.training.trained_agent import TrainedAgent
 from hierroom.training.trainer import Trainer
 from hierroom.world.kernels import EXIT
@@ -175,9 +177,15 @@ def test_a_meta_controller_whose_memory_cannot_be_saved_is_warned_of_at_the_star
     [
         (
             "    def state_dict(self):\n        return {'s': object()}\n",
-            "cannot hold the state of training.agents.meta_0.s",
+            "cannot hold agents.meta_0.s, which is object",
         ),
         ("    state_dict = None\n", "state_dict of a meta-controller is a method"),
+        ("    def state_dict(self):\n        return [1]\n", "its state.agents.meta_0 must be a mapping, not a list"),
+        (
+            "    def state_dict(self):\n        return {}\n"
+            "    def load_state_dict(self, state):\n        self.mean = state['mean']\n",
+            "could not be loaded again: agents.meta_0: the meta-controller Own cannot load its state: KeyError: 'mean'",
+        ),
         ("    statistics = 5\n", "statistics of a meta-controller are numbers by name"),
     ],
 )
@@ -234,10 +242,10 @@ def test_resume_with_fewer_steps_than_taken_changes_nothing(trained):
 
 @pytest.mark.parametrize("change", [{"num_envs": 9}, {"size": 13}])
 def test_resume_of_a_checkpoint_that_does_not_fit_is_one_line(change, tmp_path):
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    folder.save_checkpoint(Trainer(SMALL).state_dict())
-    folder.save_config(SMALL.changed(**change))
-    with pytest.raises(InputError, match=r"does not fit its config\.json$|the state must hold"):
+    other = SMALL.changed(**change)
+    folder = RunFolder.create(tmp_path / "run", other)
+    folder.save_checkpoint({**Trainer(SMALL).state_dict(), "config": to_json(other.to_dict())})
+    with pytest.raises(InputError, match=r"does not fit its config\.json: \w"):
         train(["--resume", str(folder.path)])
 
 
@@ -329,12 +337,12 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--network", "best"], "a network is one of"),
         (["--warm-start", "nowhere"], "nowhere is not a run folder"),
         (["--novelty-bonus", "-1"], "novelty_bonus must be a number of at least 0"),
-        (["--method", "ppo-rnd", "--curiosity-weight", "-1"], "curiosity_weight must be a number of at least 0"),
+        (["--method", "ppo-rnd", "--curiosity-weight", "-1"], "curiosity_weight must be at least 0, not -1"),
         (["--size", "10"], "size must be a whole number from 11 to 63"),
-        (["--num-envs", "0"], "num_envs must be a whole number of at least 1, not 0"),
+        (["--num-envs", "0"], "num_envs must be at least 1, not 0"),
         (["--steps", "0"], "steps must be at least 1"),
         (["--max-steps", "0"], "max_steps must be"),
-        (["--seed", "-1"], "a seed must be a whole number"),
+        (["--seed", "-1"], "seed must be at least 0, not -1"),
         (["--gamma", "1.5"], "gamma must be from 0 to 1"),
         (["--meta-ppo.gamma", "1.5"], "gamma must be from 0 to 1"),
         (["--device", "tpu9"], "no device"),
@@ -396,10 +404,10 @@ def test_a_broken_run_folder_is_refused_in_one_line(trained, tmp_path, monkeypat
     folder = RunFolder.create(tmp_path / "run", SMALL)
     assert "has no checkpoint" in evaluated(folder.path)
     (folder.checkpoints / "000000000001.pt").write_bytes(b"not a checkpoint")
-    assert "cannot read the checkpoint" in evaluated(folder.path)
+    assert "has no digest at its end: it is cut off, or of an older format" in evaluated(folder.path)
     newest = max((trained / "checkpoints").glob("*.pt"))
     (folder.checkpoints / "000000000002.pt").write_bytes(newest.read_bytes()[:1000])
-    assert "cannot read the checkpoint" in evaluated(folder.path)
+    assert "has no digest at its end: it is cut off, or of an older format" in evaluated(folder.path)
     (folder.path / "config.json").write_text("{")
     assert "cannot read" in evaluated(folder.path)
     (folder.path / "config.json").write_text("{}")

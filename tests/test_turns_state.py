@@ -64,7 +64,7 @@ def test_a_state_that_does_not_fit_is_one_clear_line():
     del state["shortest"]
     with pytest.raises(
         InputError,
-        match=r"^the state of turns does not hold what get_state gives, but curriculum, first_e",
+        match=r"^the state of turns does not hold what get_state gives, but is_meta_turn, goals, last_g",
     ):
         turns.set_state(state)
 

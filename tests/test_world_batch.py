@@ -70,10 +70,8 @@ def test_two_threads_do_what_one_does(monkeypatch):
 
 
 def test_a_small_batch_starts_no_threads():
-    assert World(GRAPHS, 2 * MIN_ENVS_PER_THREAD - 1, size=11, threads=8)._pool is None
-    pool = World(GRAPHS, 3 * MIN_ENVS_PER_THREAD, size=11, threads=2)._pool
-    assert pool is not None
-    assert pool._max_workers == 2
+    assert len(World(GRAPHS, 2 * MIN_ENVS_PER_THREAD - 1, size=11, threads=8)._slices) == 1
+    assert len(World(GRAPHS, 3 * MIN_ENVS_PER_THREAD, size=11, threads=2)._slices) == 2
 
 
 def test_reset_with_a_seed_starts_over_and_without_goes_on():
@@ -252,7 +250,7 @@ def test_after_the_end_nothing_happens_and_nothing_is_rewarded():
         ({"size": 10}, "size must be a whole number from 11 to 63, not 10"),
         ({"size": 64}, "size must be a whole number from 11 to 63, not 64"),
         ({"size": 19.5}, "size must be a whole number from 11 to 63, not 19.5"),
-        ({"num_envs": 0}, "num_envs must be a whole number of at least 1, not 0"),
+        ({"num_envs": 0}, "num_envs must be a whole number from 1 to 2**31 - 1, not 0"),
         ({"max_steps": 0}, "max_steps must be a whole number from 1 to 2**31 - 1, not 0"),
         ({"max_steps": 2**31}, "max_steps must be a whole number from 1 to 2**31 - 1, not 2147483648"),
         ({"threads": 0}, "threads must be a whole number from 1 to 2**31 - 1, not 0"),

@@ -94,7 +94,8 @@ class AgentsConfig:
         curiosity_weight: the weight of curiosity in the reward of ppo-rnd, its returns scaled to deviation 1; the exit
             gives 1. On graph a (one seed, 1.5M steps, a discount of 0.98) 0.05 ended at 100% success, 0.2 at 82%, 0.5,
             as in Burda et al. 2018, at 92%.
-        meta_features: what the network of a learned meta-controller reads: features with a number for each goal.
+        meta_features: what the network of a learned meta-controller reads. Where these are goal-status and goal-outcome
+            alone, one network is shared by all colours (`agents.goal_network`); else it is like the controller's.
         meta_start_success: a learned meta-controller chooses goals at random until this share of 100 episodes reaches
             the exit; then it learns.
 
@@ -125,5 +126,5 @@ class AgentsConfig:
             InputError: if there is no such method.
         """
         method = find_method(self.method)
-        controller = replace(method.controller, reward=reward or method.controller.reward)
+        controller = replace(method.controller, reward=method.controller.reward if reward is None else reward)
         return Method(self.meta or method.meta, controller)

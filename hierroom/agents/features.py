@@ -34,12 +34,14 @@ class Feature:
         encode: from an observation of M environments to [M, numbers] whole numbers below the cardinalities.
         vectors: [cardinality, d] fixed numbers that stand for each value, or None: a learned row for each value.
         memories: what levels must remember for it, names in `layout.MEMORIES`.
+        is_by_goal: whether it has one number for each goal id.
     """
 
     cardinalities: Callable[[int], tuple[int, ...]]
     encode: Callable[[Observation], NDArray]
     vectors: NDArray | None = None
     memories: tuple[str, ...] = ()
+    is_by_goal: bool = False
 
 
 def _goal_categories() -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
@@ -156,8 +158,8 @@ FEATURES: Mapping[str, Feature] = {
     "direction": Feature(lambda _: (4,), lambda observation: observation.levels["direction"][:, None]),
     "keys": Feature(lambda _: (2,) * N_COLOURS, lambda observation: _by_colour(observation, "keys")),
     "previous-action": Feature(lambda n_actions: (n_actions + 1,), lambda o: o.previous_actions[:, None]),
-    "goal-status": Feature(lambda _: (3,) * N_GOALS, _goal_status),
-    "goal-outcome": Feature(lambda _: (N_OUTCOMES,) * N_GOALS, _goal_outcome),
+    "goal-status": Feature(lambda _: (3,) * N_GOALS, _goal_status, is_by_goal=True),
+    "goal-outcome": Feature(lambda _: (N_OUTCOMES,) * N_GOALS, _goal_outcome, is_by_goal=True),
 }
 """view: the tile of each cell of the view; view-ids: likewise, read as its object id, colour id and open bit; goal:
 object and colour; goal-in-view: the cell of the view that holds the goal; goal-place: about how far ahead of the agent
@@ -207,6 +209,11 @@ class Features:
         """For each of the K numbers the fixed numbers that stand for its values, if any; None where none has any."""
         vectors = [FEATURES[name].vectors for name in self.names for _ in FEATURES[name].cardinalities(self.n_actions)]
         return None if all(of_number is None for of_number in vectors) else vectors
+
+    @property
+    def are_by_goal(self) -> bool:
+        """Whether each of them has one number for each goal id, so that a network can treat all colours alike."""
+        return all(FEATURES[name].is_by_goal for name in self.names)
 
     @property
     def memories(self) -> tuple[str, ...]:

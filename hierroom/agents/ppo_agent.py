@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isnan
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,10 @@ from hierroom.agents.features import Features
 from hierroom.agents.warm_up import WarmUp
 from hierroom.controller import Observation
 from hierroom.errors import InputError
-from hierroom.goals import NO_GOAL
 from hierroom.learners.policy import Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.options import Transition
+from hierroom.runtime.schema import AnyMapping, Exactly, Real, Table, shown
 from hierroom.situation import Situation
 from hierroom.turns import Turns
 
@@ -36,8 +37,6 @@ class PPOAgent:
         learner: of its policy, in as many environments as there are.
         network: the name of its network, by which a warm start tells whether weights fit.
         warm_up: chooses its actions until it ends; None: the agent learns from the first turn on.
-        hindsight: whether an option that did not reach its goal, but achieved another one, may be learned from as if
-            the first of those had been given: see `Learner.relabel`.
         curiosity: a reward added to the environment's; None: none.
 
     Attributes:
@@ -53,7 +52,6 @@ class PPOAgent:
         *,
         network: str,
         warm_up: WarmUp | None = None,
-        hindsight: bool = False,
         curiosity: Curiosity | None = None,
     ) -> None:
         self.features = features
@@ -61,7 +59,6 @@ class PPOAgent:
         self.curiosity = curiosity
         self._network = network
         self._warm_up = warm_up
-        self._hindsight = hindsight
         self._updated = dict.fromkeys((*UPDATE_STATISTICS, *(curiosity.STATISTICS if curiosity else ())), float("nan"))
 
     @property
@@ -93,9 +90,6 @@ class PPOAgent:
         # A turn that began in the warm-up is none of the learner's.
         ours = np.flatnonzero(self.learner.has_begun[transition.envs])
         envs, truncated = transition.envs[ours], transition.truncated[ours]
-        if self._hindsight:
-            instead = transition.achieved_instead[ours]
-            self.learner.relabel(envs[instead != NO_GOAL], instead[instead != NO_GOAL])
         self.learner.finish(
             envs,
             rewards[ours],
@@ -140,10 +134,13 @@ class PPOAgent:
         Raises:
             InputError: if the agents differ in their networks, or in what they observe or can do.
         """
+        for name in ("description", "learner"):
+            AnyMapping().check(state.get(name), name)
         for what, ours in self._description.items():
-            theirs = state["description"][what]
+            theirs = state["description"].get(what)
             if ours != theirs:
-                raise InputError(f"these weights are of another agent: its {what} is {theirs}, here it is {ours}")
+                found = " ".join(theirs.split()) if isinstance(theirs, str) else shown(theirs)
+                raise InputError(f"these weights are of another agent: its {what} is {found}, here it is {ours}")
         self.learner.take_weights(state["learner"])
 
     @property
@@ -157,7 +154,9 @@ class PPOAgent:
 
     def state_dict(self) -> dict[str, Any]:
         """Everything that decides what happens next, as tensors and plain types."""
+        known = {name: float(value) for name, value in self._updated.items() if not isnan(value)}
         state: dict[str, Any] = {"description": self._description, "learner": self.learner.state_dict()}
+        state["statistics"] = known  # rows are written between two updates of a meta-controller, too
         if self._warm_up is not None:
             state["warm_up"] = self._warm_up.state_dict()
         if self.curiosity is not None:
@@ -165,12 +164,22 @@ class PPOAgent:
         return state
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go back to what `state_dict` gave."""
-        self.learner.load_state_dict(state["learner"])
-        if self._warm_up is not None:
-            self._warm_up.load_state_dict(state["warm_up"])
-        if self.curiosity is not None:
-            self.curiosity.load_state_dict(state["curiosity"])
+        """Go back to what `state_dict` gave.
+
+        Raises:
+            InputError: if it cannot be the state of such an agent.
+        """
+        parts = {"learner": self.learner, "warm_up": self._warm_up, "curiosity": self.curiosity}
+        restored = {name: part for name, part in parts.items() if part is not None}
+        description = Table({what: Exactly(ours) for what, ours in self._description.items()})
+        statistics = Table(dict.fromkeys(self._updated, Real()), optional=self._updated)
+        rest = dict.fromkeys(restored, AnyMapping())
+        Table({"description": description, "statistics": statistics, **rest}).check(state, "agent")
+        for name, part in restored.items():
+            part.load_state_dict(state[name])
+        if not self.is_learning and self.learner.has_begun.any():
+            raise InputError("no turn of the learner can have begun before its warm-up has ended")
+        self._updated = dict.fromkeys(self._updated, float("nan")) | state["statistics"]
 
 
 class FrozenAgent:

@@ -68,6 +68,15 @@ class ScriptedAgent:
         return self.meta.state_dict() if hasattr(self.meta, "state_dict") else {}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go back to what `state_dict` gave."""
-        if hasattr(self.meta, "load_state_dict"):
+        """Go back to what `state_dict` gave.
+
+        Raises:
+            InputError: if the meta-controller cannot.
+        """
+        if not hasattr(self.meta, "load_state_dict"):
+            return
+        try:
             self.meta.load_state_dict(state)
+        except Exception as error:  # whatever a user's own code may raise
+            name = type(self.meta).__name__
+            raise InputError(f"the meta-controller {name} cannot load its state: {in_one_line(error)}") from error

@@ -11,6 +11,7 @@ from hierroom.errors import InputError
 from hierroom.goals import N_GOALS
 from hierroom.meta import random_choice
 from hierroom.options import Transition
+from hierroom.runtime.schema import Flag, Items, Table
 from hierroom.situation import GOAL_MASKS, Situation
 
 WINDOW = 100
@@ -57,5 +58,10 @@ class WarmUp:
         return {"has_ended": self.has_ended, "successes": list(self._successes)}
 
     def load_state_dict(self, state: dict) -> None:
-        """Go back to what `state_dict` gave."""
+        """Go back to what `state_dict` gave.
+
+        Raises:
+            InputError: if it is not that.
+        """
+        Table({"has_ended": Flag(), "successes": Items(Flag(), 0, WINDOW)}).check(state, "warm_up")
         self.has_ended, self._successes = state["has_ended"], deque(state["successes"], WINDOW)

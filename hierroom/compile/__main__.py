@@ -99,6 +99,7 @@ def _plays() -> Iterator[Callable[[], object]]:
 
     import hierroom
     from hierroom.agents.features import FEATURES
+    from hierroom.complexity.report import analyze
     from hierroom.gym_env import EscapeRoom, EscapeRooms
     from hierroom.learners.config import PPOConfig
     from hierroom.measure import measure_named
@@ -144,6 +145,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield partial(train, graph=("a", "c"), curriculum_stages=2)
     yield partial(train, meta="oracle", reward="bonus", features=(*FEATURES.keys() - {"goal-outcome"},))
     yield partial(measure_named, "random", "a", False, 4, 0)
+    yield analyze("a").goal_sensitivity
     yield lambda: list(hierroom.rollout("oracle", hierroom.EnvConfig(**small), episodes=4))
     yield render
     for mask, reward in zip(("reachable", "existing", "seen", "none"), REWARDS, strict=True):

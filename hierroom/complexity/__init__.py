@@ -17,14 +17,21 @@ target node t, b = e_s - e_t.
 | sensitivity dm_s / dW_ij = v_i (m_j - m_i) | `passage_time_sensitivity` | from dN = N dQ N |
 | sensitivity d(b' pinv(D - W) b) / dW_ij | `laplacian_sensitivity` | Golub and Pereyra, 4.3 |
 
+Systems for m, v and h are solved without subtraction (`elimination.Elimination`; Grassmann, Taksar and Heyman, 1985).
+`markov_order.markov_test` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
+
 `AugmentedGraph` is the paper's augmented graph with its weights W (appendix A). Numbers after a textbook are those of
 its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains, 1960; Golub and Pereyra, The
 Differentiation of Pseudo-Inverses, 1973. The docstring of each function has its equation in full.
+
+Measures of the literature, such as the effective horizon and the covering length, are in
+``hierroom.complexity.measures``, which has a table of its own.
 """
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes
 from hierroom.complexity.chain import Chain, EdgeSensitivity
 from hierroom.complexity.curriculum import Curriculum
+from hierroom.complexity.env_play import measure_env
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.hitting import (
     expected_visits,
@@ -34,8 +41,10 @@ from hierroom.complexity.hitting import (
     passage_time_sensitivity,
 )
 from hierroom.complexity.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
+from hierroom.complexity.played_chain import PlayedChain, measure_trajectories
 from hierroom.complexity.reach import expected_states, reach_probability
 from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.complexity.tables import to_frame
 from hierroom.complexity.walk import Reading, Walk
 
 __all__ = [
@@ -46,6 +55,7 @@ __all__ = [
     "EdgeSensitivity",
     "GraphSet",
     "Node",
+    "PlayedChain",
     "Reading",
     "Walk",
     "analyze",
@@ -58,6 +68,9 @@ __all__ = [
     "laplacian_hitting_time",
     "laplacian_sensitivity",
     "mean_first_passage_time",
+    "measure_env",
+    "measure_trajectories",
     "passage_time_sensitivity",
     "reach_probability",
+    "to_frame",
 ]

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated
 
 import tyro
 
 from hierroom.cli import one_line_usage, program, run, words
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.complexity.tables import COLUMNS, ColumnName, csv_text, latex_text, markdown_text
+from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.env_config import GRAPHS
 from hierroom.errors import InputError
 from hierroom.files import to_json
@@ -22,28 +22,14 @@ from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, graph_specs, is_
 MAX_LISTED_ROOMS = 8
 """There are 612 goal graphs of 8 rooms. The 1,747 of 9 rooms would take most of a minute."""
 
-ColumnName = Literal["graph", "exit_depth", "width", "nodes", "edges", "hitting_time", "expected_steps", "std"]
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column of the list of graphs: its heading, its value, and the format in which it is printed."""
-
-    heading: str
-    value: Callable[[ComplexityReport], Any]
-    style: str = ""
-
-
-COLUMNS: Mapping[ColumnName, Column] = {
-    "graph": Column("graph", lambda report: report.graph.name),
-    "exit_depth": Column("exit\ndepth", lambda report: report.exit_depth),
-    "width": Column("width", lambda report: report.width),
-    "nodes": Column("nodes", lambda report: report.nodes),
-    "edges": Column("edges", lambda report: report.edges),
-    "hitting_time": Column("hitting\ntime", lambda report: report.hitting_time, ".2f"),
-    "expected_steps": Column("expected\nsteps", lambda report: report.expected_steps, ".1f"),
-    "std": Column("std", lambda report: report.std, ".1f"),
+FORMATS = ("json", "csv", "latex", "markdown")
+TEXTS: Mapping[str, Callable[[list[ComplexityReport]], str]] = {
+    "csv": csv_text,
+    "latex": latex_text,
+    "markdown": markdown_text,
 }
+OF_PLAY = ("episodes", "size", "max_steps")
+"""Options of --from-play alone."""
 
 
 @dataclass(frozen=True)
@@ -61,10 +47,23 @@ class ComplexityArguments:
         sort: sort the list by this column in ascending order.
         json: print everything that the reports contain as JSON.
         csv: print the list as CSV.
-        draw: draw the goal graph and its augmented graph into this .png, .pdf or .svg file.
+        latex: print the list as a LaTeX table, for the package booktabs.
+        markdown: print the list as a Markdown table.
+        draw: draw the goal graph and its augmented graph into this .png, .pdf or .svg file; with --from-play the
+            reach curves, that of the episodes beside those of the chains.
+        walk: probabilities of one step of the walk that is assumed: to stay, to move, to start again.
+        reading: interpretation of the paper's augmented graph: from where a key is picked up (accessible, way to the
+            start, own room), where a room leads (accessible, neighbours, through the start), and where dropping a key
+            leads (accessible, key room, start).
         from_play: measure the chain from play instead of assuming the random walk. Give a run's folder to let its
             trained agents play, random for random actions, or oracle for shortest solutions. Without --graph the goal
             graph is that of the run, or c for random and oracle.
+        measures: list the measures of the literature instead, such as the effective horizon and the covering length, on
+            the MDP whose states are the nodes of the augmented graph.
+        levels: with --measures, measure so many levels of each graph by their exact states instead.
+        horizon: with --measures, steps of an episode: by default 20 on goal graphs and 1000 in levels.
+        size: cells of the grid's side in play; by default the run's, or 19 for random and oracle.
+        max_steps: steps after which an episode of play is truncated; by default the run's, or 1000.
         episodes: how many episodes to play.
         seed: seed of the levels, the actions and the bootstrap.
         trust_run: run the code that the config of that run names beside what ships with hierroom (a network, a reward,
@@ -78,8 +77,17 @@ class ComplexityArguments:
     sort: ColumnName | None = None
     json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     csv: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    latex: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    markdown: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     draw: Path | None = None
+    walk: Annotated[tuple[float, float, float], tyro.conf.arg(metavar="STAY MOVE RESTART")] = astuple(PAPER_WALK)
+    reading: Annotated[tuple[str, str, str], tyro.conf.arg(metavar="KEYS ROOMS DROP")] = astuple(TABLE_READING)
     from_play: str | None = None
+    measures: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    levels: int = 0
+    horizon: int | None = None
+    size: int | None = None
+    max_steps: int | None = None
     episodes: int = 1000
     seed: int = 1_000_000
     trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
@@ -91,16 +99,26 @@ def show(options: ComplexityArguments) -> None:
     Raises:
         InputError: if the options contradict each other or one of them is not valid.
     """
-    if options.json and options.csv:
-        raise InputError("choose one of --json and --csv, not both")
+    formats = [name for name in FORMATS if getattr(options, name)]
+    if len(formats) > 1:
+        raise InputError(f"choose one of {', '.join(f'--{name}' for name in FORMATS)}, not {len(formats)}")
+    walk, reading = Walk(*options.walk), Reading(*options.reading)
     if options.from_play is not None:
-        _show_play(options, options.from_play)
+        _show_play(options, options.from_play, walk, reading)
         return
-    if (options.episodes, options.seed) != (ComplexityArguments.episodes, ComplexityArguments.seed):
-        raise InputError("--episodes and --seed go with --from-play, which is missing")
+    has_seed = options.seed != ComplexityArguments.seed and not options.levels
+    if has_seed or any(getattr(options, name) != getattr(ComplexityArguments, name) for name in OF_PLAY):
+        raise InputError(
+            "--episodes, --seed, --size and --max-steps go with --from-play, which is missing, or --seed with --levels"
+        )
+    if (options.levels or options.horizon is not None) and not options.measures:
+        raise InputError("--levels and --horizon go with --measures, which is missing")
     specs = _specs(options)
     graphs = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS).graphs
-    reports = [analyze(graph, options.drop) for graph in graphs]
+    if options.measures:
+        _show_measures(options, graphs)
+        return
+    reports = [analyze(graph, options.drop, walk, reading) for graph in graphs]
     if options.sort is not None:
         reports.sort(key=COLUMNS[options.sort].value)
     is_list = len(specs) > 1 or any(map(is_graph_set, specs))
@@ -109,8 +127,8 @@ def show(options: ComplexityArguments) -> None:
     if options.json:
         tables = [report.to_dict() for report in reports]
         print(to_json(tables if is_list else tables[0]))
-    elif options.csv:
-        _print_csv(reports)
+    elif formats:
+        print(TEXTS[formats[0]](reports), end="")
     elif is_list:
         _print_table(reports)
     else:
@@ -141,30 +159,64 @@ def _draw(reports: list[ComplexityReport], path: Path) -> None:
     draw_graph(reports[0].augmented, path)
 
 
-def _show_play(options: ComplexityArguments, player: str) -> None:
+def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: Reading) -> None:
     specs = graph_specs(options.graph)
     several = len(specs) > 1 or any(map(is_graph_set, specs)) or options.exclude or options.all
-    if several or options.csv or options.sort or options.draw is not None:
+    if options.measures or options.levels or options.horizon is not None:
+        raise InputError("choose one of --from-play and --measures, not both")
+    if several or options.csv or options.latex or options.markdown or options.sort:
         raise InputError(
-            "--from-play measures one goal graph and allows only --graph, --drop, --json, --episodes and --seed"
+            "--from-play measures one goal graph and allows only --graph, --drop, --walk, --reading, --json, --draw, "
+            "--size, --max-steps, --episodes and --seed"
         )
     from hierroom.measure import measure_named  # imported here, because it loads the world and the learners
 
-    graph = specs[0] if specs else None
-    report = measure_named(player, graph, options.drop, options.episodes, options.seed, options.trust_run)
+    report = measure_named(
+        player,
+        specs[0] if specs else None,
+        options.drop,
+        options.episodes,
+        options.seed,
+        size=options.size,
+        max_steps=options.max_steps,
+        walk=walk,
+        reading=reading,
+        trust=options.trust_run,
+    )
+    if options.draw is not None:
+        from hierroom.complexity.draw_reach import save_reach
+
+        save_reach(report, options.draw)
     if options.json:
         print(to_json(report.to_dict()))
     else:
         print(report)
 
 
-def _print_csv(reports: list[ComplexityReport]) -> None:
-    writer = csv.writer(sys.stdout, lineterminator="\n")
-    writer.writerow(["key_rooms", "exit_room", "drop_key", *COLUMNS])
-    for report in reports:
-        graph = report.graph
-        cells = [column.value(report) for column in COLUMNS.values()]
-        writer.writerow(["-".join(map(str, graph.key_rooms)), graph.exit_room, report.drop_key, *cells])
+def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...]) -> None:
+    if options.draw is not None or options.sort is not None or options.latex or options.markdown:
+        raise InputError("--measures allows none of --draw, --sort, --latex and --markdown")
+    if (options.walk, options.reading) != (ComplexityArguments.walk, ComplexityArguments.reading):
+        raise InputError("--measures knows no --walk and no --reading: its policies choose among the moves themselves")
+    from hierroom.complexity.measures.graphs import measure_graphs
+    from hierroom.complexity.measures.table import print_measures, print_measures_csv  # rich loads slowly
+
+    horizon = options.horizon if options.horizon is not None else 1000 if options.levels else 20
+    drop = "with" if options.drop else "without"
+    if options.levels:
+        from hierroom.measure.levels import measure_levels  # it loads the world
+
+        measured = measure_levels(graphs, options.levels, horizon, options.drop, options.seed)
+        title = f"levels of {len(graphs)} goal graphs, {drop} drop, horizon {horizon}"
+    else:
+        measured = measure_graphs(graphs, horizon, options.drop)
+        title = f"MDPs of {len(graphs)} goal graphs, {drop} drop, horizon {horizon}"
+    if options.json:
+        print(to_json([graph.to_dict() for graph in measured]))
+    elif options.csv:
+        print_measures_csv(measured)
+    else:
+        print_measures(measured, title)
 
 
 def _print_table(reports: list[ComplexityReport]) -> None:
@@ -183,7 +235,8 @@ def _print_table(reports: list[ComplexityReport]) -> None:
     for report in reports:
         table.add_row(*(escape(format(column.value(report), column.style)) for column in COLUMNS.values()))
     Console().print(table)
-    print("hitting time: the paper's (Table 2), saturates near 100")
+    restart = reports[0].walk.restart
+    print(f"hitting time: the paper's (Table 2){f', saturates near {1 / restart:.4g}' if restart else ''}")
     print("expected steps, std: first passage of the same walk to the exit")
 
 

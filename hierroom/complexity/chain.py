@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+import networkx as nx
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
+from hierroom.complexity.exploration_graph import graph_weights, node_index, node_labels, normalized
 from hierroom.complexity.hitting import (
     expected_visits,
     first_passage_variance,
@@ -18,8 +20,10 @@ from hierroom.complexity.hitting import (
     mean_first_passage_time,
     passage_time_sensitivity,
 )
+from hierroom.complexity.html import html_table
 from hierroom.complexity.laplacian import laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.reach import expected_states, reach_probability
+from hierroom.complexity.weights import Weights, as_moves, as_node, as_weights, n_nodes
 from hierroom.errors import InputError
 
 EXIT = "exit"
@@ -57,6 +61,10 @@ class Chain:
         goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
         kinds: one representative of each class of equivalent nodes, and the size of each class, for sums over nodes;
             None: all nodes.
+
+    Raises:
+        InputError: if there is not one label for each node, two are the same, there is no goal `"exit"`, or the source
+            or a node of a goal is not a node.
     """
 
     weights: sp.csr_array
@@ -65,13 +73,71 @@ class Chain:
     goals: Mapping[str, tuple[int, ...]]
     kinds: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
 
+    def __post_init__(self) -> None:
+        n = n_nodes(self.weights)
+        if len(self.labels) != n:
+            raise InputError(f"a chain of {n} nodes needs {n} labels, not {len(self.labels)}")
+        if len(set(self.labels)) < n:
+            twice = next(label for label in self.labels if self.labels.count(label) > 1)
+            raise InputError(f"the labels of a chain's nodes must differ, but {twice!r} is given twice")
+        if EXIT not in self.goals:
+            raise InputError(
+                f"a chain needs a goal {EXIT!r}; its goals are {', '.join(map(repr, self.goals)) or 'none'}"
+            )
+        for node in (self.source, *(node for nodes in self.goals.values() for node in nodes)):
+            as_node(node, n)
+
+    @classmethod
+    def from_matrix(
+        cls, matrix: Weights, source: int, target: int, labels: Sequence[Hashable] | None = None, *, rates: bool = False
+    ) -> Chain:
+        """The walk with a matrix of probabilities or rates, on any exploration graph.
+
+        Args:
+            matrix: [n, n] dense or sparse; what a row lacks to one is the node's probability to stay.
+            source: index of the start node.
+            target: index of the node to reach, the goal ``"exit"``.
+            labels: [n] names of the nodes; their indices by default.
+            rates: divide each row by its sum, because it holds rates or counts.
+
+        Raises:
+            InputError: if the matrix, a node or a label is not valid, or a row of probabilities sums to more than one.
+        """
+        weights = normalized(as_weights(matrix)) if rates else as_weights(matrix)
+        as_moves(weights)
+        n = n_nodes(weights)
+        names = node_labels(range(n) if labels is None else labels)
+        if len(names) != n:
+            raise InputError(f"{n} nodes need as many labels, not {len(names)}")
+        return cls(weights, names, as_node(source, n), {EXIT: (as_node(target, n),)})
+
+    @classmethod
+    def from_networkx(
+        cls, graph: nx.Graph, source: Hashable, target: Hashable, weight: str | None = "weight", *, rates: bool = False
+    ) -> Chain:
+        """The random walk on a networkx graph.
+
+        Args:
+            graph: directed or not; the names of its nodes become labels.
+            source: the start node.
+            target: the node to reach, the goal ``"exit"``.
+            weight: attribute of the edges that holds their probability. Where no edge has it, or for None, the walk
+                leaves each node by each of its edges with equal probability.
+            rates: divide each node's weights by their sum, because they are rates or counts.
+
+        Raises:
+            InputError: if there is no such node, a weight is not valid, or only some edges have one.
+        """
+        weights, nodes = graph_weights(graph, weight, rates), list(graph)
+        return cls.from_matrix(weights, node_index(nodes, source), node_index(nodes, target), nodes)
+
     @cached_property
     def hitting_time(self) -> float:
         """The paper's hitting time of the exit, b' pinv(D - W) b.
 
         It is not a number of steps, and it saturates near 1 / 0.01 = 100: see `hierroom.complexity.laplacian`.
         """
-        return laplacian_hitting_time(self.weights, self.source, self.goals[EXIT][0])
+        return self.hitting_time_to(EXIT)
 
     @cached_property
     def expected_steps(self) -> float:
@@ -196,14 +262,26 @@ class Chain:
             by_goal[goal] = float(elasticity.data[achieves].sum() / self.expected_steps)
         return dict(sorted(by_goal.items(), key=lambda item: item[1]))
 
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        steps = [
+            (goal, f"{self.expected_steps_to(goal):.4g}", f"{self.hitting_probability(goal):.4g}")
+            for goal in self.goals
+        ]
+        caption = f"random walk on {len(self.labels)} nodes from {self.labels[self.source]}"
+        return html_table(caption, ("goal", "expected steps", "probability ever"), steps)
+
     def nodes_of(self, goal: str) -> tuple[int, ...]:
         """The nodes at which a goal has been achieved, or the single node with that label.
 
         Raises:
             InputError: if there is no such goal or node.
         """
-        if goal in self.goals:
+        if isinstance(goal, str) and goal in self.goals:
             return tuple(self.goals[goal])
-        if goal in self.labels:
+        if isinstance(goal, str) and goal in self.labels:
             return (self.labels.index(goal),)
-        raise InputError(f"the goals are {', '.join(self.goals)}, or the label of a node; there is no {goal!r}")
+        raise InputError(
+            f"the goals are {', '.join(self.goals)}, and nodes are called "
+            f"{', '.join(map(repr, self.labels[:2]))}, ...; there is no {goal!r}"
+        )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, GraphSpecs
+from hierroom.runtime.schema import Array, Whole
 
 EPISODES_PER_STAGE = 200
 """Least number of episodes that must begin and end in a stage before the curriculum decides about the next stage."""
@@ -80,10 +81,12 @@ class GraphSampler:
         everything: all graphs that may ever be sampled, the easiest first.
 
     Raises:
-        InputError: if there is no such graph, or a single one is to be divided into several stages.
+        InputError: if there is no such graph or number of environments, or a single graph is to be divided into several
+            stages.
     """
 
     def __init__(self, graph: GraphSpecs, exclude: GraphSpecs, drop_key: bool, num_envs: int, n_stages: int = 1):
+        Whole(1, 2**31 - 1).check(num_envs, "num_envs")
         chosen = GraphSet(graph, exclude, drop_key)
         if len(chosen.graphs) == 1 and n_stages != 1:
             name = chosen.graphs[0].name
@@ -168,16 +171,28 @@ class GraphSampler:
         """The state of the curriculum as new arrays."""
         return {"curriculum": self._counts.copy(), "is_older": self._is_older.copy()}
 
-    def check_state(self, state: Mapping[str, NDArray]) -> None:
+    def check_state(self, state: Mapping[str, NDArray], levels: np.ndarray) -> None:
         """Check a state before `set_state`.
 
+        Args:
+            state: what `get_state` gave.
+            levels: those of the environments, as for `graphs_of`.
+
         Raises:
-            InputError: if there is no such stage.
+            InputError: if there is no such stage, the numbers cannot be those of a curriculum, or a level is of a graph
+                that is not sampled here.
         """
+        Array(np.int64, (3,)).check(state["curriculum"], "curriculum")
+        Array(np.bool_, self._is_older.shape).check(state["is_older"], "is_older")
         if not 0 <= state["curriculum"][0] < self.n_stages:
             raise InputError(f"the stages are 0 to {self.n_stages - 1}; there is no stage {state['curriculum'][0]}")
+        if not 0 <= state["curriculum"][2] <= state["curriculum"][1] < EPISODES_PER_STAGE:
+            raise InputError(f"curriculum must hold fewer than {EPISODES_PER_STAGE} episodes, and no more successes")
+        try:
+            self.graphs_of(levels)
+        except KeyError as error:
+            raise InputError(f"a level is of another goal graph than is sampled here: {error}") from None
 
     def set_state(self, state: Mapping[str, NDArray]) -> None:
         """Restore what `get_state` returned, after `check_state`."""
-        self.check_state(state)
         self._counts[:], self._is_older[:] = state["curriculum"], state["is_older"]

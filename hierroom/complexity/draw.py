@@ -1,13 +1,12 @@
 """Drawings of a goal graph and its augmented graph: one row per number of open doors, as in the paper's appendix.
 
 The exit is a single node of the augmented graph. It is drawn once for every set of open doors from which it can be
-reached, so that no edge has to cross the whole picture.
+reached, so that no edge has to cross the whole picture. What is equivalent by symmetry is drawn once, with its number.
 """
 
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable
 from pathlib import Path
 
 import matplotlib.colors as mcolors
@@ -15,30 +14,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
-from hierroom.complexity.augmented import AugmentedGraph, Node
+from hierroom.complexity.augmented import AugmentedGraph, Node, kinds_of_nodes
+from hierroom.complexity.drawn_places import PADDING, SPACING, Box, Place, Point, limits, place_augmented, place_goals
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
 from hierroom.goals import GoalGraph
 
 MAX_DRAWN_NODES = 250
-INCHES, SPACING, ROW, PADDING, LEAST_WIDTH = 0.6, 1.2, 4.4, 0.8, 2.3
-"""Inches per unit of the drawing; in units, the distance between nodes, the distance between rows, and the margin and
-least width of the box around each set of open doors."""
-ROOM_ROW, KEY_ROW = 0.75, -0.85
-"""Heights of the rooms and keys of a set of open doors, relative to the middle of its box."""
+INCHES, MOST_INCHES, LEAST_SCALE = 0.6, 14.0, 0.55
+"""Inches per unit of the drawing; the width and height from which on a drawing is shrunk; and by how much at most, so
+that it can be read."""
 
 ROOM_COLOURS = ("#d9d9d9", "#4c8bf5", "#b565d8", "#f28e2b", "#e15759", "#17a2b8", "#c9a400", "#8c6d5a", "#7a8b99")
 """Colours of the start and of rooms 1, 2, ...; a key has the colour of the room it opens."""
 EXIT_COLOUR = "#35a853"
 INK, FAINT = "#333333", "#9a9a9a"
-
-CAPTION = (
-    "circles: rooms    squares: keys    two heads: both ways    exit: one node, drawn wherever it is reached\n"
-    "not drawn: staying, and the restart that leads from every node to the start"
-)
-
-Point = tuple[float, float]
-"""(x, y) in units of the drawing."""
 
 
 def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
@@ -51,22 +41,96 @@ def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
     Raises:
         InputError: if the graph is too large to be readable, the suffix is unknown, or the file cannot be written.
     """
-    if len(augmented.nodes) > MAX_DRAWN_NODES:
-        raise InputError(
-            f"a drawing can show at most {MAX_DRAWN_NODES} nodes; the augmented graph of {augmented.graph.name} has "
-            f"{len(augmented.nodes)}"
-        )
-    places = _places(augmented)
-    width, height = _extent(places.values())
-    goal_places = _goal_places(augmented.graph)
-    goal_width, goal_height = _extent(goal_places.values())
-    figure = Figure(
-        figsize=((width + goal_width) * INCHES, (max(height, goal_height) + 1) * INCHES), layout="constrained"
+    save_figure(_figure(augmented), path)
+
+
+def svg_of(augmented: AugmentedGraph) -> str:
+    """The picture of `draw_graph` as the text of an SVG document.
+
+    Raises:
+        InputError: if the graph is too large to be readable.
+    """
+    picture = io.StringIO()
+    _figure(augmented).savefig(picture, format="svg", facecolor="white")
+    return picture.getvalue()
+
+
+def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
+    """Draw a goal graph onto an Axes: the start at the top, and below each node what it makes possible.
+
+    Args:
+        graph: the goal graph.
+        axes: where to draw.
+        scale: size of nodes and letters; 1 suits 0.6 inches per unit of the drawing.
+    """
+    places = place_goals(graph)
+    title = f"goal graph {graph.name}\n{graph.n_rooms} rooms, exit depth {graph.exit_depth}, width {graph.width}"
+    pen = _Pen(axes, scale, title, list(places.values()))
+    unlocked = graph.to_networkx()
+    for source, target in unlocked.edges:
+        pen.arrow(places[source], places[target], EXIT_COLOUR if target == "exit" else INK)
+    for name, node in unlocked.nodes.items():
+        colour = EXIT_COLOUR if name == "exit" else _colour_of(node["room"])
+        pen.node(places[name], colour, name.replace(" ", "\n"), is_key=node["kind"] == "key")
+
+
+def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) -> None:
+    """Draw an augmented graph onto an Axes; `caption` explains the drawing.
+
+    Args:
+        augmented: the augmented graph.
+        axes: where to draw.
+        scale: size of nodes and letters; 1 suits 0.6 inches per unit of the drawing.
+
+    Raises:
+        InputError: if the graph is too large to be readable.
+    """
+    boxes = _boxes(augmented)
+    drop = "with" if augmented.drop_key else "without"
+    size = f"{len(augmented.nodes)} nodes, {len(augmented.edges)} edges"
+    pen = _Pen(axes, scale, f"augmented graph, {drop} drop\n{size}", _corners(boxes))
+    kinds = {i: kind for kind, nodes in enumerate(kinds_of_nodes(augmented)) for i in nodes}
+    entrances = {kinds[augmented.index[room.node]]: room.at for box in boxes for room in box.rooms}
+    moves = {(augmented.nodes[i], augmented.nodes[j]) for i, j in augmented.edges.tolist()}
+    for box in boxes:
+        _draw_box(pen, augmented, box)
+        _draw_moves(pen, box, moves)
+        for key in box.keys:
+            opened = Node("room", key.node.room, tuple(sorted((*box.doors, key.node.room))))
+            pen.arrow(key.at, entrances[kinds[augmented.index[opened]]], _colour_of(key.node.room), width=1.8)
+        for place in (*box.rooms, *box.keys):
+            pen.node(place.at, _colour_of(place.node.room), _name(place.node), place.node.kind == "key", place.count)
+        if box.exit_at is not None:
+            pen.arrow(box.rooms[-1].at, box.exit_at, EXIT_COLOUR, width=1.8)
+            pen.node(box.exit_at, EXIT_COLOUR, "exit")
+
+
+def caption(augmented: AugmentedGraph) -> str:
+    """What the symbols of `draw_augmented` mean, and what is not drawn."""
+    walk = augmented.walk
+    lines = ["circles: rooms    squares: keys    exit: one node, drawn wherever it is reached    two heads: both ways"]
+    lines.append("grey band: each of its rooms leads to every other; an arrow at a band is one at each of its rooms")
+    if augmented.drop_key:
+        lines.append("drop: the second head of a grey arrow at a key, back to the rooms where the key may be put down")
+    if len(kinds_of_nodes(augmented)) < len(augmented.nodes):
+        lines.append("x 3: so many that differ in the numbers of rooms only, drawn once")
+    lines.append(
+        f"not drawn: staying, a self-loop at every node ({walk.stay:g}), "
+        f"and the restart from every node to the start ({walk.restart:g})"
     )
-    left, right = figure.subplots(1, 2, width_ratios=[goal_width, width])
-    _draw_goal_graph(left, augmented.graph, goal_places)
-    _draw_augmented(right, augmented, places)
-    figure.supxlabel(CAPTION, fontsize=8, color=INK)
+    return "\n".join(lines)
+
+
+def save_figure(figure: Figure, path: str | Path) -> None:
+    """Write a figure to a file, whole or not at all.
+
+    Args:
+        figure: the figure.
+        path: the file; its suffix selects the format; without a suffix .png is added.
+
+    Raises:
+        InputError: if the suffix is unknown, or the file cannot be written.
+    """
     path = Path(path)
     if not path.suffix:
         path = path.with_name(f"{path.name}.png")
@@ -78,143 +142,83 @@ def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
     write_atomically(path, picture.getvalue())
 
 
-def _draw_goal_graph(axes: Axes, graph: GoalGraph, places: dict[str, Point]) -> None:
-    """Draw the start at the top, and below each node what it makes possible: keys, their doors, and the exit."""
-    title = f"goal graph {graph.name}\n{graph.n_rooms} rooms, exit depth {graph.exit_depth}, width {graph.width}"
-    _prepare(axes, title, places.values())
-    unlocked = graph.to_networkx()
-    for source, target in unlocked.edges:
-        _arrow(axes, places[source], places[target], EXIT_COLOUR if target == "exit" else INK)
-    for name, node in unlocked.nodes.items():
-        paint = _square if node["kind"] == "key" else _circle
-        paint(axes, places[name], EXIT_COLOUR if name == "exit" else _colour_of(node["room"]), name.replace(" ", "\n"))
+def _figure(augmented: AugmentedGraph) -> Figure:
+    boxes, goals = _boxes(augmented), place_goals(augmented.graph)
+    width, height = _extent(_corners(boxes))
+    goal_width, goal_height = _extent(list(goals.values()))
+    whole = (width + goal_width) * INCHES, (max(height, goal_height) + 2) * INCHES
+    scale = max(LEAST_SCALE, min(1.0, MOST_INCHES / max(whole)))
+    figure = Figure(figsize=(whole[0] * scale, whole[1] * scale), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=[goal_width, width])
+    draw_goal_graph(augmented.graph, left, scale)
+    draw_augmented(augmented, right, scale)
+    figure.supxlabel(caption(augmented), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
+    return figure
 
 
-def _goal_places(graph: GoalGraph) -> dict[str, Point]:
-    """Place leaves of the tree of keys side by side, keys and doors in rows, parents centred above children."""
-    children: list[list[int]] = [[] for _ in range(graph.n_rooms)]
-    for room, key_room in enumerate(graph.key_rooms, start=1):
-        children[key_room].append(room)
-    places: dict[str, Point] = {}
-    columns: dict[int, float] = {}
-    n_leaves = 0
-    for room in _deepest_first(children):
-        slots = [columns[child] for child in children[room]]
-        if room == graph.exit_room:
-            slots.append(n_leaves)
-            places["exit"] = (1.5 * n_leaves, -3.2 * graph.depths[room] - 1.6)
-        elif not slots:
-            slots.append(n_leaves)
-        n_leaves += n_leaves in slots
-        columns[room] = sum(slots) / len(slots)
-        x, y = 1.5 * columns[room], -3.2 * graph.depths[room]
-        places |= {f"key {room}": (x, y + 1.6), f"door {room}": (x, y)} if room else {"start": (x, y)}
-    return places
-
-
-def _draw_augmented(axes: Axes, augmented: AugmentedGraph, places: dict[Node, Point]) -> None:
-    drop = "with" if augmented.drop_key else "without"
-    size = f"{len(augmented.nodes)} nodes, {len(augmented.edges)} edges"
-    _prepare(axes, f"augmented graph, {drop} drop\n{size}", places.values())
-    moves = {(augmented.nodes[i], augmented.nodes[j]) for i, j in augmented.edges.tolist()}
-    for source, target in sorted(moves):
-        is_two_way = (target, source) in moves
-        if target.kind == "exit" or (is_two_way and target < source):
-            continue  # the exit is drawn separately; moves in both directions are one arrow with two heads
-        _draw_move(axes, source, target, places, is_two_way)
-    for doors in augmented.levels:
-        _draw_level(axes, augmented, doors, places)
-    for node, place in places.items():
-        if node.kind == "key":
-            _square(axes, place, _colour_of(node.room), f"k{node.room}")
-        elif node.kind == "exit":
-            _arrow(axes, places[Node("room", node.room, node.doors)], place, EXIT_COLOUR, width=1.8)
-            _circle(axes, place, EXIT_COLOUR, "exit")
-        else:
-            _circle(axes, place, _colour_of(node.room), "start" if node.room == 0 else f"r{node.room}")
-
-
-def _draw_move(axes: Axes, source: Node, target: Node, places: dict[Node, Point], is_two_way: bool) -> None:
-    start, end = places[source], places[target]
-    style = "<|-|>" if is_two_way else "-|>"
-    if source.kind == "key" and target.doors != source.doors:
-        _arrow(axes, start, end, _colour_of(source.room), width=1.8)
-    elif source.kind == target.kind == "room":
-        gap = round(abs(start[0] - end[0]) / SPACING)
-        bend = 0.0 if gap == 1 else -0.28 - 0.04 * gap
-        _arrow(axes, min(start, end), max(start, end), FAINT, style, bend)
-    else:
-        _arrow(axes, start, end, FAINT, style)
-
-
-def _draw_level(axes: Axes, augmented: AugmentedGraph, doors: tuple[int, ...], places: dict[Node, Point]) -> None:
-    inside = [place for node, place in places.items() if node.doors == doors]
-    left, right = min(x for x, _ in inside) - PADDING, max(x for x, _ in inside) + PADDING
-    slack = max(0.0, LEAST_WIDTH - (right - left)) / 2
-    left, right = left - slack, right + slack
-    top = places[Node("room", 0, doors)][1] + 1.1 + 0.16 * len(doors)
-    bottom = min(y for _, y in inside) - PADDING
-    axes.add_patch(
-        FancyBboxPatch(
-            (left, bottom), right - left, top - bottom, boxstyle="round,pad=0,rounding_size=0.3",
-            facecolor="#f6f6f6", edgecolor="#cccccc", linewidth=1, zorder=0,
+def _boxes(augmented: AugmentedGraph) -> list[Box]:
+    n_drawn = len(kinds_of_nodes(augmented))
+    if n_drawn > MAX_DRAWN_NODES:
+        raise InputError(
+            f"a drawing can show at most {MAX_DRAWN_NODES} nodes that differ; the augmented graph of "
+            f"{augmented.graph.name} has {n_drawn}"
         )
-    )  # fmt: skip
-    n_closed = augmented.graph.n_rooms - 1 - len(doors)
-    name = "all doors closed" if not doors else f"open: {', '.join(map(str, doors))}" if n_closed else "all doors open"
-    patch = {"facecolor": "#f6f6f6", "edgecolor": "none", "pad": 1.0}
-    axes.text(left + 0.18, top - 0.15, name, fontsize=9, va="top", color=INK, zorder=5, bbox=patch)
+    return place_augmented(augmented)
 
 
-def _places(augmented: AugmentedGraph) -> dict[Node, Point]:
-    """Place the sets of open doors in rows by size, with an exit node for each set that leads to the exit."""
-    rows: list[list[tuple[int, ...]]] = [[] for _ in range(augmented.graph.n_rooms)]
-    for doors in augmented.levels:
-        rows[len(doors)].append(doors)
-    exit_room = augmented.graph.exit_room
-    places: dict[Node, Point] = {}
-    for n_open, row in enumerate(rows):
-        levels = []
-        for doors in row:
-            rooms = [Node("room", room, doors) for room in (0, *doors)]
-            keys = [Node("key", room, doors) for room in augmented.keys_in_reach(doors)]
-            levels.append((rooms, keys + [Node("exit", exit_room, doors)] * (exit_room in doors)))
-        widths = [max(SPACING * (max(map(len, level)) - 1) + 2 * PADDING, LEAST_WIDTH) for level in levels]
-        x = -(sum(widths) + 0.6 * (len(row) - 1)) / 2
-        for level, width in zip(levels, widths, strict=True):
-            for nodes, lift in zip(level, (ROOM_ROW, KEY_ROW), strict=True):
-                first = x + width / 2 - SPACING * (len(nodes) - 1) / 2
-                if [node.kind for node in nodes] == ["exit"]:  # no keys left: directly below its room
-                    first = places[Node("room", exit_room, nodes[0].doors)][0]
-                places |= {node: (first + SPACING * i, lift - ROW * n_open) for i, node in enumerate(nodes)}
-            x += width + 0.6
-    return places
+def _draw_box(pen: _Pen, augmented: AugmentedGraph, box: Box) -> None:
+    (left, bottom), (_, height) = box.corner, box.size
+    pen.patch(box.corner, box.size, "#f6f6f6", "#cccccc", 0)
+    if box.is_meshed:
+        xs = [place.at[0] for place in (*box.rooms, *box.keys)]
+        y, half = box.rooms[0].at[1], 0.48
+        pen.patch((min(xs) - half, y - half), (max(xs) - min(xs) + 2 * half, 2 * half), "#e3e3e3", FAINT, 1)
+    n_closed = augmented.graph.n_rooms - 1 - len(box.doors)
+    doors = ", ".join(map(str, box.doors))
+    name = "all doors closed" if not doors else f"open: {doors}" if n_closed else "all doors open"
+    pen.text((left + 0.14, bottom + height - 0.12), name + (f"  x {box.count}" if box.count > 1 else ""))
 
 
-def _deepest_first(children: list[list[int]], room: int = 0) -> list[int]:
-    return [*(below for child in children[room] for below in _deepest_first(children, child)), room]
+def _draw_moves(pen: _Pen, box: Box, moves: set[tuple[Node, Node]]) -> None:
+    """The moves between rooms and keys of one set of open doors; those to the next set are drawn elsewhere."""
+    all_rooms = [Node("room", room, box.doors) for room in (0, *box.doors)]
+    for key in box.keys:
+        has_all = all((room, key.node) in moves for room in all_rooms)
+        returns = [(key.node, room) in moves for room in all_rooms]
+        if box.is_meshed and has_all and (all(returns) or not any(returns)):
+            below = (key.at[0], box.rooms[0].at[1] - 0.48)
+            pen.arrow(below, key.at, FAINT, "<|-|>" if all(returns) else "-|>", shrink=0.0)
+            continue
+        for room in box.rooms:
+            _draw_pair(pen, room, key, moves, 0.0)
+    for i, room in enumerate(box.rooms if not box.is_meshed else ()):
+        for other in box.rooms[i + 1 :]:
+            gap = round(abs(room.at[0] - other.at[0]) / SPACING)
+            _draw_pair(pen, room, other, moves, 0.0 if gap == 1 else -0.28 - 0.04 * gap)
 
 
-def _extent(places: Iterable[Point]) -> Point:
-    """Width and height of a drawing, including a margin around the outermost nodes."""
-    (left, right), (bottom, top) = _limits(places)
+def _draw_pair(pen: _Pen, one: Place, other: Place, moves: set[tuple[Node, Node]], bend: float) -> None:
+    there, back = (one.node, other.node) in moves, (other.node, one.node) in moves
+    if there or back:
+        pen.arrow(one.at, other.at, FAINT, "<|-|>" if there and back else "-|>" if there else "<|-", bend)
+
+
+def _name(node: Node) -> str:
+    return f"k{node.room}" if node.kind == "key" else f"r{node.room}" if node.room else "start"
+
+
+def _corners(boxes: list[Box]) -> list[Point]:
+    """The corners of boxes, as points whose margin is the padding of a node."""
+    corners = []
+    for box in boxes:
+        (left, bottom), (width, height) = box.corner, box.size
+        corners += [(left + PADDING, bottom + PADDING), (left + width - PADDING, bottom + height - PADDING)]
+    return corners
+
+
+def _extent(points: list[Point]) -> Point:
+    (left, right), (bottom, top) = limits(points)
     return right - left, top - bottom
-
-
-def _limits(places: Iterable[Point]) -> tuple[Point, Point]:
-    xs, ys = zip(*places, strict=True)
-    middle, half = (min(xs) + max(xs)) / 2, max((max(xs) - min(xs)) / 2 + 1.2, 2.4)  # 2.4: the title fits
-    return (middle - half, middle + half), (min(ys) - 1.2, max(ys) + 1.5)
-
-
-def _prepare(axes: Axes, title: str, places: Iterable[Point]) -> None:
-    """Set the title and the limits of a drawing, with the same scale in both directions."""
-    axes.set_title(title, parse_math=False, fontsize=11, color=INK)
-    axes.set_aspect("equal", anchor="N")
-    horizontal, vertical = _limits(places)
-    axes.set_xlim(*horizontal)
-    axes.set_ylim(*vertical)
-    axes.axis("off")
 
 
 def _colour_of(room: int) -> str:
@@ -222,29 +226,53 @@ def _colour_of(room: int) -> str:
     return ROOM_COLOURS[room] if room < len(ROOM_COLOURS) else ROOM_COLOURS[1 + (room - 1) % (len(ROOM_COLOURS) - 1)]
 
 
-def _circle(axes: Axes, place: Point, colour: str, text: str) -> None:
-    """Draw a room, a door or the exit."""
-    _node(axes, place, colour, text, "o", 760)
+class _Pen:
+    """Draws nodes, arrows and boxes onto one Axes, all in one scale."""
 
+    def __init__(self, axes: Axes, scale: float, title: str, points: list[Point]) -> None:
+        self.axes, self.scale = axes, scale
+        axes.set_title(title, parse_math=False, fontsize=11 * max(scale, 0.7), color=INK)
+        axes.set_aspect("equal", anchor="N")
+        horizontal, vertical = limits(points)
+        axes.set_xlim(*horizontal)
+        axes.set_ylim(*vertical)
+        axes.axis("off")
 
-def _square(axes: Axes, place: Point, colour: str, text: str) -> None:
-    """Draw a key."""
-    _node(axes, place, colour, text, "s", 620)
+    def node(self, place: Point, colour: str, name: str, is_key: bool = False, count: int = 1) -> None:
+        """A circle, or the square of a key, with the number of nodes that it stands for beside it."""
+        marker, size = ("s", 620) if is_key else ("o", 760)
+        lines = self.scale**2 * size
+        self.axes.scatter(*place, s=lines, marker=marker, color=colour, edgecolors=INK, linewidths=self.scale, zorder=3)
+        ink = "white" if mcolors.rgb_to_hsv(mcolors.to_rgb(colour))[1] > 0.3 else INK
+        words = {"ha": "center", "va": "center", "zorder": 4}
+        self.axes.text(*place, name, fontsize=8.5 * self.scale, color=ink, weight="bold", **words)
+        if count > 1:
+            x, y = place
+            self.axes.text(x + 0.42, y - 0.5, f"x {count}", fontsize=7.5 * self.scale, color=INK, **words)
 
+    def arrow(
+        self, start: Point, end: Point, colour: str, style: str = "-|>", bend: float = 0.0, width: float = 1.1,
+        shrink: float = 15.0,
+    ) -> None:  # fmt: skip
+        """An arrow to the rim of a node; ``bend`` is its sideways curvature as a fraction of its length."""
+        self.axes.add_patch(
+            FancyArrowPatch(
+                start, end, arrowstyle=style, mutation_scale=11 * self.scale, color=colour,
+                linewidth=width * self.scale, zorder=2, connectionstyle=f"arc3,rad={bend}",
+                shrinkA=shrink * self.scale, shrinkB=15 * self.scale,
+            )
+        )  # fmt: skip
 
-def _node(axes: Axes, place: Point, colour: str, text: str, marker: str, size: float) -> None:
-    axes.scatter(*place, s=size, marker=marker, color=colour, edgecolors=INK, linewidths=1.0, zorder=3)
-    ink = "white" if mcolors.rgb_to_hsv(mcolors.to_rgb(colour))[1] > 0.3 else INK
-    axes.text(*place, text, fontsize=8.5, ha="center", va="center", color=ink, weight="bold", zorder=4)
+    def patch(self, corner: Point, size: Point, fill: str, rim: str, order: int) -> None:
+        """A box with round corners."""
+        self.axes.add_patch(
+            FancyBboxPatch(
+                corner, *size, boxstyle="round,pad=0,rounding_size=0.3", facecolor=fill, edgecolor=rim,
+                linewidth=self.scale, zorder=order,
+            )
+        )  # fmt: skip
 
-
-def _arrow(
-    axes: Axes, start: Point, end: Point, colour: str, style: str = "-|>", bend: float = 0.0, width: float = 1.1
-) -> None:
-    """Draw an arrow between the rims of two nodes; ``bend`` is its sideways curvature as a fraction of its length."""
-    axes.add_patch(
-        FancyArrowPatch(
-            start, end, arrowstyle=style, mutation_scale=11, color=colour, linewidth=width, zorder=2,
-            connectionstyle=f"arc3,rad={bend}", shrinkA=15, shrinkB=15,
-        )
-    )  # fmt: skip
+    def text(self, corner: Point, words: str) -> None:
+        """The name of a box, readable above arrows."""
+        behind = {"facecolor": "#f6f6f6", "edgecolor": "none", "pad": 1.0}
+        self.axes.text(*corner, words, fontsize=9 * self.scale, va="top", color=INK, zorder=5, bbox=behind)

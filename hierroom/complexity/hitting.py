@@ -6,18 +6,19 @@ matrix.
 
 With Q the transition matrix among the nodes that are not targets, I - Q = D - W on those nodes, whatever the
 probability to stay; N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960, chapter 3).
+Systems are solved without subtraction (`hierroom.complexity.elimination`): means, visits and probabilities have a small
+relative error in each entry, however long the walk takes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.linalg import splu
 
+from hierroom.complexity.elimination import Elimination
 from hierroom.complexity.weights import (
     Targets,
     Weights,
@@ -29,6 +30,9 @@ from hierroom.complexity.weights import (
     n_nodes,
     row_sums,
 )
+from hierroom.errors import InputError
+
+EPSILON = np.finfo(float).eps
 
 
 class _Fates(NamedTuple):
@@ -44,8 +48,7 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
     """Mean number of steps until a target is first reached, including steps that stay.
 
     m_i = 0 on the targets and sum_j (D - W)_ij m_j = 1 elsewhere, the boundary-value problem of Norris, Markov Chains
-    (1997), theorem 1.3.5. The numbers in the paper's Table 2 are different ones: see `laplacian_hitting_time`. The
-    relative rounding error is about 1e-16 times the mean itself.
+    (1997), theorem 1.3.5. The numbers in the paper's Table 2 are different ones: see `laplacian_hitting_time`.
 
     Args:
         weights: W [n, n], dense or sparse, rows summing to at most one.
@@ -59,16 +62,21 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
     """
     moves, fates = _prepare(weights, targets)
     means = np.where(fates.target, 0.0, np.inf)
-    means[fates.sure] = _solver(moves, fates.sure)(np.ones(fates.sure.sum()))
+    means[fates.sure] = _system(moves, fates.sure).solve(np.ones(fates.sure.sum()))
     return means
 
 
 def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.float64]:
     """Variance of the number of steps until a target is first reached.
 
-    By the law of total variance over the first step, v_i = sum_j P_ij v_j + sum_j P_ij (m_j + 1 - m_i)^2 with m the
-    mean and v = 0 on the targets. This equals (2 N - I) m - m^2 of Kemeny and Snell (theorem 3.3.3) without its
-    cancellation.
+    With m the mean and P the transition probabilities, there are two ways:
+
+    1. the second moment N (2 m - 1), minus m^2. It is the (2 N - I) m - m^2 of Kemeny and Snell (theorem 3.3.3), and
+       loses digits where the variance is much smaller than m^2;
+    2. the law of total variance over the first step, v_i = sum_j P_ij v_j + sum_j P_ij (m_j + 1 - m_i)^2 with v = 0 on
+       the targets. It loses digits where means are large and lie close together.
+
+    The rounding error of each is bounded along with it, and each node gets the value with the smaller bound.
 
     Args:
         weights: W [n, n], dense or sparse, rows summing to at most one.
@@ -78,18 +86,24 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
         [n] float64, in steps squared; ``inf`` where the mean is ``inf``.
 
     Raises:
-        InputError: if W or the targets are not valid.
+        InputError: if W or the targets are not valid, or a walk is too long for 64-bit floats.
     """
     moves, fates = _prepare(weights, targets)
     variances = np.where(fates.target, 0.0, np.inf)
-    solve = _solver(moves, fates.sure)
-    means = np.zeros(len(variances))
-    means[fates.sure] = solve(np.ones(fates.sure.sum()))
+    system, means = _system(moves, fates.sure), np.zeros(len(variances))
+    means[fates.sure] = own = system.solve(np.ones(fates.sure.sum()))
+    squares = system.solve(2 * own - 1)
+    if not np.isfinite(squares).all():
+        raise InputError(f"a walk of {own.max():.0e} steps is too long for its variance in 64-bit floats")
     steps = moves[fates.sure].tocoo()
-    own_means = means[fates.sure]
-    off_by = steps.data * (means[steps.col] + 1 - own_means[steps.row]) ** 2
-    staying = 1 - row_sums(moves)[fates.sure]  # a step that stays differs from the mean by one step
-    variances[fates.sure] = solve(staying + np.bincount(steps.row, off_by, len(own_means)))
+    off_by = means[steps.col] + 1 - own[steps.row]
+    rounding = EPSILON * (means[steps.col] + 1 + own[steps.row])
+    staying = np.maximum(1 - row_sums(moves)[fates.sure], 0.0)  # a step that stays is off by one step
+    one_step = staying + np.bincount(steps.row, steps.data * off_by**2, len(own))
+    error = np.bincount(steps.row, steps.data * rounding * (2 * abs(off_by) + rounding), len(own))
+    by_moment, by_step = squares - own**2, system.solve(one_step)
+    is_moment_better = EPSILON * (squares + own**2) < system.solve(error)
+    variances[fates.sure] = np.where(is_moment_better, by_moment, by_step)
     return variances
 
 
@@ -113,7 +127,7 @@ def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float6
     reached = (fates.target | fates.sure).astype(float)
     if fates.unsure.any():
         into_reached = (moves @ reached)[fates.unsure]
-        reached[fates.unsure] = np.clip(_solver(moves, fates.unsure)(into_reached), 0.0, 1.0)
+        reached[fates.unsure] = np.minimum(_system(moves, fates.unsure).solve(into_reached), 1.0)
     return reached
 
 
@@ -147,7 +161,7 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
     transient = visited & ~caught
     if transient[source]:
         at_source = (np.flatnonzero(transient) == source).astype(float)
-        visits[transient] = _solver(moves, transient)(at_source, "T")
+        visits[transient] = _system(moves, transient).solve_transposed(at_source)
     return visits
 
 
@@ -169,17 +183,32 @@ def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) ->
     Raises:
         InputError: if W, the source or the targets are not valid.
     """
-    means = mean_first_passage_time(weights, targets)
-    edges = as_moves(weights).tocoo()
-    source = as_node(source, len(means))
-    visits = expected_visits(weights, source, targets)
+    moves, fates = _prepare(weights, targets)
+    source = as_node(source, n_nodes(moves))
+    visits, edges = expected_visits(weights, source, targets), moves.tocoo()
     used = visits[edges.row] > 0
     rows, columns = edges.row[used], edges.col[used]
-    with np.errstate(invalid="ignore"):  # inf - inf gives the documented nan
-        slopes = visits[rows] * (means[columns] - means[rows])
-    if np.isinf(means[source]):
-        slopes[:] = np.nan
+    if fates.unsure[source] or fates.lost[source]:
+        slopes = np.full(len(rows), np.nan)
+    else:
+        ahead = _means_less_the_sources(moves, fates, source, visits.sum())
+        slopes = visits[rows] * (ahead[columns] - ahead[rows])
     return sp.csr_array((slopes, (rows, columns)), shape=edges.shape)
+
+
+def _means_less_the_sources(moves: sp.csr_array, fates: _Fates, source: int, mean: float) -> NDArray[np.float64]:
+    """m_i - m_s [n] for the targets and the nodes that surely reach one, where m_s is ``mean``.
+
+    Means of 10^18 steps differ by a few steps where a walk restarts, and their floats do not. So a walk from i is cut
+    where it is first at s or at a target: m_i - m_s = (steps until then) - (probability of a target) m_s.
+    """
+    others = fates.sure.copy()
+    others[source] = False
+    system = _system(moves, others)
+    steps, chances = np.zeros(len(others)), fates.target.astype(float)
+    chances[others] = system.solve((moves @ chances)[others])
+    steps[others] = system.solve(np.ones(others.sum()))
+    return steps - chances * mean
 
 
 def _prepare(weights: Weights, targets: Targets) -> tuple[sp.csr_array, _Fates]:
@@ -190,9 +219,7 @@ def _prepare(weights: Weights, targets: Targets) -> tuple[sp.csr_array, _Fates]:
     return moves, _Fates(target, can & ~may_miss & ~target, can & may_miss & ~target, ~can)
 
 
-def _solver(moves: sp.csr_array, among: NDArray[np.bool_]) -> Callable[..., NDArray[np.float64]]:
-    """A solver of (D - W) x = b on nodes that the walk surely leaves; with ``"T"`` it solves the transposed system."""
-    if not among.any():
-        return lambda b, trans="N": np.asarray(b, float)
-    system = sp.diags_array(row_sums(moves)[among]) - moves[among][:, among]
-    return splu(system.tocsc()).solve
+def _system(moves: sp.csr_array, among: NDArray[np.bool_]) -> Elimination:
+    """D - W on nodes that the walk surely leaves."""
+    rows = moves[among]
+    return Elimination(rows[:, among], row_sums(rows[:, ~among]))

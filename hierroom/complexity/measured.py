@@ -4,6 +4,10 @@ The paper defines W by the policy that the agent executes. Here W_ij is the frac
 to node j, over many episodes. Two kinds of edges come from the assumed walk and not from the policy. A truncated
 episode leads from its last node back to the start, like the walk's restart ("the agent is not able to reach the exit
 within the time limit"). The exit has only its restart, with the probability of the assumed walk.
+
+The chain's mean time to the exit is that of the episodes, whatever the policy. Everything else that it says, such as a
+standard deviation or a probability within t steps, holds for play only if play is Markov on these nodes. So a report
+gives what was observed beside it (`hierroom.complexity.observed`) and tests it (`hierroom.complexity.markov_order`).
 """
 
 from __future__ import annotations
@@ -17,64 +21,20 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.chain import EXIT, Chain
+from hierroom.complexity.episodes import EpisodeCounts
 from hierroom.complexity.html import html_table
+from hierroom.complexity.markov_order import MarkovTest, markov_test
+from hierroom.complexity.observed import (
+    Interval,
+    observed,
+    observed_steps,
+    percentile_interval,
+    wilson_interval,
+    within,
+)
 from hierroom.complexity.report import REPORT_TIMES, ComplexityReport
-from hierroom.complexity.weights import as_times, row_sums
+from hierroom.complexity.weights import row_sums
 from hierroom.errors import InputError
-
-
-@dataclass(frozen=True, eq=False)
-class EpisodeCounts:
-    """How often each episode moved from one node to another; staying at a node counts as a transition too.
-
-    Args:
-        n_nodes: number of nodes n.
-        episodes: [K] int64, the episode of each entry, 0 to ``len(lengths) - 1``.
-        sources: [K] int64, the node where the step began.
-        targets: [K] int64, the node where it ended.
-        counts: [K] int64, number of such steps in the episode.
-        lengths: [E] int64, number of steps of each episode.
-        escaped: [E] bool, whether the episode reached the exit.
-    """
-
-    n_nodes: int
-    episodes: NDArray[np.int64]
-    sources: NDArray[np.int64]
-    targets: NDArray[np.int64]
-    counts: NDArray[np.int64]
-    lengths: NDArray[np.int64]
-    escaped: NDArray[np.bool_]
-
-    def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
-        """Sum the transitions over the episodes.
-
-        Args:
-            multiplicity: [E] number of times each episode counts; once by default.
-
-        Returns:
-            [n, n] float64 CSR.
-        """
-        times = np.ones(len(self.lengths)) if multiplicity is None else np.asarray(multiplicity, float)
-        shape = (self.n_nodes, self.n_nodes)
-        return sp.coo_array((self.counts * times[self.episodes], (self.sources, self.targets)), shape=shape).tocsr()
-
-
-def counts_of(
-    keys: NDArray[np.int64], n_nodes: int, lengths: NDArray[np.int64], escaped: NDArray[np.bool_]
-) -> EpisodeCounts:
-    """Count transitions that are encoded as one number each, ``(episode * n + source) * n + target``."""
-    unique, counts = np.unique(keys, return_counts=True)
-    rest, targets = np.divmod(unique, n_nodes)
-    episodes, sources = np.divmod(rest, n_nodes)
-    return EpisodeCounts(n_nodes, episodes, sources, targets, counts, lengths, escaped)
-
-
-class Interval(NamedTuple):
-    """A measured value and its bootstrap confidence interval."""
-
-    value: float
-    low: float
-    high: float
 
 
 class MoveDifference(NamedTuple):
@@ -143,26 +103,36 @@ class MeasuredReport:
         `expected_steps` is the same number for any policy, because its counts balance at every node and this is their
         stationary return time.
         """
-        n_escaped = int(self.counts.escaped.sum())
-        steps = int(self.counts.lengths.sum()) + self.episodes - n_escaped
-        return steps / n_escaped if n_escaped else float("inf")
+        return observed_steps(self.counts)
 
     def empirical_reach(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Fraction of the episodes that had escaped within t steps; meaningful up to the step limit.
+        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit.
 
         A difference from `chain.reach_probability` shows that the nodes are not Markov states: the policy's next step
         depends on more than the node, for example on the distance to the next object.
         """
-        steps = as_times(t)
-        ends = np.sort(self.counts.lengths[self.counts.escaped])
-        return np.searchsorted(ends, steps, side="right") / self.episodes
+        return self.counts.reach(t)
+
+    @cached_property
+    def observed(self) -> dict[str, Interval]:
+        """Mean, deviation and reach of the episodes themselves, with intervals; see `complexity.observed.observed`."""
+        rng = np.random.default_rng([self.seed, 1])
+        return observed(self.counts, REPORT_TIMES, self.level, 5 * self.n_resamples, rng)
+
+    @cached_property
+    def markov(self) -> MarkovTest | None:
+        """Whether play is Markov on the nodes; None if the counts do not suffice, see `complexity.markov_order`."""
+        return None if self.counts.triples is None else markov_test(self.counts.triples)
 
     @cached_property
     def intervals(self) -> dict[str, Interval]:
-        """Times to the exit and to each goal, and reach probabilities, with percentile intervals over episodes.
+        """Times to the exit and to each goal, and reach probabilities, of the chain, with intervals over episodes.
 
         Episodes are resampled with replacement and the whole report is computed again (Efron and Tibshirani, 1993,
-        chapter 13). A resample without an escape has infinite times, so an interval may end at ``inf``.
+        chapter 13). So an interval covers what the chain would be after very many episodes, which is what play does
+        only if `markov` is not rejected. A resample without an escape has infinite times, so an interval may end at
+        ``inf``. Where the resamples do not differ or the episodes are few, a time has no interval, and that of a
+        probability is as wide as Wilson's at least.
         """
         rng = np.random.default_rng(self.seed)
         share = np.full(self.episodes, 1 / self.episodes)
@@ -170,12 +140,12 @@ class MeasuredReport:
             _summary(self._chain(self.counts.total(rng.multinomial(self.episodes, share))))
             for _ in range(self.n_resamples)
         ]
-        tails = ((1 - self.level) / 2, (1 + self.level) / 2)
         intervals = {}
         for name, value in _summary(self.chain).items():
             drawn = [resample[name] for resample in resamples]
-            low, high = np.quantile(drawn, tails, method="inverted_cdf")
-            intervals[name] = Interval(value, float(low), float(high))
+            intervals[name] = percentile_interval(value, drawn, self.episodes, self.level)
+            if name.startswith("exit within") and np.isnan(intervals[name].low):
+                intervals[name] = wilson_interval(value, self.episodes, self.level)
         return intervals
 
     @cached_property
@@ -210,6 +180,8 @@ class MeasuredReport:
             "success_rate": self.success_rate,
             "empirical_steps": self.empirical_steps,
             "level": self.level,
+            "observed": {name: interval._asdict() for name, interval in self.observed.items()},
+            "markov_test": None if self.markov is None else self.markov._asdict(),
             "measured": {name: interval._asdict() for name, interval in self.intervals.items()},
             "assumed": self.predictions,
             "empirical_reach": dict(
@@ -224,34 +196,54 @@ class MeasuredReport:
 
     @property
     def _head(self) -> str:
-        return f"goal graph {self.assumed.graph.name}, {self.episodes} episodes played, {self.success_rate:.1%} escaped"
+        played = f"{self.episodes} episode{'s' * (self.episodes > 1)} played"
+        return f"goal graph {self.assumed.graph.name}, {played}, {self.success_rate:.1%} escaped"
 
     @property
     def _columns(self) -> tuple[str, ...]:
-        return "", "assumed walk", "episodes", "their chain", f"{self.level:.0%} interval"
+        interval = f"{self.level:.0%} interval"
+        return "", "assumed walk", "observed", interval, "their chain", interval
 
     def _rows(self) -> list[tuple[str, ...]]:
-        counted = {"expected_steps": self.empirical_steps}
-        counted |= {
-            _within(t): float(share) for t, share in zip(REPORT_TIMES, self.empirical_reach(REPORT_TIMES), strict=True)
-        }
         rows = []
-        for name, (value, low, high) in self.intervals.items():
-            seen = f"{counted[name]:.4g}" if name in counted else ""
-            rows.append((name, f"{self.predictions[name]:.4g}", seen, f"{value:.4g}", f"{low:.4g} to {high:.4g}"))
+        for name, measured in self.intervals.items():
+            seen = self.observed.get(name)
+            cells = (
+                ("", "") if seen is None else ("-", "") if np.isnan(seen.value) else (f"{seen.value:.4g}", str(seen))
+            )
+            rows.append((name, f"{self.predictions[name]:.4g}", *cells, f"{measured.value:.4g}", str(measured)))
         return rows
 
     def _notes(self) -> list[str]:
         unforeseen = sum(move.count for move in self.moves() if move.assumed == 0)
-        notes = [f"{unforeseen} of {self.counts.counts.sum()} steps took an edge that the assumed walk lacks"]
+        notes = [
+            f"{unforeseen} of {self.counts.counts.sum()} steps took an edge that the assumed walk lacks",
+            *self._test_notes(),
+        ]
         if not self.counts.escaped.any():
             notes.append("nobody escaped, so the times to the exit are infinite")
+        if self.counts.step_limit < REPORT_TIMES[-1]:
+            notes.append(f"-: not observed, as episodes were truncated after {self.counts.step_limit:.0f} steps")
+        if any(np.isnan(interval.low) for interval in self.intervals.values()):
+            notes.append("none: the episodes are too few, or too much alike, for an interval")
         return notes
+
+    def _test_notes(self) -> list[str]:
+        """Whether the chain's numbers are those of play."""
+        if self.markov is None:
+            return ["too few steps to test whether play is Markov on these nodes: trust what was observed"]
+        test = f"Markov of order 1 against 2: chi2({self.markov.degrees}) = {self.markov.statistic:.1f}"
+        if not self.markov.is_rejected:
+            return [f"{test}, p = {self.markov.p_value:.2g}: nothing speaks against the chain"]
+        return [
+            f"{test}, p = {self.markov.p_value:.1g}: play is NOT Markov on these nodes. The chain's expected steps",
+            "are those of play all the same; its other numbers and intervals are not: read what was observed instead",
+        ]
 
     def __str__(self) -> str:
         lines = [
-            f"  {name:<18}{assumed:>14}{seen:>12}{measured:>14}   {interval}"
-            for name, assumed, seen, measured, interval in (self._columns, *self._rows())
+            f"  {name:<16}{assumed:>13}{seen:>11}   {covers:<18}{measured:>12}   {interval}".rstrip()
+            for name, assumed, seen, covers, measured, interval in (self._columns, *self._rows())
         ]
         return "\n".join([self._head, *lines, *(f"  {note}" for note in self._notes())])
 
@@ -269,12 +261,8 @@ class MeasuredReport:
         return Chain((shares + from_exit).tocsr(), augmented.labels, augmented.start, augmented.goals)
 
 
-def _within(t: int) -> str:
-    return f"exit within {t}"
-
-
 def _summary(chain: Chain) -> dict[str, float]:
     reached = chain.reach_probability(REPORT_TIMES)
     times = {"hitting_time": chain.hitting_time, "expected_steps": chain.expected_steps, "std": chain.std}
-    chances = {_within(t): float(chance) for t, chance in zip(REPORT_TIMES, reached, strict=True)}
+    chances = {within(t): float(chance) for t, chance in zip(REPORT_TIMES, reached, strict=True)}
     return times | chances | {f"steps to {goal}": chain.expected_steps_to(goal) for goal in chain.goals if goal != EXIT}

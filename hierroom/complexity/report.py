@@ -200,6 +200,12 @@ class ComplexityReport:
     def __str__(self) -> str:
         return "\n".join([self._head, *(f"  {name:<16}{value}" for name, value in self._lines())])
 
+    def _repr_svg_(self) -> str:
+        """The goal graph and its augmented graph, for notebooks that ask for a picture; see `complexity.draw`."""
+        from hierroom.complexity.draw import svg_of  # matplotlib loads slowly, and few reports are drawn
+
+        return svg_of(self.augmented)
+
     def _repr_html_(self) -> str:
         """What notebooks show."""
         return html_table(self._head, (), self._lines())

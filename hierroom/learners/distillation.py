@@ -31,8 +31,10 @@ from torch.nn import functional
 
 from hierroom.errors import InputError
 from hierroom.learners.seeding import seeded_weights
+from hierroom.runtime.schema import RANDOM_STATE, Array, Exactly, Flag, Items, Table, Whole, like
 
 EPOCHS, MINIBATCHES, SHARE, LEARNING_RATE, CLIP = 4, 4, 0.25, 1e-4, 5.0
+_NETWORKS = ("target", "predictor")
 GROWTH = 2
 """Length of the warm-up of the returns in horizons 1 / (1 - gamma): returns that start at zero are then within 13% of
 their stationary value."""
@@ -82,7 +84,7 @@ class RandomNetworkDistillation:
         self._counts = np.ones(sum(cardinalities))  # [R] of each value of each feature, from 1 so that none is zero
         self._has_learned = False
         self._returns = np.zeros(num_envs)
-        self._growing = round(GROWTH / (1 - gamma))  # steps before the returns enter the statistics
+        self._growing = self._growing_at_first = round(GROWTH / (1 - gamma))  # steps before the returns are counted
         self._moments = np.zeros(3)  # count, mean and sum of squared differences of the returns
         self._pending: list[NDArray[np.uint8]] = []
 
@@ -144,7 +146,12 @@ class RandomNetworkDistillation:
         }
 
     def load_state_dict(self, state: dict) -> None:
-        """Restore the state that `state_dict` returned."""
+        """Restore the state that `state_dict` returned.
+
+        Raises:
+            InputError: if it cannot be the state of one with the same features and environments.
+        """
+        self._schema().check(state, "distillation")
         self.target.load_state_dict(state["target"])
         self.predictor.load_state_dict(state["predictor"])
         self._adam.load_state_dict(state["adam"])
@@ -153,6 +160,28 @@ class RandomNetworkDistillation:
         self._has_learned, self._growing = state["has_learned"], state["growing"]
         self._pending = [features.numpy().copy() for features in state["pending"]]
         self._random.bit_generator.state = state["random"]
+
+    def _schema(self) -> Table:
+        """What a state of this one may hold."""
+        own, n = self.state_dict(), range(len(list(self.predictor.parameters())))
+        pending = (len(self._returns), len(self._sizes))
+        moments = {
+            i: Table({"step": Array(np.float32, (), 0), "exp_avg": like(p), "exp_avg_sq": like(p, 0)})
+            for i, p in zip(n, self.predictor.parameters(), strict=True)
+        }
+        return Table(
+            {
+                **{name: Table({key: like(value) for key, value in own[name].items()}) for name in _NETWORKS},
+                "adam": Table({"state": Table(moments, n), "param_groups": Exactly(own["adam"]["param_groups"])}),
+                "counts": like(own["counts"], 1),
+                "has_learned": Flag(),
+                "growing": Whole(0, self._growing_at_first),
+                "returns": like(own["returns"], 0),
+                "moments": like(own["moments"], 0),
+                "pending": Items(Array(np.uint8, pending, 0, self._sizes - 1)),
+                "random": RANDOM_STATE,
+            }
+        )
 
 
 class _Embedding(nn.Module):

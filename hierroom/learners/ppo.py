@@ -18,11 +18,18 @@ Reinforcement Learning (2021).
 6.  A sequence holds T consecutive turns of one agent in one environment, whatever other agents did in between. Nothing
     is padded.
 7.  A sequence is replayed from the recurrent state stored at its first turn, and the state is reset where an episode
-    begins inside the sequence. The first epoch therefore computes exactly the probabilities with which the actions were
-    sampled (37 details, LSTM 2-5; Kapturowski et al. 2019 on stored states). Later epochs use the same stored state,
-    which is then slightly stale.
+    begins inside the sequence. Before the first gradient step this gives exactly the probabilities with which the
+    actions were sampled (37 details, LSTM 2-5; Kapturowski et al. 2019 on stored states), except for the sequences of
+    point 8. Later minibatches use the same stored state, which is then slightly stale.
 8.  The first action after an update is sampled with the new weights, because `act` is not called between the last
-    `finish` and `update`. Only sequences that were not yet full at an update mix turns of old and new weights.
+    `finish` and `update`. An agent whose environments all fill their sequences together, as the controller's do, thus
+    learns from turns of one policy. Of others, some sequences were begun before the last update. For these,
+    log-probabilities, values and the recurrent states inside the sequence are computed anew before advantages are
+    estimated. The clip range then lies around the policy that the update starts from, and what is clipped is multiplied
+    by min(1, p / q), with p the probability of the action under that policy and q the one it was sampled with (the
+    decoupled objective of Hilton, Cobbe & Schulman 2022, whose weight is p / q; truncated as in V-trace, Espeholt et
+    al. 2018). Of weights before the last update remain the state before the first turn and the value that bootstraps a
+    truncated turn. `Learner._renewed`.
 9.  Minibatches consist of whole sequences, in a new random order every epoch (37 details, LSTM 4).
 10. Illegal actions are masked out of the softmax, and the entropy is that of the masked distribution (Huang & Ontanon
     2020).
@@ -35,11 +42,7 @@ Reinforcement Learning (2021).
     annealed linearly (37 details, 4).
 15. The norm of the gradient of all parameters together is clipped to 0.5 (37 details, 11).
 16. Policy and value function share the encoder and the recurrent core (37 details, 13).
-17. Hindsight is available to an agent whose turn can have the effect of another action than the one it took (the
-    options of a meta-controller): where the advantage is positive, the policy learns as if the other action had been
-    taken (after Andrychowicz et al. 2017 and, for learning from positive advantages only, Oh et al. 2018). The
-    value function does not depend on the action and learns from all turns alike. `relabel`.
-18. Actions are sampled by inverting the distribution function at uniforms from the learner's own generator; weights and
+17. Actions are sampled by inverting the distribution function at uniforms from the learner's own generator; weights and
     shuffles have generators of their own. No global random state is read or written.
 """
 
@@ -47,6 +50,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 import torch
@@ -58,6 +62,7 @@ from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
+from hierroom.learners.learner_state import check_learner_state, weights_schema
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.policy import Policy
 from hierroom.learners.rollout import Batch, Rollout
@@ -122,6 +127,7 @@ class Learner:
             self.network = (network or RecurrentActorCritic)(space, config.hidden_size)
         if not isinstance(self.network, PolicyNetwork):
             raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")
+        self._device = torch.device(device)
         # The exact type: a subclass may compute something else. Kernels run as plain Python would be far too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
         is_shipped = type(self.network) is RecurrentActorCritic
@@ -131,7 +137,6 @@ class Learner:
             self._backend = TorchBackend(self.network, config, device)
         self._initial_state = self._backend.initial_states(1)  # [1, S]
         self._states = np.repeat(self._initial_state, num_envs, axis=0)  # [N, S]
-        self._logits = np.zeros((num_envs, space.n_actions), np.float32)  # [N, A] of the latest turns
         self._starts_episode = np.ones(num_envs, bool)
         self._rollout = Rollout(
             num_envs,
@@ -185,26 +190,10 @@ class Learner:
         states = self._states[envs]
         states[resets] = self._initial_state
         logits, values, self._states[envs] = self._backend.step(features, states)
-        self._logits[envs] = logits
         actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(envs)))
         self._rollout.begin(envs, states, resets, features, masks, actions, log_probs, values)
         self._starts_episode[envs] = False
         return actions
-
-    def relabel(self, envs: NDArray[np.integer], actions: NDArray[np.integer]) -> None:
-        """Record that the open turn of some environments had the effect of another action than the one taken.
-
-        Where the advantage of the turn is positive, the policy learns as if that other action had been taken. Actions
-        that were not legal when the turn began are ignored.
-
-        Args:
-            envs: [M] int, environments with an open turn.
-            actions: [M] int, 0 to A - 1.
-        """
-        masks = self._rollout.masks(envs)
-        legal = np.flatnonzero(masks[np.arange(len(envs)), actions])
-        envs, actions = envs[legal], actions[legal]
-        self._rollout.relabel(envs, actions, log_probabilities(self._logits[envs], masks[legal], actions))
 
     def finish(
         self,
@@ -285,7 +274,7 @@ class Learner:
         if (self._rollout.awaiting >= 0).any():
             raise RuntimeError("update() was called before bootstrap() for the environments without an open turn")
         config = self.config
-        batch = self._rollout.take()
+        batch, weights = self._renewed(self._rollout.take())
         advantages = generalized_advantages(
             batch.rewards,
             batch.values,
@@ -303,7 +292,7 @@ class Learner:
             for part in np.array_split(self._shuffle_random.permutation(n_sequences), config.minibatches)
         ]
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
-        means = self._backend.train(in_hindsight(batch, advantages), advantages, parts, learning_rate)
+        means = self._backend.train(batch, advantages, weights, parts, learning_rate)
         if not np.isfinite(means).all():
             found = ", ".join(f"{name} {value:g}" for name, value in zip(STATISTICS, means, strict=True))
             raise FloatingPointError(f"training diverged ({found}); a smaller learning rate may help")
@@ -315,6 +304,28 @@ class Learner:
             "turns": float(length * n_sequences),
         }
 
+    def _renewed(self, batch: Batch) -> tuple[Batch, NDArray[np.float32]]:
+        """The batch as the current weights see it, and the weights [T, M] of its turns in the policy loss.
+
+        Sequences that were begun before the last update are replayed from their stored states: see point 8 above.
+        """
+        weights = np.ones_like(batch.log_probs)
+        if not batch.spans_update.any():
+            return batch, weights
+        with torch.no_grad():
+            inputs = (batch.features, batch.initial_states, batch.resets)
+            outputs = cast(PolicyNetwork, self.network).sequence(
+                *(torch.from_numpy(array).to(self._device) for array in inputs)
+            )
+        logits, values = (output.cpu().numpy() for output in outputs)
+        flat = (logits.reshape(-1, self.space.n_actions), batch.masks.reshape(-1, self.space.n_actions))
+        log_probs = log_probabilities(*flat, batch.actions.ravel()).reshape(batch.actions.shape)
+        goes_on = ~(batch.terminated | batch.truncated)[:-1]
+        next_values = batch.next_values.copy()
+        next_values[:-1][goes_on] = values[1:][goes_on]
+        weights = np.minimum(np.exp(log_probs - batch.log_probs), 1)
+        return replace(batch, log_probs=log_probs, values=values, next_values=next_values), weights
+
     def policy(self, num_envs: int, *, seed: int) -> Policy:
         """A policy for evaluation that acts with the learner's current weights in ``num_envs`` environments."""
         return Policy(self._backend, self.space, num_envs, seed)
@@ -325,7 +336,6 @@ class Learner:
             "backend": self._backend.state_dict(),
             "rollout": self._rollout.state_dict(),
             "states": torch.from_numpy(self._states.copy()),
-            "logits": torch.from_numpy(self._logits.copy()),
             "starts_episode": torch.from_numpy(self._starts_episode.copy()),
             "action_random": self._action_random.bit_generator.state,
             "shuffle_random": self._shuffle_random.bit_generator.state,
@@ -333,24 +343,15 @@ class Learner:
 
     def take_weights(self, state: dict) -> None:
         """Load only the weights from another learner's `state_dict`; moments, turns and generators stay as they are."""
+        weights_schema(self.network).check(state, "learner")
         self.network.load_state_dict(state["backend"]["network"])
 
     def load_state_dict(self, state: dict) -> None:
         """Restore what `state_dict` returned for a learner with the same space, environments and config."""
+        check_learner_state(state, self.state_dict(), self.network, self.space)
         self._backend.load_state_dict(state["backend"])
         self._rollout.load_state_dict(state["rollout"])
         self._states[...] = state["states"].numpy()
-        self._logits[...] = state["logits"].numpy()
         self._starts_episode[...] = state["starts_episode"].numpy()
         self._action_random.bit_generator.state = state["action_random"]
         self._shuffle_random.bit_generator.state = state["shuffle_random"]
-
-
-def in_hindsight(batch: Batch, advantages: NDArray[np.floating]) -> Batch:
-    """The batch with the actions given to `Learner.relabel`, not those taken, where advantages [T, M] are positive."""
-    better = (batch.hindsight_actions >= 0) & (advantages > 0)
-    return replace(
-        batch,
-        actions=np.where(better, batch.hindsight_actions, batch.actions),
-        log_probs=np.where(better, batch.hindsight_log_probs, batch.log_probs),
-    )

@@ -20,6 +20,7 @@ class Batch:
     """Full sequences of turns: T turns by M sequences, all floats float32."""
 
     initial_states: NDArray[np.float32]  # [M, S] before turn 0
+    spans_update: NDArray[np.bool_]  # [M] whether there was an update after turn 0 began
     features: NDArray[np.uint8]  # [T, M, K] the observations
     masks: NDArray[np.bool_]  # [T, M, A] the legal actions
     resets: NDArray[np.bool_]  # [T, M] whether the turn begins an episode
@@ -31,8 +32,10 @@ class Batch:
     terminated: NDArray[np.bool_]  # [T, M]
     truncated: NDArray[np.bool_]  # [T, M]
     next_values: NDArray[np.float32]  # [T, M] zero where terminated
-    hindsight_actions: NDArray[np.int64]  # [T, M] the other action whose effect the turn had, or -1
-    hindsight_log_probs: NDArray[np.float32]  # [T, M] of the hindsight actions, when the turn began
+
+
+_BY_SEQUENCE = ("initial_states", "spans_update")
+"""What a `Batch` has once for each sequence and not for each turn."""
 
 
 class Rollout:
@@ -53,6 +56,7 @@ class Rollout:
         self.length = length
         self.slots = Batch(
             initial_states=np.zeros((capacity, state_size), np.float32),
+            spans_update=np.zeros(capacity, bool),
             features=np.zeros((length, capacity, n_features), np.uint8),
             masks=np.zeros((length, capacity, n_actions), bool),
             resets=np.zeros((length, capacity), bool),
@@ -64,8 +68,6 @@ class Rollout:
             terminated=np.zeros((length, capacity), bool),
             truncated=np.zeros((length, capacity), bool),
             next_values=np.zeros((length, capacity), np.float32),
-            hindsight_actions=np.full((length, capacity), -1),
-            hindsight_log_probs=np.zeros((length, capacity), np.float32),
         )
         self.columns = np.full(num_envs, -1)  # [N] the column that the environment is writing, or -1
         self.turns = np.zeros(num_envs, np.int64)  # [N] number of finished turns in that column
@@ -102,6 +104,7 @@ class Rollout:
                 raise RuntimeError("every sequence is full: the learner was ready but update() was not called")
             self.columns[envs[starting]] = [self._free.pop(0) for _ in starting]
             self.slots.initial_states[self.columns[envs[starting]]] = states[starting]
+            self.slots.spans_update[self.columns[envs[starting]]] = False
         columns, turns = self.columns[envs], self.turns[envs]
         slots = self.slots
         slots.resets[turns, columns] = resets
@@ -109,7 +112,6 @@ class Rollout:
         slots.masks[turns, columns] = masks
         slots.actions[turns, columns] = actions
         slots.log_probs[turns, columns] = log_probs
-        slots.hindsight_actions[turns, columns] = -1
         slots.values[turns, columns] = values
         # The value of this observation bootstraps the previous turn, unless its return ended there.
         before = turns - 1
@@ -117,16 +119,6 @@ class Rollout:
         slots.next_values[before[follows], columns[follows]] = values[follows]
         self.bootstrap(envs, values)
         self.is_open[envs] = True
-
-    def relabel(self, envs: NDArray[np.integer], actions: NDArray[np.integer], log_probs: NDArray[np.float32]) -> None:
-        """Store other actions [M] whose effect the open turns of ``envs`` [M] had, and their log-probabilities."""
-        columns, turns = self.columns[envs], self.turns[envs]
-        self.slots.hindsight_actions[turns, columns] = actions
-        self.slots.hindsight_log_probs[turns, columns] = log_probs
-
-    def masks(self, envs: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Legal actions [M, A] of the open turns of ``envs`` [M]."""
-        return self.slots.masks[self.turns[envs], self.columns[envs]]
 
     def bootstrap(self, envs: NDArray[np.integer], values: NDArray[np.float32]) -> None:
         """Store the values [M] of the next turns of ``envs`` [M] in the full columns that wait for them."""
@@ -167,11 +159,13 @@ class Rollout:
         self.turns[full] = 0
 
     def take(self) -> Batch:
-        """Copy all full sequences, those that have waited longest first, and free their columns."""
+        """Copy all full sequences for an update, those that have waited longest first, and free their columns."""
         taken, self._full = self._full, []
         self._free.extend(taken)
         slots = vars(self.slots).items()
-        return Batch(**{name: a.take(taken, axis=0 if name == "initial_states" else 1) for name, a in slots})
+        batch = Batch(**{name: a.take(taken, axis=0 if name in _BY_SEQUENCE else 1) for name, a in slots})
+        self.slots.spans_update[self.columns[self.columns >= 0]] = True
+        return batch
 
     def state_dict(self) -> dict:
         """The complete state as tensors and lists, open turns and partly filled sequences included."""

@@ -56,6 +56,7 @@ class TorchBackend:
         self,
         batch: Batch,
         advantages: NDArray[np.float32],
+        weights: NDArray[np.float32],
         parts: Iterable[NDArray[np.integer]],
         learning_rate: float,
     ) -> NDArray[np.float64]:
@@ -64,6 +65,7 @@ class TorchBackend:
         Args:
             batch: M sequences of T turns.
             advantages: [T, M] float32, not normalised.
+            weights: [T, M] float32, by which normalised advantages are multiplied in the policy loss.
             parts: for each minibatch the indices of its sequences, 0 to M - 1.
             learning_rate: Adam's step size.
 
@@ -73,11 +75,11 @@ class TorchBackend:
         for group in self._adam.param_groups:
             group["lr"] = learning_rate
         tensors = {name: self._tensor(array) for name, array in vars(batch).items()}
-        advantage = self._tensor(advantages)
-        rows = [self._minibatch(tensors, advantage, self._tensor(part)) for part in parts]
+        advantage, weight = self._tensor(advantages), self._tensor(weights)
+        rows = [self._minibatch(tensors, advantage, weight, self._tensor(part)) for part in parts]
         return torch.stack(rows).mean(0).cpu().numpy().astype(np.float64)
 
-    def _minibatch(self, data: dict[str, Tensor], advantages: Tensor, part: Tensor) -> Tensor:
+    def _minibatch(self, data: dict[str, Tensor], advantages: Tensor, weights: Tensor, part: Tensor) -> Tensor:
         logits, values = self._network.sequence(
             data["features"][:, part], data["initial_states"][part], data["resets"][:, part]
         )
@@ -87,7 +89,7 @@ class TorchBackend:
             data["masks"][:, part],
             data["actions"][:, part],
             data["log_probs"][:, part],
-            normalized(advantages[:, part], self._config),
+            normalized(advantages[:, part], self._config) * weights[:, part],
             (advantages + data["values"])[:, part],
             self._config,
         )

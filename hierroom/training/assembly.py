@@ -82,9 +82,10 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     if pair.meta != LEARNED:
         return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller
     features, seed = Features(agents.meta_features, config.env.n_actions, META), meta_seed(config.seed)
-    learner = make_learner(features, N_META_ACTIONS, config.meta_ppo, seed=seed, network=GoalNetwork)
+    network = GoalNetwork if features.are_by_goal else partial(make_network, "recurrent", vectors=features.vectors)
+    learner = make_learner(features, N_META_ACTIONS, config.meta_ppo, seed=seed, network=network)
     warm_up = WarmUp(agents.meta_start_success)
-    return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up, hindsight=True), controller
+    return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up), controller
 
 
 def controller_features(config: TrainConfig) -> Features:
@@ -136,8 +137,8 @@ def load_agents(
             meta_agent.take_weights(state[META])
         elif meta is None:
             meta_agent.load_state_dict(state[META])
-    except (RuntimeError, KeyError, ValueError) as error:
-        raise InputError(f"the checkpoint of {run.path} does not fit its config.json") from error
+    except InputError as error:
+        raise InputError(f"the checkpoint of {run.path} does not fit its config.json: {error}") from error
     return config, meta_agent, controller, checkpoint["steps"]
 
 

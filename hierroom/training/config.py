@@ -21,7 +21,7 @@ from hierroom.goals import NAMED_GRAPHS, is_graph_set, plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
 from hierroom.training.typed_value import entry_types, typed_value
 
-PresetName = Literal["default", "long", "large", "learned", "paper"]
+PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
 """What `training.presets.PRESETS` has."""
 
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
@@ -50,8 +50,9 @@ class TrainConfig:
         ppo: hyperparameters of the controller's learner.
         meta_ppo: hyperparameters of a learned meta-controller's learner, whose turns are options.
         preset: what the other entries start from: default, long (for five million steps and the shortest paths),
-            large (for grids of 31 cells and more), learned (for a learned meta-controller, which implies it) or paper
-            (section 3 of the paper). It is kept so that the run's name can tell what differs from it.
+            large (for grids of 31 cells and more), learned (for a learned meta-controller, which implies it), paper
+            (section 3 of the paper) or algorithm1 (its Algorithm 1 to the letter). It is kept so that the run's name
+            can tell what differs from it.
         steps: primitive steps to train for, over all environments.
         evaluations: how often the agents are evaluated while they learn, apart from training and the same levels each
             time: before the first step, and so many times after, at equal ratios of the steps. 0: never.

@@ -1,20 +1,46 @@
-"""A table in a CSV file that grows row by row while training goes on."""
+"""A table in a CSV file that grows row by row while training goes on, and outlives a crash at any moment."""
 
 from __future__ import annotations
 
 import csv
 import io
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 from hierroom.errors import InputError
-from hierroom.files import write_atomically
+from hierroom.files import append_whole, sync, write_atomically
+
+_FIRST = "steps"
+_HEADER = -1
+_PIECE = 2**20
+
+
+class _Line(NamedTuple):
+    """A line of the file that is not blank.
+
+    Args:
+        number: of the line, from 1.
+        end: the place in the file after it, in bytes.
+        content: the line itself.
+        entries: what it holds; None: it is unfinished, or no line of a CSV file.
+        steps: how many the row begins with, -1 for the names of the columns; None: it is no row of this table.
+    """
+
+    number: int
+    end: int
+    content: bytes
+    entries: list[str] | None
+    steps: int | None
 
 
 class CSVTable:
-    """Rows of a CSV file, each of which begins with the number of steps trained before it was written.
+    """Rows of a CSV file, each of which begins with the number of ``steps`` trained before it was written.
+
+    A row is one line, whatever it holds, so what a crash left of the last ones is found line by line. Columns may be
+    added. Only `read` and `numbers` hold the whole table in memory.
 
     Args:
         path: the file; the first rows create it.
@@ -27,74 +53,177 @@ class CSVTable:
     def append(self, rows: Sequence[Mapping[str, object]]) -> None:
         """Append rows; an entry that one lacks is NaN, and none write nothing. What a crash left of a row is dropped.
 
+        An entry that no row had before makes a column, in which the rows before have NaN.
+
         Raises:
-            InputError: if a row has an entry that the first row had not, or they cannot be written; the previous rows
-                are still there.
+            InputError: if they cannot be written; the previous rows are still there.
         """
         if not rows:
             return
-        text, size = io.StringIO(), self.path.stat().st_size if self.path.exists() else 0
         if self._names is None:  # the first time, as the file may be long
-            whole = self._whole_lines()
-            self._names = next(csv.reader(whole.decode().splitlines())) if whole else list(rows[0])
-            if len(whole) < size:
-                os.truncate(self.path, size := len(whole))
-        unknown = dict.fromkeys(name for row in rows for name in row if name not in self._names)
-        if unknown:
-            raise InputError(f"{self.path} has the columns of its first row, and no {', '.join(unknown)}")
-        writer = csv.DictWriter(text, self._names, restval="nan")
-        if size == 0:
-            writer.writeheader()
-        writer.writerows(rows)
-        try:
-            with self.path.open("ab") as file:
-                file.write(text.getvalue().encode())
-        except OSError as error:
-            with suppress(OSError):
-                os.truncate(self.path, size)
-            raise InputError(f"cannot write {self.path}: {error.strerror}") from error
+            self._names = self._heal()
+        before, entries = self._names, dict.fromkeys(name for row in rows for name in row)
+        added = [name for name in entries if name not in before]
+        if before and added:
+            self._widen(added)
+        self._names = names = [*before, *added]
+        lines = b"".join(_line([row.get(name, "nan") for name in names]) for row in rows)
+        is_new = not self.path.exists() or self.path.stat().st_size == 0
+        append_whole(self.path, _line(names) + lines if is_new else lines)
 
-    def _whole_lines(self) -> bytes:
-        """What the file holds, without a last line that a crash left unfinished."""
-        content = self.path.read_bytes() if self.path.is_file() else b""
-        return content[: content.rfind(b"\n") + 1]
+    def _widen(self, added: list[str]) -> None:
+        """Add columns, in which the rows so far have NaN."""
 
-    def read(self) -> list[dict[str, str]]:
-        """The rows as text by column, none where there is no file.
+        def lines() -> Iterator[bytes]:
+            for line in self._lines():
+                if line.entries is not None and line.steps is not None:
+                    yield _line([*line.entries, *(added if line.steps == _HEADER else ["nan"] * len(added))])
+
+        write_atomically(self.path, lines())
+
+    def sync(self) -> None:
+        """Have the rows outlive a loss of power.
 
         Raises:
-            InputError: if a row is too short or too long.
+            InputError: if they cannot be written.
         """
-        rows = list(csv.DictReader(io.StringIO(self._whole_lines().decode(), newline="")))
-        for number, row in enumerate(rows, start=2):
-            if None in row or None in row.values():
-                raise InputError(f"{self.path} is broken: line {number} has not as many entries as the first line")
+        sync(self.path)
+
+    def _lines(self) -> Iterator[_Line]:
+        """The lines of the file but for blank ones, of which a crash leaves some too.
+
+        Raises:
+            InputError: if the file cannot be read.
+        """
+        end, n_columns = 0, None
+        try:
+            with suppress(FileNotFoundError), self.path.open("rb") as file:
+                for number, content in enumerate(file, start=1):
+                    end += len(content)
+                    if not content.strip():
+                        continue
+                    entries, steps = _entries(content), None
+                    if entries is not None and n_columns is None:
+                        is_header = entries[0] == _FIRST and len({*entries}) == len(entries)
+                        n_columns, steps = (len(entries), _HEADER) if is_header else (0, None)
+                    elif entries is not None and len(entries) == n_columns:
+                        steps = _steps(entries)
+                    yield _Line(number, end, content, entries, steps)
+        except OSError as error:
+            raise InputError(f"cannot read {self.path}: {error.strerror}") from error
+
+    def _heal(self) -> list[str]:
+        """Drop what a crash left after the last row; returns the names of the columns, none where there is no row."""
+        names, end = [], 0
+        for line in self._lines():
+            if line.entries is not None and line.steps is not None:
+                names, end = names or line.entries, line.end
+        self._cut(end)
+        return names
+
+    def _cut(self, end: int) -> None:
+        """Delete what stands after a place in the file."""
+        try:
+            with suppress(FileNotFoundError):
+                if self.path.stat().st_size > end:
+                    os.truncate(self.path, end)
+        except OSError as error:
+            raise InputError(f"cannot write {self.path}: {error.strerror}") from error
+
+    def read(self) -> list[dict[str, str]]:
+        """The rows as text by column, none where there is no file. What a crash left after the last one is no row.
+
+        Raises:
+            InputError: if something else stands before a row, such as a row that is too short or too long, or no line
+                names the columns.
+        """
+        names, rows, broken = None, [], None
+        for line in self._lines():
+            if line.entries is None or line.steps is None:
+                broken = broken or line
+                if names is None and line.entries is not None:
+                    raise InputError(f"{self.path} is broken: line {line.number} does not name the columns")
+            elif broken is not None:
+                raise InputError(f"{self.path} is broken: line {broken.number} is no row as the first line names them")
+            elif names is None:
+                names = line.entries
+            else:
+                rows.append(dict(zip(names, line.entries, strict=True)))
         return rows
 
     def numbers(self) -> list[dict[str, float]]:
         """The rows as numbers by column.
 
         Raises:
-            InputError: if a row is too short or too long, or an entry is not a number.
+            InputError: as `read`, or if an entry is not a number.
         """
         try:
             return [{name: float(text) for name, text in row.items()} for row in self.read()]
         except ValueError as error:
             raise InputError(f"{self.path} is broken: {error}") from error
 
-    def drop_after(self, steps: int) -> None:
-        """Delete the rows of more steps than these, which a resumed run writes again.
+    def drop_after(self, steps: int) -> str | None:
+        """Delete the rows of more steps than these, which a resumed run writes again, and what a crash left of one.
+
+        Among the rows of fewer steps a crash leaves no damage, but something else may: then what can be read of them is
+        kept, and the table as it was stays beside it.
+
+        Args:
+            steps: of the last row to keep; -1: none is kept.
+
+        Returns:
+            a line that tells of the damage, or None.
 
         Raises:
-            InputError: if a row is broken.
+            InputError: if the file cannot be written.
         """
-        rows = self.read()
-        try:
-            kept = [int(float(row["steps"])) <= steps for row in rows]
-        except (KeyError, ValueError) as error:
-            raise InputError(f"{self.path} is broken: {error}") from error
-        if rows and not all(kept):
-            header, *lines = self._whole_lines().splitlines(keepends=True)
-            write_atomically(
-                self.path, b"".join([header, *(line for line, keep in zip(lines, kept, strict=True) if keep)])
-            )
+        self._names = None
+        end, is_suspect, is_damaged = 0, False, False
+        for line in self._lines():
+            if line.steps is None:
+                began_with = None if line.entries is None else _steps(line.entries)
+                is_damaged |= began_with is not None and began_with <= steps  # it was a row to keep
+                is_suspect = True
+            elif line.steps <= steps:
+                end, is_damaged = line.end, is_damaged or is_suspect
+            else:
+                break
+        if not is_damaged:
+            self._cut(end)
+            return None
+        damaged = self.path.with_name(f"{self.path.name}.damaged")
+        write_atomically(damaged, self._pieces())
+        kept = (line for line in self._lines() if line.steps is not None and line.end <= end)
+        write_atomically(self.path, (line.content for line in kept))
+        return f"{self.path} was damaged: what can be read of it is kept, and {damaged.name} is what it was"
+
+    def _pieces(self) -> Iterator[bytes]:
+        """The file as it is."""
+        with self.path.open("rb") as file:
+            while piece := file.read(_PIECE):
+                yield piece
+
+
+def _line(entries: Sequence[object]) -> bytes:
+    """A row as one line, whatever a name in it holds."""
+    text = io.StringIO()
+    csv.writer(text).writerow([" ".join(entry.splitlines()) if isinstance(entry, str) else entry for entry in entries])
+    return text.getvalue().encode(errors="backslashreplace")
+
+
+def _entries(content: bytes) -> list[str] | None:
+    """The entries of a line; None if it is unfinished or no line of a CSV file."""
+    if not content.endswith(b"\n") or b"\0" in content:
+        return None
+    try:
+        return next(csv.reader([content.decode()], strict=True))
+    except (UnicodeDecodeError, csv.Error):
+        return None
+
+
+def _steps(entries: Sequence[str]) -> int | None:
+    """The steps that a row begins with; None if it begins with something else."""
+    try:
+        return int(float(entries[0]))
+    except (ValueError, OverflowError):
+        return None

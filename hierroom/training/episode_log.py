@@ -11,7 +11,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from hierroom.goals import N_COLOURS, NO_GOAL, ROOM_GOAL_NAMES, room_goals
+from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL, ROOM_GOAL_NAMES, room_goals
+from hierroom.runtime.schema import Array, Items, Real, Table, Whole
 from hierroom.step import Step
 from hierroom.turns import Turns
 
@@ -133,7 +134,21 @@ class EpisodeLog:
         }
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Restore what `state_dict` returned."""
+        """Restore what `state_dict` returned.
+
+        Raises:
+            InputError: if it cannot be the state of a log of as many environments.
+        """
+        n, ranges = len(self._goals), {"success": Whole(0, 1), "length": Whole(1), "return": Real()}
+        Table(
+            {
+                "episodes": Whole(0, 2**62),
+                "steps_to": Table(dict.fromkeys(MILESTONES, Whole(0, 2**62)), MILESTONES),
+                "window": Table({name: Items(entry, 0, WINDOW) for name, entry in ranges.items()}),
+                "returns": Array(np.float64, (n,)),
+                "goals": Items(Items(Whole(0, N_GOALS - 1)), n, n),
+            }
+        ).check(state, "log")
         self.episodes, self.steps_to = state["episodes"], dict(state["steps_to"])
         self._window = {name: deque(values, WINDOW) for name, values in state["window"].items()}
         self._returns = state["returns"].numpy().copy()

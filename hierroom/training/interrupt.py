@@ -8,9 +8,11 @@ from types import FrameType
 
 
 class Interrupt:
-    """A context in which the first Ctrl-C or SIGTERM only sets a flag, so that training can stop in a consistent state.
+    """A context in which a signal to stop only sets a flag, so that training can stop in a consistent state.
 
-    A second signal raises KeyboardInterrupt. Signals arrive in the main thread alone, so elsewhere none is heard.
+    The signals are Ctrl-C, SIGTERM, and SIGHUP, which says that the terminal was closed; where that one is ignored, as
+    after ``nohup``, it stays so. A second Ctrl-C raises KeyboardInterrupt. The others do not: a terminal that closes
+    and a batch system send them more than once. Signals arrive in the main thread alone, so elsewhere none is heard.
 
     Attributes:
         is_requested: whether a signal has arrived.
@@ -20,9 +22,11 @@ class Interrupt:
         self.is_requested = False
 
     def __enter__(self) -> Interrupt:
+        numbers = [signal.SIGINT, signal.SIGTERM]
+        if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+            numbers.append(signal.SIGHUP)
         is_main = threading.current_thread() is threading.main_thread()
-        numbers = (signal.SIGINT, signal.SIGTERM) if is_main else ()
-        self._before = {number: signal.signal(number, self._note) for number in numbers}
+        self._before = {number: signal.signal(number, self._note) for number in numbers if is_main}
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -30,6 +34,6 @@ class Interrupt:
             signal.signal(number, handler)
 
     def _note(self, number: int, frame: FrameType | None) -> None:
-        if self.is_requested:
+        if self.is_requested and number == signal.SIGINT:
             raise KeyboardInterrupt
         self.is_requested = True

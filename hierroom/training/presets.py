@@ -3,12 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from hierroom.agents.config import AgentsConfig
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.training.config import TrainConfig
+
+_PAPER = TrainConfig(
+    preset="paper",
+    steps=10_000_000,
+    num_envs=128,
+    agents=AgentsConfig(features=("view-ids", "goal")),
+    ppo=PPOConfig(
+        sequence_length=128,
+        learning_rate=2.5e-4,
+        gamma=0.9,
+        gae_lambda=0.95,
+        value_weight=0.5,
+        min_advantage_std=1e-8,
+    ),
+)
 
 PRESETS: Mapping[str, TrainConfig] = {
     "default": TrainConfig(),
@@ -50,24 +66,19 @@ PRESETS: Mapping[str, TrainConfig] = {
         # reward. Both were measured before goal-place was a feature of the controller.
         ppo=PPOConfig(final_learning_rate_fraction=0.1, value_weight=0.5, gamma=0.98),
     ),
-    "paper": TrainConfig(
-        preset="paper",
-        steps=10_000_000,
-        num_envs=128,
-        agents=AgentsConfig(features=("view-ids", "goal")),
-        ppo=PPOConfig(
-            sequence_length=128,
-            learning_rate=2.5e-4,
-            gamma=0.9,
-            gae_lambda=0.95,
-            value_weight=0.5,
-            min_advantage_std=1e-8,
-        ),
+    "paper": _PAPER,
+    "algorithm1": replace(
+        _PAPER,
+        preset="algorithm1",
+        env=EnvConfig(goal_mask="existing"),
+        agents=replace(_PAPER.agents, meta="learned", meta_features=("view-ids",), meta_start_success=0.0),
     ),
 }
 """default: the best config we know for any method. long: for five million steps; ends with the shortest episodes.
-large: for grids of 31 cells and more. learned: a learned meta-controller (the paper's Algorithm 1). paper: section 3
-of the paper, with customary values for what it does not specify. docs/presets.md explains them value by value."""
+large: for grids of 31 cells and more. learned: a learned meta-controller (after the paper's Algorithm 1). paper:
+section 3 of the paper, with customary values for what it does not specify. algorithm1: likewise for Algorithm 1, with a
+meta-controller that sees the view, learns from the start and waits until its goal is reached. docs/presets.md explains
+them value by value."""
 
 
 def find_preset(name: str) -> TrainConfig:

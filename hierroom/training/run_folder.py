@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import torch
-
 from hierroom.errors import InputError
-from hierroom.files import to_json, write_atomically
+from hierroom.files import is_unfinished, remove_unfinished, to_json, write_atomically
+from hierroom.training import checkpoint
 from hierroom.training.config import TrainConfig
 from hierroom.training.csv_table import CSVTable
-from hierroom.training.plain_state import plain_state
+from hierroom.training.run_lock import RunLock
 
-CHECKPOINT_FORMAT = 7
+_INTERRUPTED = "-interrupted"
 
 
 class RunFolder:
@@ -24,8 +23,8 @@ class RunFolder:
 
     The folder contains ``config.json``, ``provenance.json`` and ``modules/`` (see `training.provenance`), the tables
     ``metrics.csv``, ``evaluations.csv`` and ``episodes.csv``, ``checkpoints/`` (named by their steps),
-    ``summary.json``, TensorBoard events and pictures. ``config.json`` holds goal graphs of one's own by their content,
-    so that the run can continue even if their files change.
+    ``summary.json``, TensorBoard events, pictures and a lock. ``config.json`` holds goal graphs of one's own by their
+    content, so that the run can continue even if their files change.
 
     Args:
         path: the folder.
@@ -37,6 +36,7 @@ class RunFolder:
             ``length``, ``length_over_shortest`` and the controller's ``return``.
         episodes: a row for each episode of training: the ``steps`` trained when it ended, ``env``, ``graph``,
             ``success`` (0 or 1), ``length``, the controller's ``return``, and the ``goals`` achieved in their order.
+        lock: held by who trains the run.
     """
 
     def __init__(self, path: str | Path):
@@ -44,13 +44,14 @@ class RunFolder:
         self.metrics = CSVTable(self.path / "metrics.csv")
         self.evaluations = CSVTable(self.path / "evaluations.csv")
         self.episodes = CSVTable(self.path / "episodes.csv")
+        self.lock = RunLock(self.path)
 
     @classmethod
     def create(cls, path: str | Path, config: TrainConfig) -> RunFolder:
         """Create the folder of a new run.
 
         Args:
-            path: the folder, new or empty.
+            path: the folder, new or empty, but for what is left if this is killed before it returns.
             config: config of the run.
 
         Raises:
@@ -58,15 +59,28 @@ class RunFolder:
         """
         run = cls(path)
         try:
-            if run.path.exists() and any(run.path.iterdir()):
+            run.path.mkdir(parents=True, exist_ok=True)
+            run._refuse_content()  # before the lock leaves a file in it
+            if not run.lock.try_acquire():  # another process is creating it
                 raise FileExistsError
-            run.checkpoints.mkdir(parents=True)
+            with run.lock:
+                run._refuse_content()  # another process may have been faster
+                remove_unfinished(run.path)
+                run.checkpoints.mkdir(exist_ok=True)
+                run.save_config(config)
         except (FileExistsError, NotADirectoryError):
             raise InputError(f"{run.path} is not an empty folder; choose another --out, or --resume it") from None
         except OSError as error:
             raise InputError(f"cannot create the run folder {run.path}: {error.strerror}") from error
-        run.save_config(config)
         return run
+
+    def _refuse_content(self) -> None:
+        """Raise FileExistsError if there is more than what `create` leaves if it is killed."""
+        for path in self.path.iterdir():
+            is_ours = path == self.checkpoints and not path.is_symlink()
+            is_empty = is_ours and all(map(is_unfinished, path.iterdir()))
+            if not (is_empty or path.name == RunLock.FILE or is_unfinished(path)):
+                raise FileExistsError
 
     @classmethod
     def open(cls, path: str | Path) -> RunFolder:
@@ -109,35 +123,71 @@ class RunFolder:
         Raises:
             InputError: if an entry, which a user's own code may have given, is one that could not be read again.
         """
-        plain = {name: plain_state(entry, name) for name, entry in state.items()}
-        buffer = io.BytesIO()
-        torch.save({"format": CHECKPOINT_FORMAT, **plain}, buffer)
-        path = self.checkpoints / f"{state['steps']:012d}.pt"
-        write_atomically(path, buffer.getvalue())
+        path = self._write_checkpoint(state, f"{state['steps']:012d}.pt")
+        self._remove_interrupted()
         return path
+
+    def save_interrupted(self, state: Mapping[str, Any]) -> Path:
+        """Write a checkpoint where a run is interrupted; the next `save_checkpoint` deletes it.
+
+        Raises:
+            InputError: as `save_checkpoint`.
+        """
+        return self._write_checkpoint(state, f"{state['steps']:012d}{_INTERRUPTED}.pt")
+
+    def _write_checkpoint(self, state: Mapping[str, Any], name: str) -> Path:
+        content = checkpoint.to_bytes(state)
+        for table in self.tables:
+            table.sync()  # a run goes on from a checkpoint, so what was written before it must last as long
+        path = self.checkpoints / name
+        write_atomically(path, content)
+        return path
+
+    def _checkpoint_paths(self) -> dict[int, Path]:
+        """The checkpoints by their steps."""
+        paths = [path for path in self.checkpoints.glob("*.pt") if path.stem.removesuffix(_INTERRUPTED).isdecimal()]
+        return {int(path.stem.removesuffix(_INTERRUPTED)): path for path in sorted(paths)}
+
+    def _remove_interrupted(self) -> None:
+        """Delete the checkpoints at which the run was interrupted, but for the newest of all."""
+        kept = max(self._checkpoint_paths().items(), default=(0, None))[1]
+        for path in self.checkpoints.glob(f"*{_INTERRUPTED}.pt"):
+            if path != kept:
+                with suppress(OSError):  # the next one tries again
+                    path.unlink()
+
+    def tidy(self) -> None:
+        """Delete what a killed process left: unfinished files, and checkpoints for which a later one stands.
+
+        Raises:
+            InputError: if a file cannot be deleted.
+        """
+        remove_unfinished(self.path)
+        self._remove_interrupted()
+
+    @property
+    def is_untrained(self) -> bool:
+        """Whether its process was killed before the first checkpoint, so that nothing of it is lost."""
+        return not self._checkpoint_paths() and not any(table.path.exists() for table in self.tables)
 
     def load_checkpoint(self, steps: int | None = None) -> dict[str, Any]:
         """Read the checkpoint after ``steps`` steps, by default the newest; no code from the file is executed.
 
         Raises:
-            InputError: if there is none, it is broken, or another version of hierroom wrote it in another format.
+            InputError: if there is none, it is damaged, or another version of hierroom wrote it in another format.
         """
-        paths = {int(path.stem): path for path in sorted(self.checkpoints.glob("*.pt")) if path.stem.isdigit()}
+        paths = self._checkpoint_paths()
         if not paths:
             raise InputError(f"{self.path} has no checkpoint in {self.checkpoints.name}/")
         if steps is not None and steps not in paths:
             raise InputError(f"{self.path} has checkpoints after {', '.join(map(str, paths))} steps, not {steps}")
         path = paths[max(paths) if steps is None else steps]
         try:
-            state = torch.load(path, map_location="cpu", weights_only=True)
-        except Exception as error:  # torch raises many types for a broken file, RuntimeError among them
-            lines = str(error).strip().splitlines() or [type(error).__name__]
-            reason = lines[0].split(". ")[0]  # the rest is advice to users of torch
-            raise InputError(f"cannot read the checkpoint {path}: {reason}") from error
-        found = state.get("format") if isinstance(state, dict) else None
-        if found != CHECKPOINT_FORMAT:
-            raise InputError(f"the checkpoint {path} has format {found}, this hierroom reads {CHECKPOINT_FORMAT}")
-        return state
+            return checkpoint.from_bytes(path.read_bytes())
+        except OSError as error:
+            raise InputError(f"cannot read the checkpoint {path}: {error.strerror}") from error
+        except InputError as error:
+            raise InputError(f"the checkpoint {path} {error}") from error
 
     def require_same_config(
         self, config: TrainConfig, checkpoint: Mapping[str, Any], besides: Collection[str] = ()

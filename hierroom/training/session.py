@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections import deque
+from contextlib import ExitStack
 from pathlib import Path
 
 import torch
@@ -12,28 +12,27 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.cli import warn
 from hierroom.errors import InputError
 from hierroom.meta import unsaved_memory
 from hierroom.options import META
+from hierroom.training import checkpoint
 from hierroom.training.assembly import evaluation_seed
 from hierroom.training.config import TrainConfig
 from hierroom.training.events import Events
 from hierroom.training.interrupt import Interrupt
-from hierroom.training.learning_curve import LearningCurve, evaluation_points, evaluation_rows
-from hierroom.training.plain_state import plain_state
+from hierroom.training.learning_curve import LearningCurve, evaluation_rows
+from hierroom.training.output import lasting_output, warn
 from hierroom.training.provenance import record_session
 from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder, claim_folder
 from hierroom.training.run_name import run_name
+from hierroom.training.schedule import Schedule
 from hierroom.training.trainer import Trainer
 from hierroom.training.trust import trust_option
 
-ROWS_PER_RUN, CHECKPOINTS_PER_RUN = 500, 10
-
 
 def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
-    """Create a new run.
+    """Create a new run; it is this process's alone until `run_session` returns.
 
     Args:
         config: config of the run.
@@ -46,72 +45,91 @@ def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
     trainer = Trainer(config)
     _try_out(trainer)
     folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
-    _record(folder, config)
-    folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
+    with ExitStack() as stack:
+        stack.enter_context(folder.lock)
+        _record(folder, config)
+        folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
+        folder.load_checkpoint()  # a disk that does not keep what is written is found out now
+        stack.pop_all()  # `run_session` releases it
     return trainer, folder
 
 
 def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
-    """Continue a run from its newest checkpoint.
+    """Continue a run from its newest checkpoint; it is this process's alone until `run_session` returns.
 
     Args:
         config: the run's config, possibly with more steps, another number of threads or another device.
         path: folder of the run.
 
     Raises:
-        InputError: if the checkpoint does not fit the config, or the run has already taken all steps.
+        InputError: if another process trains it, the checkpoint does not fit the config, or the run has already taken
+            all steps.
     """
-    trainer = Trainer(config.changed(warm_start=None))  # the checkpoint holds all weights
     folder = RunFolder.open(path)
-    _load(trainer, folder)
-    has_other_steps = config.steps != folder.config().steps
-    if has_other_steps and trainer.steps >= config.steps:
-        taken = f"{folder.path} has taken {trainer.steps:,} steps"
-        raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
-    for table in folder.tables:
-        table.drop_after(trainer.steps)
-    folder.save_config(config)  # with the new number of steps, in case it is interrupted again
-    _record(folder, config)
+    with ExitStack() as stack:
+        stack.enter_context(folder.lock)
+        folder.tidy()
+        is_untrained = folder.is_untrained
+        trainer = Trainer(config if is_untrained else config.changed(warm_start=None))  # a checkpoint holds all weights
+        if not is_untrained:
+            _load(trainer, folder)
+        has_other_steps = config.steps != folder.config().steps
+        if has_other_steps and trainer.steps >= config.steps:
+            taken = f"{folder.path} has taken {trainer.steps:,} steps"
+            raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
+        for table in folder.tables:
+            if damage := table.drop_after(_last_kept(trainer)):
+                warn(damage)
+        folder.save_config(config)  # with the new number of steps, in case it is interrupted again
+        _record(folder, config)
+        if is_untrained:
+            folder.save_checkpoint(trainer.state_dict())
+        stack.pop_all()
     return trainer, folder
 
 
 def run_session(trainer: Trainer, folder: RunFolder) -> int:
-    """Train until the end or an interrupt and print the results; returns the exit code of the command."""
+    """Train until the end or an interrupt and print the results; returns the exit code of the command.
+
+    Training does not depend on whether anybody reads what is printed.
+    """
     torch.set_num_threads(1)  # more threads gain nothing at these sizes
-    console = Console()
-    console.print(escape(f"{trainer.config.title}, into {folder.path}"), soft_wrap=True)
-    for line in trainer.turns.sampler.stage_titles:
-        console.print(escape(line), soft_wrap=True)
-    meta = trainer.agents[META]
-    if isinstance(meta, ScriptedAgent) and (unsaved := unsaved_memory(meta.meta)):
-        name = trainer.config.resolved_method.meta
-        console.print(
-            f"warning: the meta-controller {name} has {unsaved}, but not both state_dict and load_state_dict: what it "
-            "remembers is not saved, so resuming, evaluating and watching begin without it",
-            markup=False,
-            soft_wrap=True,
-        )
-    with Interrupt() as interrupt:
-        train(trainer, folder, console, interrupt)
-    if not trainer.is_done:
-        console.print("stopped and saved; go on with:")
-        console.print(
-            f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}",
-            soft_wrap=True,
-            markup=False,
-        )
-        return 130
-    write_results(trainer, folder, console)
-    return 0
+    with folder.lock, lasting_output():
+        console = Console()
+        console.print(escape(f"{trainer.config.title}, into {folder.path}"), soft_wrap=True)
+        for line in trainer.turns.sampler.stage_titles:
+            console.print(escape(line), soft_wrap=True)
+        meta = trainer.agents[META]
+        if isinstance(meta, ScriptedAgent) and (unsaved := unsaved_memory(meta.meta)):
+            name = trainer.config.resolved_method.meta
+            console.print(
+                f"warning: the meta-controller {name} has {unsaved}, but not both state_dict and load_state_dict: what "
+                "it remembers is not saved, so resuming, evaluating and watching begin without it",
+                markup=False,
+                soft_wrap=True,
+            )
+        with Interrupt() as interrupt:
+            train(trainer, folder, console, interrupt)
+        if not trainer.is_done:
+            console.print("stopped and saved; go on with:")
+            console.print(
+                f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}",
+                soft_wrap=True,
+                markup=False,
+            )
+            return 130
+        write_results(trainer, folder, console)
+        return 0
 
 
 def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Interrupt) -> None:
-    """Train until the end or an interrupt, with a progress bar, tables, TensorBoard events and checkpoints."""
-    config = trainer.config
-    total, sampler = config.steps, trainer.turns.sampler
-    next_row, next_checkpoint = trainer.steps, trainer.steps + total // CHECKPOINTS_PER_RUN
-    evaluated_at = max((int(row["steps"]) for row in folder.evaluations.read()), default=-1)
-    points = deque(point for point in evaluation_points(total, config.evaluations) if point > evaluated_at)
+    """Train until the end or an interrupt, with a progress bar, tables, TensorBoard events and checkpoints.
+
+    What is written before a checkpoint is what a run that goes on from it has behind it: the checkpoint is the last.
+    """
+    config, sampler = trainer.config, trainer.turns.sampler
+    schedule = Schedule(config.steps, config.evaluations)
+    events = Events(folder.path, config, _last_kept(trainer))
     evaluated = ""
     columns = (
         TextColumn("{task.percentage:3.0f}%"),
@@ -120,22 +138,21 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
         TimeRemainingColumn(compact=True),
         TextColumn("left"),
     )
-    with Progress(*columns, console=console) as bar, Events(folder.path, config) as events:
-        task = bar.add_task("", total=total, completed=trainer.steps, status="the first run compiles,")
+
+    def evaluate() -> str:
+        evaluation = trainer.evaluate()
+        folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
+        events.add_evaluation(trainer.steps, evaluation)
+        return f" (evaluated {evaluation.success_rate:.0%})"
+
+    with Progress(*columns, console=console) as bar:
+        status = "the first run compiles,"
+        task = bar.add_task("", total=config.steps, completed=min(trainer.steps, config.steps), status=status)
+        if trainer.steps == 0 and schedule.is_evaluation_due(-1, 0):
+            evaluated = evaluate()
         is_last = trainer.is_done
-        while True:
-            if points and (trainer.steps >= points[0] or trainer.is_done):
-                while points and points[0] <= trainer.steps:
-                    points.popleft()
-                evaluation = trainer.evaluate()
-                folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
-                events.add_evaluation(trainer.steps, evaluation)
-                evaluated = f" (evaluated {evaluation.success_rate:.0%})"
-            if trainer.steps and (trainer.steps >= next_checkpoint or is_last):
-                next_checkpoint += total // CHECKPOINTS_PER_RUN
-                folder.save_checkpoint(trainer.state_dict())
-            if is_last:
-                break
+        while not is_last:
+            before = trainer.steps
             trainer.advance()
             is_last = trainer.is_done or interrupt.is_requested
             row = trainer.metrics()
@@ -143,30 +160,45 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
             length = "" if stage else f" length {row['episode_length']:.0f},"  # they fit into 80 columns
             success = f"success {row['success_rate']:.0%}{evaluated}"
             status = f"{row['steps_per_second']:,.0f} steps/s, {stage}{success},{length}"
-            bar.update(task, completed=min(trainer.steps, total), status=status)
+            bar.update(task, completed=min(trainer.steps, config.steps), status=status)
             folder.episodes.append(trainer.log.ended)
-            if trainer.steps >= next_row or is_last:
-                next_row += total // ROWS_PER_RUN
+            if schedule.is_row_due(before, trainer.steps):
                 folder.metrics.append([row])
                 events.add_metrics(row)
-        if trainer.is_done:
-            events.add_hyperparameters(LearningCurve.of_rows(folder.evaluations.read()))
+            if schedule.is_evaluation_due(before, trainer.steps):
+                evaluated = evaluate()
+            if trainer.is_done:
+                events.add_hyperparameters(LearningCurve.of_rows(folder.evaluations.read()))
+            events.sync()
+            if schedule.is_checkpoint_due(before, trainer.steps):
+                folder.save_checkpoint(trainer.state_dict())
+            elif is_last:
+                folder.save_interrupted(trainer.state_dict())
+
+
+def _last_kept(trainer: Trainer) -> int:
+    """The steps of the last rows that a session keeps; -1: none, as the first checkpoint was written before any row."""
+    return trainer.steps or -1
 
 
 def _try_out(trainer: Trainer) -> None:
-    """Take one step elsewhere and look at the state to save: a user's own code is to fail before a folder is made.
+    """Take one step elsewhere, and load the state to save: a user's own code is to fail before a folder is made.
 
     Raises:
         InputError: if its own code says or returns something that cannot be used.
     """
     seed = evaluation_seed(trainer.config.seed)
     trainer.freeze(1, seed=seed).step(trainer.fresh_turns(1, seed))
-    plain_state(trainer.state_dict(), "the state of training")
+    try:
+        trainer.load_state_dict(checkpoint.from_bytes(checkpoint.to_bytes(trainer.state_dict())))
+    except InputError as error:
+        raise InputError(f"what this run would save could not be loaded again: {error}") from error
 
 
 def _record(folder: RunFolder, config: TrainConfig) -> None:
     """Write what works on the run now, and say which of the user's own modules are not what they were."""
-    warn(record_session(folder.path, config))
+    for line in record_session(folder.path, config):
+        warn(line)
 
 
 def _load(trainer: Trainer, folder: RunFolder) -> None:
@@ -175,5 +207,5 @@ def _load(trainer: Trainer, folder: RunFolder) -> None:
     folder.require_same_config(trainer.config, state)
     try:
         trainer.load_state_dict(state)
-    except (RuntimeError, KeyError, ValueError, TypeError) as error:
-        raise InputError(f"the newest checkpoint of {folder.path} does not fit its config.json") from error
+    except InputError as error:
+        raise InputError(f"the newest checkpoint of {folder.path} does not fit its config.json: {error}") from error

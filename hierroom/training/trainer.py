@@ -9,10 +9,12 @@ import numpy as np
 import torch
 
 from hierroom.agents.player import Pair
+from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.compile.clock import compile_clock
 from hierroom.errors import InputError
 from hierroom.files import to_json
 from hierroom.options import CONTROLLER, META
+from hierroom.runtime.schema import as_array, shown
 from hierroom.training.assembly import evaluation_seed, freeze, make_agents, make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import EpisodeLog
@@ -20,6 +22,7 @@ from hierroom.training.evaluation import Evaluation, evaluate
 from hierroom.training.run_folder import RunFolder
 from hierroom.turns import Turns
 from hierroom.world.layout import LEVEL
+from hierroom.world.state_check import level_schema
 
 MAX_EVALUATION_ENVS = 100
 """Environments that are evaluated in side by side, at most."""
@@ -103,8 +106,6 @@ class Trainer:
             self.controller.take_weights(run.load_checkpoint()["agents"][CONTROLLER])
         except InputError as error:
             raise InputError(f"{run.path} cannot warm-start this run: {error}") from error
-        except (RuntimeError, KeyError) as error:
-            raise InputError(f"the newest checkpoint of {run.path} does not fit its config.json") from error
 
     def fresh_turns(self, num_envs: int, seed: int, *, autoreset: bool = True) -> Turns:
         """Other environments of the config, whose shortest lengths are measured; see `assembly.make_turns`."""
@@ -171,13 +172,28 @@ class Trainer:
         }
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go on from what `state_dict` gave, in a trainer with the same config."""
-        turns = {name: tensor.numpy() for name, tensor in state["turns"].items()}
+        """Go on from what `state_dict` gave, in a trainer with the same config.
+
+        Raises:
+            InputError: if a trainer with the same config cannot have been in this state.
+        """
+        turns = {
+            name: as_array(value, f"turns.{name if type(name) is str else shown(name)}")
+            for name, value in state["turns"].items()
+        }
+        level_schema(len(self.turns), self.config.env.size).check(state["levels"], "levels")
         levels = np.zeros(len(self.turns), LEVEL)
         for name, values in state["levels"].items():
             levels[name] = values.numpy()
         self.turns.set_state({**turns, "levels": levels})
         for name, agent in self.agents.items():
-            agent.load_state_dict(state["agents"][name])
+            try:
+                agent.load_state_dict(state["agents"][name])
+            except InputError as error:
+                raise InputError(f"agents.{name}: {error}") from error
+            if isinstance(agent, PPOAgent) and agent.learner.has_begun[self.turns.due(name)].any():
+                raise InputError(f"agents.{name}: its turn has begun where it is about to begin")
+        if self.controller.ready:
+            raise InputError("the controller has turns to learn from, which it does before its state is saved")
         self.log.load_state_dict(state["log"])
         self.steps, self.seconds, self.compile_seconds = state["steps"], state["seconds"], state["compile_seconds"]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, MAX_GRID_ROOMS, N_COLOURS, NO_GOAL, GoalGraph
+from hierroom.runtime.schema import Whole
 from hierroom.world.kernels import DOORWAYS, EXPLORED, MARGIN, VIEW, VISITED
 
 MIN_SIZE, MAX_SIZE = 11, 63
@@ -131,10 +132,8 @@ class State:
 
 def empty_state(num_envs: int, size: int) -> State:
     """The state, all zeros, of environments whose first episode has not begun."""
-    if not isinstance(size, (int, np.integer)) or not MIN_SIZE <= size <= MAX_SIZE:
-        raise InputError(f"size must be a whole number from {MIN_SIZE} to {MAX_SIZE}, not {size}")
-    if not isinstance(num_envs, (int, np.integer)) or num_envs < 1:
-        raise InputError(f"num_envs must be a whole number of at least 1, not {num_envs!r}")
+    Whole(MIN_SIZE, MAX_SIZE).check(size, "size")
+    Whole(1, 2**31 - 1).check(num_envs, "num_envs")
     side = size + 2 * MARGIN
     return State(np.zeros((num_envs, side, side), np.uint8), np.zeros(num_envs, LEVEL))
 

@@ -28,6 +28,7 @@ from hierroom.goals import COLOURS, EXIT_GOAL, N_COLOURS, N_GOALS
 from hierroom.world import kernels
 from hierroom.world.layout import State
 from hierroom.world.level import goal_name
+from hierroom.world.state_check import check_state
 
 # The kind of object on a cell, which is also the kind of a goal: ``kind = goal // N_COLOURS``.
 A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 3
@@ -244,8 +245,9 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
         exit), -1 where it cannot be achieved (the level has no such key or door, or the episode has ended at the exit).
 
     Raises:
-        InputError: if a goal is not a goal id.
+        InputError: if a goal is not a goal id, or the state cannot be one of environments.
     """
+    check_state(state)
     ids = np.broadcast_to(np.asarray(goals), len(state))
     if ids.dtype.kind not in "iu" or (len(ids) and not 0 <= ids.min() <= ids.max() < N_GOALS):
         raise InputError(f"goals must be whole numbers from 0 to {N_GOALS - 1}, not {goals}")
@@ -265,8 +267,10 @@ def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
         [length] int64, empty if the goal is achieved already. A path to a key or a door never enters the exit.
 
     Raises:
-        InputError: if the state holds more than one environment, or the goal is not a goal id or cannot be achieved.
+        InputError: if the state holds more than one environment or cannot be one, or the goal is not a goal id or
+            cannot be achieved.
     """
+    check_state(state)
     if len(state) != 1:
         raise InputError(
             f"shortest_actions solves one environment, but the state holds {len(state)}: index the state first"

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
-from typing import Any, TypeGuard
+from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+from hierroom.runtime.schema import Whole
+from hierroom.runtime.thread_pool import ThreadPool
 from hierroom.world import kernels
 from hierroom.world.layout import GRAPH, LEVEL, MEMORIES, MIN_SIZE, OUTCOME, State, empty_state, graph_records
+from hierroom.world.state_check import check_state
 
 MIN_ENVS_PER_THREAD = 1024
 """With fewer environments per thread, starting another thread costs more than it saves."""
@@ -71,8 +73,8 @@ class World:
         memories: Iterable[str] = (),
     ):
         for name, value in (("max_steps", max_steps), ("threads", threads)):
-            if not isinstance(value, (int, np.integer)) or not 1 <= value < 2**31:
-                raise InputError(f"{name} must be a whole number from 1 to 2**31 - 1, not {value!r}")
+            Whole(1, 2**31 - 1).check(value, name)
+        Whole(0, 2**62).check(first_index, "first_index")
         self.graph_records = graph_records(graphs)
         self.state = empty_state(num_envs, size)
         self.outcomes = np.zeros(num_envs, OUTCOME)
@@ -85,24 +87,13 @@ class World:
         n_slices = max(1, min(threads, num_envs // MIN_ENVS_PER_THREAD))
         bounds = np.linspace(0, num_envs, n_slices + 1).astype(int)
         self._slices = [slice(a, b) for a, b in pairwise(bounds)]
-        self._pool = self._new_pool()
+        self._pool = ThreadPool(len(self._slices))
         self.remember(memories)
         if seed is not None:
             self.reset(seed)
 
     def __len__(self) -> int:
         return len(self.outcomes)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """What a copy, in this process or another, is made from: threads cannot be copied, so it starts its own."""
-        return {**self.__dict__, "_pool": None}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        self._pool = self._new_pool()
-
-    def _new_pool(self) -> ThreadPoolExecutor | None:
-        return ThreadPoolExecutor(len(self._slices)) if len(self._slices) > 1 else None
 
     @property
     def has_begun(self) -> bool:
@@ -127,8 +118,8 @@ class World:
         else:
             seeds = [seed]
         for one in seeds:
-            if one is not None and not (isinstance(one, (int, np.integer)) and 0 <= one < 2**63):
-                raise InputError(f"a seed must be a whole number from 0 to 2**63 - 1, not {one!r}")
+            if one is not None:
+                Whole(0, 2**63 - 1).check(one, "a seed")
         for envs, one in zip([chosen] if len(seeds) == 1 else chosen, seeds, strict=True):
             if one is not None:
                 levels["seed"][envs], levels["episode"][envs] = one, -1
@@ -170,11 +161,15 @@ class World:
         """
         actions, graphs, step = self.as_actions(actions), self.graph_records, _compiled_step()
         levels, grids, outcomes, finals = self.state.levels, self.state.grids, self.outcomes, self.finals
-        if self._pool is None:
+        if len(self._slices) == 1:
             step(levels, grids, graphs, actions, outcomes, finals)
         else:
-            parts = self._slices
-            list(self._pool.map(lambda p: step(levels[p], grids[p], graphs, actions[p], outcomes[p], finals[p]), parts))
+            parts = [
+                self._pool.submit(step, levels[p], grids[p], graphs, actions[p], outcomes[p], finals[p])
+                for p in self._slices
+            ]
+            for part in parts:
+                part.result()
         return outcomes
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
@@ -203,6 +198,21 @@ class World:
         """Copy the exact state of some environments (by default all)."""
         return self.state[self._chosen(indices)]
 
+    def check_state(self, state: State, indices: Indices = slice(None)) -> None:
+        """Check that `set_state` can take a state.
+
+        Raises:
+            InputError: if it cannot be the state of environments, the grid size or the number of environments differs,
+                or an index is out of range.
+        """
+        n_chosen = len(self._chosen(indices))
+        check_state(state)
+        if state.size != self.state.size or len(state) != n_chosen:
+            raise InputError(
+                f"the state must hold {n_chosen} environments of size {self.state.size}; "
+                f"it holds {len(state)} of size {state.size}"
+            )
+
     def set_state(self, state: State, indices: Indices = slice(None)) -> None:
         """Set environments (by default all) to a state taken earlier from these or other environments of the same size.
 
@@ -210,14 +220,10 @@ class World:
         the seed and index of the original environment, which determine the episodes that follow.
 
         Raises:
-            InputError: if the grid size or the number of environments differs, or an index is out of range.
+            InputError: if `check_state` finds that it cannot be taken.
         """
+        self.check_state(state, indices)
         chosen = self._chosen(indices)
-        if state.size != self.state.size or len(state) != len(chosen):
-            raise InputError(
-                f"the state must hold {len(chosen)} environments of size {self.state.size}; "
-                f"it holds {len(state)} of size {state.size}"
-            )
         self.state.levels[chosen], self.state.grids[chosen] = state.levels, state.grids
         self._has_begun = bool(self.state.levels["n_rooms"][0])
         self._clear_outcomes(chosen, state.levels["steps"])
@@ -247,13 +253,27 @@ class World:
         """
         if isinstance(actions, np.ndarray) and actions.dtype is INT64 and actions.shape == self._shape:
             return actions if actions.flags.c_contiguous else actions.copy()
+        return whole_numbers(actions, len(self))
+
+
+def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
+    """Actions in some environments as [n] int64.
+
+    A number that is too large becomes a negative one, which is no action either.
+
+    Raises:
+        InputError: if they have another shape or type.
+    """
+    try:
         given = np.asarray(actions)
-        if given.shape != self._shape or given.dtype.kind not in "iu":
-            raise InputError(
-                f"actions must be {len(self)} whole numbers, one for each environment, "
-                f"not an array of {given.dtype} and shape {given.shape}"
-            )
-        return given.astype(np.int64)
+    except ValueError:  # rows of unequal lengths
+        given = np.array(None)
+    if given.shape != (n,) or given.dtype.kind not in "iu":
+        raise InputError(
+            f"actions must be {n} whole numbers, one for each environment, "
+            f"not an array of {given.dtype} and shape {given.shape}"
+        )
+    return given.astype(np.int64)
 
 
 @cache

@@ -8,7 +8,6 @@ decides how many workers run at the same time, so it does not change the result.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -22,6 +21,7 @@ from hierroom.learners.fused.network import Parameters, forward
 from hierroom.learners.fused.shard_worker import Minibatch, ShardWorker, fixed_numbers
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.learners.rollout import Batch
+from hierroom.runtime.thread_pool import ThreadPool
 
 # 16 sequences of 128 turns take about 5 MB, which fits the last-level cache; fewer make the matrix products small.
 _SHARD = 16
@@ -45,7 +45,7 @@ class FusedBackend:
         self._network = network
         self._config = config
         self._threads = threads
-        self._pool = ThreadPoolExecutor(max(1, threads - 1))  # besides the calling thread
+        self._pool = ThreadPool(max(1, threads - 1))  # besides the calling thread
         self._parameters = np.concatenate([p.detach().numpy().ravel() for p in network.parameters()])
         self._weights = Parameters.views(self._parameters, network)
         for parameter, view in zip(network.parameters(), self._weights.arrays(), strict=True):
@@ -58,6 +58,14 @@ class FusedBackend:
         self._n_steps = 0
         self._shares = np.zeros((_MAX_WORKERS, len(self._parameters)), np.float32)
         self._workers = [ShardWorker(share, network, config) for share in self._shares]
+
+    def __getstate__(self) -> dict:
+        """What a copy is made from: its weights are to be views of a vector of its own."""
+        return {"arguments": (self._network, self._config, self._threads), "state": self.state_dict()}
+
+    def __setstate__(self, copied: dict) -> None:
+        self.__init__(*copied["arguments"])
+        self.load_state_dict(copied["state"])
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
         """Recurrent states [n, S] of ``n`` environments at the start of an episode."""
@@ -90,6 +98,7 @@ class FusedBackend:
         self,
         batch: Batch,
         advantages: NDArray[np.float32],
+        weights: NDArray[np.float32],
         parts: Iterable[NDArray[np.integer]],
         learning_rate: float,
     ) -> NDArray[np.float64]:
@@ -113,7 +122,7 @@ class FusedBackend:
                 rows,
                 counts,
                 batch,
-                scores=(advantages - shift) * scale,
+                scores=(advantages - shift) * scale * weights,
                 targets=targets,
                 turn_weight=1 / (len(advantages) * len(part)),
             )

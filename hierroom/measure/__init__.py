@@ -26,8 +26,10 @@ from rich.progress import Progress
 
 from hierroom.agents.player import Player, make_player, play, quotas
 from hierroom.complexity.augmented import AugmentedGraph
-from hierroom.complexity.measured import EpisodeCounts, MeasuredReport, counts_of
+from hierroom.complexity.episodes import EpisodeCounts, counts_of
+from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.report import analyze
+from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, GraphSpec
@@ -91,18 +93,22 @@ def count_transitions(
     quota = quotas(episodes, n)
     first = np.cumsum(quota) - quota
     lengths, escaped = np.zeros(episodes, np.int64), np.zeros(episodes, bool)
-    nodes, keys = node_of(turns.world.state.levels, np.zeros(n, bool)), []
+    nodes, keys, triples = node_of(turns.world.state.levels, np.zeros(n, bool)), [], []
+    before = np.full(n, -1)  # the node before the present one, in the same episode
     for played in play(turns, player, episodes, progress):
         step, counted, ended = played.step, played.envs, played.ended
         levels = np.where(step.episode_ended, turns.world.finals, turns.world.state.levels)
         after = node_of(levels, step.terminated)
         episode = first + played.played
         keys.append((episode[counted] * n_nodes + nodes[counted]) * n_nodes + after[counted])
+        remembered = counted[before[counted] >= 0]
+        triples.append((before[remembered] * n_nodes + nodes[remembered]) * n_nodes + after[remembered])
         truncated = ended[~step.terminated[ended]]
         keys.append((episode[truncated] * n_nodes + after[truncated]) * n_nodes + augmented.start)
         lengths[episode[ended]], escaped[episode[ended]] = step.lengths[ended], step.terminated[ended]
+        before = np.where(step.episode_ended, -1, nodes)
         nodes = np.where(step.episode_ended, augmented.start, after)
-    return counts_of(np.concatenate(keys), n_nodes, lengths, escaped)
+    return counts_of(np.concatenate(keys), n_nodes, lengths, escaped, np.concatenate(triples))
 
 
 def measure(
@@ -111,6 +117,8 @@ def measure(
     episodes: int = 1000,
     progress: Callable[[int], object] = lambda done: None,
     seed: int = 0,
+    walk: Walk = PAPER_WALK,
+    reading: Reading = TABLE_READING,
 ) -> MeasuredReport:
     """Play in real levels and report the chain that comes of it, beside the walk that is assumed.
 
@@ -120,17 +128,28 @@ def measure(
         episodes: how many in all.
         progress: called with the number of episodes done.
         seed: fixes the bootstrap.
+        walk: the walk that is assumed.
+        reading: interpretation of the paper's augmented graph.
 
     Raises:
         InputError: if fewer than one episode is asked for, or the environments are of several goal graphs.
     """
     counts = count_transitions(turns, player, episodes, progress)
-    assumed = analyze(graph_of(turns), drop_key=bool(turns.world.state.levels["can_drop"][0]))
+    assumed = analyze(graph_of(turns), bool(turns.world.state.levels["can_drop"][0]), walk, reading)
     return MeasuredReport(assumed, counts, seed=seed)
 
 
 def measure_named(
-    name: str, graph: GraphSpec | None, drop_key: bool, episodes: int, seed: int, trust: bool = False
+    name: str,
+    graph: GraphSpec | None,
+    drop_key: bool,
+    episodes: int,
+    seed: int,
+    size: int | None = None,
+    max_steps: int | None = None,
+    walk: Walk = PAPER_WALK,
+    reading: Reading = TABLE_READING,
+    trust: bool = False,
 ) -> MeasuredReport:
     """Measure the player that the command line names, with a progress bar.
 
@@ -140,6 +159,10 @@ def measure_named(
         drop_key: whether keys can be dropped; a run that trained so has it on anyway.
         episodes: how many.
         seed: fixes the levels, the actions and the bootstrap.
+        size: cells of the grid's side; None: the run's, and for `"random"` and `"oracle"` the default.
+        max_steps: primitive steps after which an episode is truncated; None likewise.
+        walk: the walk that is assumed, to compare with.
+        reading: interpretation of the paper's augmented graph, likewise.
         trust: whether to run the code that the run's config names, as for `load`.
 
     Raises:
@@ -148,14 +171,16 @@ def measure_named(
     if episodes < 1:
         raise InputError(f"play at least one episode, not {episodes}")
     num_envs = min(MAX_ENVS, episodes)
+    given = {"graph": graph, "size": size, "max_steps": max_steps}
+    entries: dict[str, Any] = {entry: value for entry, value in given.items() if value is not None}
     if name in ("random", "oracle"):
-        turns = Turns(EnvConfig("c" if graph is None else graph, drop_key=drop_key), num_envs, seed=seed)
+        turns = Turns(EnvConfig(drop_key=drop_key, **entries), num_envs, seed=seed)
         player: Player = make_player(name, seed)
     else:
-        turns, player = _trained(name, graph, drop_key, num_envs, seed, trust)
+        turns, player = _trained(name, entries, drop_key, num_envs, seed, trust)
     with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("playing", total=episodes)
-        return measure(turns, player, episodes, lambda done: bar.update(task, completed=done), seed)
+        return measure(turns, player, episodes, lambda done: bar.update(task, completed=done), seed, walk, reading)
 
 
 def graph_of(turns: Turns) -> GoalGraph:
@@ -171,11 +196,10 @@ def graph_of(turns: Turns) -> GoalGraph:
 
 
 def _trained(
-    name: str, graph: GraphSpec | None, drop_key: bool, num_envs: int, seed: int, trust: bool
+    name: str, entries: dict[str, Any], drop_key: bool, num_envs: int, seed: int, trust: bool
 ) -> tuple[Turns, Player]:
-    other: dict[str, Any] = {} if graph is None else {"graph": graph}
     agent = load(name, trust=trust)
-    turns = agent.turns(num_envs, seed=seed, env=agent.env(**other))
+    turns = agent.turns(num_envs, seed=seed, env=agent.env(**entries))
     if drop_key and not turns.world.state.levels["can_drop"][0]:
         raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
     n_graphs = len(turns.sampler.everything)

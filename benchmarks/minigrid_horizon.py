@@ -1,0 +1,107 @@
+"""The effective horizon of MiniGrid levels, beside the values that were published.
+
+    python benchmarks/minigrid_horizon.py
+
+The settings are those of BRIDGE (Laidlaw, Russell and Dragan, Bridging RL Theory and Practice with the Effective
+Horizon, 2023): the level of seed 0; actions 0 to 5, without "done"; reward 1 for the mission, whenever; a horizon of
+100 steps. BRIDGE used MiniGrid 2.2. Its table of all MDPs is on Zenodo (record 8226192); the one level whose numbers
+stand in the authors' repository, github.com/cassidylaidlaw/effective-horizon, is MiniGrid-KeyCorridorS3R1-v0.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import gymnasium
+import minigrid
+import tyro
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from hierroom.complexity.measures import (
+    Gorp,
+    covering_length,
+    effective_horizon,
+    effective_planning_window,
+    enumerate_env,
+    minimum_k,
+)
+
+PUBLISHED = {
+    "MiniGrid-KeyCorridorS3R1-v0": {"k": "1", "W": "15", "bound": "16.00", "H_1": "<= 4.07", "least d": "3.625e-07"},
+}
+"""From data/mdps/MiniGrid-KeyCorridorS3R1-v0/, consolidated_analyzed.json and consolidated_gorp_bounds.json."""
+LEVELS = (
+    "MiniGrid-Empty-5x5-v0",
+    "MiniGrid-Empty-6x6-v0",
+    "MiniGrid-Empty-8x8-v0",
+    "MiniGrid-DoorKey-5x5-v0",
+    "MiniGrid-DoorKey-6x6-v0",
+    "MiniGrid-KeyCorridorS3R1-v0",
+    "MiniGrid-SimpleCrossingS9N1-v0",
+    "MiniGrid-LavaCrossingS9N1-v0",
+    "MiniGrid-MultiRoom-N2-S4-v0",
+    "MiniGrid-Unlock-v0",
+)
+HEADINGS = ("states", "steps", "k", "W", "bound", "H_1", "H_2", "samples", "random", "least d", "seconds")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Compute the effective horizon of MiniGrid levels.
+
+    Args:
+        levels: ids of environments.
+        horizon: steps of an episode.
+    """
+
+    levels: tuple[str, ...] = LEVELS
+    horizon: int = 100
+
+
+def state(env: gymnasium.Env) -> tuple:
+    level: Any = env.unwrapped
+    held = None if level.carrying is None else level.carrying.encode()
+    return tuple(map(int, level.agent_pos)), int(level.agent_dir), level.grid.encode().tobytes(), held
+
+
+def row(name: str, horizon: int) -> dict[str, str]:
+    started = time.perf_counter()
+    mdp = enumerate_env(gymnasium.make(name), state, actions=range(6), reward=lambda earned: float(earned > 0))
+    bound = effective_horizon(mdp, horizon)
+    first, second = (Gorp(mdp, horizon, k).rollouts() for k in (1, 2))
+    return {
+        "states": str(mdp.n_states),
+        "steps": str(mdp.shortest_solution()),
+        "k": str(minimum_k(mdp, horizon)),
+        "W": str(effective_planning_window(mdp, horizon)),
+        "bound": f"{bound.value:.2f}",
+        "H_1": f"{first.effective_horizon:.2f}",
+        "H_2": f"{second.effective_horizon:.2f}",
+        "samples": f"{min(first.samples, second.samples):.2e}",
+        "random": f"{mdp.random_success(horizon):.3g}",
+        "least d": f"{covering_length(mdp, horizon).occupancy:.3e}",
+        "seconds": f"{time.perf_counter() - started:.1f}",
+    }
+
+
+def main(options: Options) -> None:
+    table = Table(title=f"MiniGrid {minigrid.__version__}, seed 0, 6 actions, horizon {options.horizon}")
+    for heading in ("level", *HEADINGS):
+        table.add_column(heading, justify="left" if heading == "level" else "right", no_wrap=True)
+    for name in track(options.levels, "measuring", console=Console(stderr=True), transient=True):
+        measured, published = row(name, options.horizon), PUBLISHED.get(name, {})
+        table.add_row(name, *(measured[heading] for heading in HEADINGS))
+        if published and options.horizon == 100:
+            table.add_row("  published", *(published.get(heading, "") for heading in HEADINGS))
+    Console(width=150).print(table)
+    print("k: the MDP is k-QVI-solvable; W: effective planning window; bound: on the effective horizon, by theorem 5.4")
+    print("H_1, H_2: by GORP's exact probability of success; what is published of H_1 is an upper bound")
+    print("samples: T^2 A^k m_k, the lesser for k = 1 and 2; random: its success; least d: see covering_length")
+
+
+if __name__ == "__main__":
+    main(tyro.cli(Options))

@@ -1,0 +1,59 @@
+"""Measure a chain in any Gymnasium environment, given a function from its state to a node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import Any
+
+import gymnasium
+
+from hierroom.complexity.played_chain import PlayedChain, measure_trajectories
+from hierroom.errors import InputError
+
+
+def measure_env(
+    env: gymnasium.Env,
+    node: Callable[[Any], Hashable],
+    target: Hashable,
+    policy: Callable[[Any], Any] | None = None,
+    *,
+    episodes: int = 1000,
+    seed: int = 0,
+    max_steps: int | None = None,
+    progress: Callable[[int], object] = lambda done: None,
+) -> PlayedChain:
+    """Play in a Gymnasium environment, and measure the chain of the nodes that it passes through.
+
+    Args:
+        env: the environment.
+        node: the node at which an environment is, called after each reset and step; it returns the target once that is
+            reached.
+        target: the node to reach. An episode that ends elsewhere has missed it.
+        policy: an action for an observation; random actions by default.
+        episodes: number of episodes, at least 1.
+        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is one of its own.
+        max_steps: ends an episode after so many steps, if the environment does not do so itself.
+        progress: called with the number of episodes done.
+
+    Returns:
+        The chain and what was observed.
+
+    Raises:
+        InputError: if fewer than one episode is asked for, or an episode begins at the target or at another node than
+            those before.
+    """
+    if episodes < 1 or (max_steps is not None and max_steps < 1):
+        raise InputError(f"play at least one episode of at least one step, not {episodes} of {max_steps}")
+    env.action_space.seed(seed)
+    trajectories = []
+    for episode in range(episodes):
+        observation, _ = env.reset(seed=seed + episode)
+        nodes, has_ended = [node(env)], False
+        while not has_ended:
+            action = env.action_space.sample() if policy is None else policy(observation)
+            observation, _, terminated, truncated, _ = env.step(action)
+            nodes.append(node(env))
+            has_ended = terminated or truncated or nodes[-1] == target or len(nodes) - 1 == max_steps
+        trajectories.append(nodes)
+        progress(episode + 1)
+    return measure_trajectories(trajectories, target)

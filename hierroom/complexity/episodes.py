@@ -1,0 +1,113 @@
+"""Episodes of play as counts: the transitions of each between nodes, and what is seen of them without any chain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.complexity.weights import as_times
+
+
+@dataclass(frozen=True, eq=False)
+class EpisodeCounts:
+    """How often each episode moved from one node to another; staying at a node counts as a transition too.
+
+    Args:
+        n_nodes: number of nodes n.
+        episodes: [K] int64, the episode of each entry, 0 to ``len(lengths) - 1``.
+        sources: [K] int64, the node where the step began.
+        targets: [K] int64, the node where it ended.
+        counts: [K] int64, number of such steps in the episode.
+        lengths: [E] int64, number of steps of each episode.
+        escaped: [E] bool, whether the episode reached the exit.
+        triples: [T, 4] int64, three nodes one after the other within an episode, and how often they came in all
+            episodes; None: not counted.
+    """
+
+    n_nodes: int
+    episodes: NDArray[np.int64]
+    sources: NDArray[np.int64]
+    targets: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    lengths: NDArray[np.int64]
+    escaped: NDArray[np.bool_]
+    triples: NDArray[np.int64] | None = None
+
+    def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
+        """Sum the transitions over the episodes.
+
+        Args:
+            multiplicity: [E] number of times each episode counts; once by default.
+
+        Returns:
+            [n, n] float64 CSR.
+        """
+        times = np.ones(len(self.lengths)) if multiplicity is None else np.asarray(multiplicity, float)
+        shape = (self.n_nodes, self.n_nodes)
+        return sp.coo_array((self.counts * times[self.episodes], (self.sources, self.targets)), shape=shape).tocsr()
+
+    @property
+    def step_limit(self) -> float:
+        """The number of steps at which the first episode was truncated; ``inf`` if all escaped."""
+        return float(self.lengths[~self.escaped].min(initial=np.iinfo(np.int64).max)) if self.is_cut else np.inf
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether any episode was truncated."""
+        return not bool(self.escaped.all())
+
+    def reach(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit, where nobody knows.
+
+        Args:
+            t: numbers of steps, any shape, each 0, 1, 2, ...
+
+        Raises:
+            InputError: if a number of steps is negative or not whole.
+        """
+        steps = as_times(t)
+        share = np.searchsorted(np.sort(self.lengths[self.escaped]), steps, side="right") / len(self.lengths)
+        return np.where(steps > self.step_limit, np.nan, share)
+
+    def passages(self) -> NDArray[np.int64]:
+        """Steps from a start to the next exit over consecutive episodes: [P], P the number of episodes that escaped.
+
+        A truncated episode adds its steps, and one for the restart. Where none was truncated, these are the lengths.
+        """
+        ends = np.cumsum(self.lengths + ~self.escaped)[self.escaped]
+        return np.diff(ends, prepend=0)
+
+
+def counts_of(
+    keys: NDArray[np.int64],
+    n_nodes: int,
+    lengths: NDArray[np.int64],
+    escaped: NDArray[np.bool_],
+    triple_keys: NDArray[np.int64] | None = None,
+) -> EpisodeCounts:
+    """Count transitions that are encoded as one number each.
+
+    Args:
+        keys: [K] int64, for each transition ``(episode * n + source) * n + target``.
+        n_nodes: number of nodes n.
+        lengths: [E] int64, number of steps of each episode.
+        escaped: [E] bool, whether it reached the exit.
+        triple_keys: [T] int64, for three nodes one after the other ``(first * n + second) * n + third``; None: not
+            counted.
+    """
+    unique, counts = np.unique(keys, return_counts=True)
+    episodes, sources, targets = _digits(unique, n_nodes)
+    triples = None
+    if triple_keys is not None:
+        unique, times = np.unique(triple_keys, return_counts=True)
+        triples = np.stack([*_digits(unique, n_nodes), times], axis=1)
+    return EpisodeCounts(n_nodes, episodes, sources, targets, counts, lengths, escaped, triples)
+
+
+def _digits(keys: NDArray[np.int64], base: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    rest, last = np.divmod(keys, base)
+    first, second = np.divmod(rest, base)
+    return first, second, last

@@ -1,0 +1,81 @@
+"""Any graph as the weights of a random walk: a networkx graph, or moves counted in trajectories."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Sequence
+from typing import Any
+
+import networkx as nx
+import numpy as np
+import scipy.sparse as sp
+
+from hierroom.complexity.weights import as_weights, row_sums
+from hierroom.errors import InputError
+
+
+def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = False) -> sp.csr_array:
+    """W of the random walk on a networkx graph, its nodes in the graph's order.
+
+    Args:
+        graph: directed or not, with at least one node; an undirected edge leads both ways, and parallel edges add up.
+        weight: attribute of the edges that holds their weight. Where no edge has it, or for None, the walk leaves each
+            node by each of its edges with equal probability.
+        rates: divide each node's weights by their sum, because they are rates or counts; otherwise they are
+            probabilities, and what a node lacks to one is its probability to stay.
+
+    Returns:
+        [n, n] float64 CSR.
+
+    Raises:
+        InputError: if there is no node, only some edges have the attribute, a weight is not valid, or the
+            probabilities of a node sum to more than one.
+    """
+    if graph.number_of_nodes() == 0:
+        raise InputError("an exploration graph needs at least one node")
+    n_weighted = sum(weight in data for _, _, data in graph.edges(data=True)) if weight is not None else 0
+    if 0 < n_weighted < graph.number_of_edges():
+        raise InputError(
+            f"either all edges of an exploration graph have the attribute {weight!r} or none: "
+            f"{n_weighted} of {graph.number_of_edges()} have it"
+        )
+    try:
+        attribute: Any = weight if n_weighted else None  # its stubs know of no None
+        given = nx.to_scipy_sparse_array(graph, weight=attribute, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the attribute {weight!r} of the edges must be a number: {error}") from error
+    weights = as_weights(given)
+    return normalized(weights) if rates or not n_weighted else weights
+
+
+def normalized(weights: sp.csr_array) -> sp.csr_array:
+    """Divide each row by its sum; an empty row stays empty, a node that is never left."""
+    totals = row_sums(weights)
+    return sp.csr_array(weights.multiply(1 / np.where(totals > 0, totals, 1.0)[:, None]))
+
+
+def node_labels(nodes: Iterable[Hashable]) -> tuple[str, ...]:
+    """The names of nodes, which are strings.
+
+    Raises:
+        InputError: if two nodes have the same name.
+    """
+    labels = tuple(map(str, nodes))
+    if len(set(labels)) < len(labels):
+        twice = next(label for label in labels if labels.count(label) > 1)
+        raise InputError(f"nodes need different names, but two of them are called {twice!r}")
+    return labels
+
+
+def node_index(nodes: Sequence[Hashable], node: Hashable) -> int:
+    """The position of a node.
+
+    Raises:
+        InputError: if there is no such node.
+    """
+    try:
+        return nodes.index(node)
+    except ValueError:
+        first = ", ".join(repr(one) for one in nodes[:5])
+        raise InputError(
+            f"there is no node {node!r} among the {len(nodes)} nodes {first}{', ...' if len(nodes) > 5 else ''}"
+        ) from None

@@ -1,0 +1,85 @@
+"""How many episodes the random policy needs to try every action in every state: the covering length."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
+
+
+@dataclass(frozen=True)
+class CoveringLength:
+    """Bounds on the covering length L, in episodes.
+
+    L is the number of episodes of the random policy after which every pair of a state and an action was tried at least
+    once with probability 1/2 (Even-Dar and Mansour, Learning Rates for Q-learning, JMLR 2003, who count steps; in
+    episodes as Laidlaw et al. 2023 use it). Only pairs that can be reached within the horizon count, and none in
+    absorbing states.
+
+    Args:
+        low: no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2.
+        high: so many suffice, by the union bound over the pairs.
+        simple: ln(2 S A) / d, the bound of Laidlaw et al., which is above ``high``.
+        occupancy: d, the least over the pairs of the greatest probability to try it at one fixed step.
+        n_pairs: number of pairs S A.
+    """
+
+    low: float
+    high: float
+    simple: float
+    occupancy: float
+    n_pairs: int
+
+
+def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
+    """Bound the covering length by the probabilities of trying each pair.
+
+    With d_t(s, a) the probability that step t of the random policy takes action a in state s, a pair is tried in an
+    episode with probability p, max_t d_t <= p <= min(1, sum_t d_t). L is at least ln(1/2) / ln(1 - p) for each pair,
+    and at most the least n with sum over the pairs of (1 - p)^n <= 1/2.
+
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+
+    Raises:
+        InputError: if the horizon is not valid or too long.
+    """
+    check_horizon(mdp, horizon)
+    occupancy = np.zeros(mdp.n_states)
+    occupancy[mdp.start] = 1.0
+    greatest, total = occupancy.copy(), occupancy.copy()
+    targets = mdp.transitions.ravel()
+    for _ in range(horizon - 1):
+        occupancy = np.bincount(targets, np.repeat(occupancy / mdp.n_actions, mdp.n_actions), mdp.n_states)
+        greatest, total = np.maximum(greatest, occupancy), total + occupancy
+    counts = (greatest > 0) & ~mdp.is_absorbing
+    least, most = greatest[counts] / mdp.n_actions, np.minimum(1.0, total[counts] / mdp.n_actions)
+    n_pairs = int(counts.sum()) * mdp.n_actions
+    if n_pairs == 0:
+        return CoveringLength(0.0, 0.0, 0.0, 1.0, 0)
+    low = max(1.0, math.ceil(_episodes_for(most.min())))
+    simple = math.log(2 * n_pairs) / float(least.min())
+    return CoveringLength(low, _union_bound(least, mdp.n_actions, low, simple), simple, float(least.min()), n_pairs)
+
+
+def _episodes_for(chance: float) -> float:
+    """After so many episodes an event of this chance has happened with probability 1/2."""
+    return 1.0 if chance >= 0.5 else math.log(0.5) / math.log1p(-chance)
+
+
+def _union_bound(chances: np.ndarray, n_actions: int, low: float, high: float) -> float:
+    """The least number of episodes, to a relative 1e-6, after which the chances to miss a pair add up to 1/2."""
+    with np.errstate(divide="ignore"):  # a pair tried for sure is missed never: exp(-inf) is 0
+        logs = np.log1p(-chances)
+    low = low / 2
+    while high - low > max(1e-6 * high, 0.5):
+        middle = (low + high) / 2
+        if n_actions * np.exp(middle * logs).sum() > 0.5:
+            low = middle
+        else:
+            high = middle
+    return math.ceil(high)

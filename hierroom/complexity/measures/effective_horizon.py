@@ -1,0 +1,135 @@
+"""The effective horizon and the effective planning window of a deterministic MDP.
+
+With Q^1 the values of the random policy and Q^(k+1)_h(s, a) = r(s, a) + max_a' Q^k_(h-1)(s', a'), an MDP is
+*k-QVI-solvable* if every policy that is greedy in Q^k is optimal (Laidlaw, Russell and Dragan, Bridging RL Theory and
+Practice with the Effective Horizon, NeurIPS 2023, definition 5.1). GORP, which estimates Q^k by m random rollouts
+after each of the A^k sequences of k actions and acts greedily, then needs k and m such that it finds an optimal policy
+with probability 1/2: H_k = k + log_A m_k, the effective horizon is H = min_k H_k (definition 5.2), and GORP samples
+T^2 A^H steps (lemma 5.3).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from hierroom.complexity.measures import horizon_kernels as kernels
+from hierroom.complexity.measures.mdp import DeterministicMDP, Values, check_horizon
+
+
+@dataclass(frozen=True)
+class EffectiveHorizon:
+    """The bound of theorem 5.4 on the effective horizon, for each k at which the MDP is k-QVI-solvable.
+
+    Args:
+        horizon: number of steps T of an episode.
+        n_actions: number of actions A.
+        rollouts: for each k a number m of rollouts that suffices. Where k is missing the MDP is not k-QVI-solvable, or
+            k alone exceeds the bound that a smaller k gives.
+    """
+
+    horizon: int
+    n_actions: int
+    rollouts: Mapping[int, int]
+
+    @property
+    def min_k(self) -> int | None:
+        """The least k found at which the MDP is k-QVI-solvable; None if there is none."""
+        return min(self.rollouts, default=None)
+
+    @property
+    def bounds(self) -> dict[int, float]:
+        """H_k <= k + log_A m for each k."""
+        return {k: horizon_of(k, m, self.n_actions) for k, m in self.rollouts.items()}
+
+    @property
+    def value(self) -> float:
+        """The least of the bounds, and never more than T: with k = T a single rollout suffices."""
+        return min([*self.bounds.values(), float(self.horizon)])
+
+    @property
+    def log10_samples(self) -> float:
+        """Logarithm to base 10 of T^2 A^H, which bounds the steps that GORP samples (lemma 5.3)."""
+        return 2 * math.log10(self.horizon) + self.value * math.log10(self.n_actions)
+
+
+def horizon_of(k: int, rollouts: float, n_actions: int) -> float:
+    """H_k = k + log_A m."""
+    return k + math.log(rollouts) / math.log(max(n_actions, 2))
+
+
+def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
+    """Bound the effective horizon by theorem 5.4 of Laidlaw, Russell and Dragan (2023).
+
+    At every state s and time t that a policy greedy in Q^k can visit,
+
+        m >= 16 (S_t(s) / D_t(s)^2) ln(2 T A^k)
+
+    suffices, where D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action, and
+    S_t(s) the greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions, a bound on the variance of a
+    return. This is what the authors' program computes for every MDP of their data set.
+
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+
+    Raises:
+        InputError: if the horizon is not valid or too long.
+    """
+    values, is_optimal, table = mdp.random_values(horizon), mdp.optimal_actions(horizon), (mdp.transitions, mdp.rewards)
+    variances = np.zeros_like(values)
+    kernels.variance_bounds(mdp.transitions, values, mdp.worst_values(horizon), mdp.optimal_values(horizon), variances)
+    rollouts, bound, k = {}, float(horizon), 1
+    while k < bound:
+        ratio = kernels.greatest_ratio(*table, values, variances, is_optimal, mdp.start)
+        if ratio >= 0:
+            sequences = math.log(2 * horizon) + k * math.log(mdp.n_actions)  # ln(2 T A^k)
+            rollouts[k] = max(1, math.ceil(16 * ratio * sequences))
+            bound = min(bound, horizon_of(k, rollouts[k], mdp.n_actions))
+        kernels.look_ahead(*table, values)
+        kernels.look_ahead_variances(mdp.transitions, variances)
+        k += 1
+    return EffectiveHorizon(horizon, mdp.n_actions, rollouts)
+
+
+def minimum_k(mdp: DeterministicMDP, horizon: int) -> int:
+    """The least k at which an MDP is k-QVI-solvable (definition 5.1): k - 1 backups of Q of the random policy.
+
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+
+    Raises:
+        InputError: if the horizon is not valid or too long.
+    """
+    return _backups_needed(mdp, horizon, mdp.random_values(horizon))
+
+
+def effective_planning_window(mdp: DeterministicMDP, horizon: int) -> int:
+    """The least number W of steps to plan ahead, such that every plan greedy in their reward alone is optimal.
+
+    This is the effective planning window of Malik, Pacchiano, Srinivasan and Li (Sample Efficient Reinforcement
+    Learning In Continuous State Spaces, ICML 2021) as Laidlaw et al. compute it: Q^1 = r instead of the values of the
+    random policy.
+
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+
+    Raises:
+        InputError: if the horizon is not valid or too long.
+    """
+    check_horizon(mdp, horizon)
+    return _backups_needed(mdp, horizon, np.zeros((horizon + 1, mdp.n_states)))
+
+
+def _backups_needed(mdp: DeterministicMDP, horizon: int, values: Values) -> int:
+    is_optimal, table = mdp.optimal_actions(horizon), (mdp.transitions, mdp.rewards)
+    for k in range(1, horizon):
+        if kernels.greedy_is_optimal(*table, values, is_optimal, mdp.start):
+            return k
+        kernels.look_ahead(*table, values)
+    return horizon

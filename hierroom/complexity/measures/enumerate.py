@@ -1,0 +1,76 @@
+"""Every state of a Gymnasium environment that can be reached, as a deterministic MDP."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from copy import deepcopy
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Discrete
+
+from hierroom.complexity.measures.mdp import DeterministicMDP
+from hierroom.errors import InputError
+
+
+def enumerate_env(
+    env: gymnasium.Env,
+    state: Callable[[Any], Hashable],
+    *,
+    actions: Sequence[int] | None = None,
+    reward: Callable[[float], float] = float,
+    seed: int = 0,
+    max_states: int = 100_000,
+) -> DeterministicMDP:
+    """Walk through all states that can be reached from the first one, by copies of the environment.
+
+    The level is the one that ``env.reset(seed=seed)`` makes. Truncation is ignored, because the measures have a
+    horizon of their own; a terminal state becomes the last, absorbing one.
+
+    Args:
+        env: a deterministic environment with discrete actions that `copy.deepcopy` can copy.
+        state: the state of an environment: what decides all that follows, without the number of steps.
+        actions: which actions to take; all by default.
+        reward: makes the MDP's reward of the environment's, such as ``lambda r: float(r > 0)`` where it shrinks with
+            the number of steps, which is no part of the state.
+        seed: seed of the level.
+        max_states: most states.
+
+    Returns:
+        The MDP, whose states are numbered as they were found, the start being 0.
+
+    Raises:
+        InputError: if the actions are not discrete, or there are more states.
+    """
+    if not isinstance(env.action_space, Discrete):
+        raise InputError(f"states are enumerated with discrete actions, not with {env.action_space}")
+    first = int(env.action_space.start)
+    chosen = range(first, first + int(env.action_space.n)) if actions is None else actions
+    env.reset(seed=seed)
+    numbers = {state(env): 0}
+    frontier, transitions, rewards = [env], [], []
+    while frontier:
+        found = []
+        for here in frontier:
+            targets, earned = [], []
+            for action in chosen:
+                after = deepcopy(here)
+                _, gained, terminated, _, _ = after.step(action)
+                earned.append(reward(float(gained)))
+                if terminated:
+                    targets.append(-1)
+                    continue
+                key = state(after)
+                if key not in numbers:
+                    if len(numbers) >= max_states:
+                        raise InputError(f"the environment has more than {max_states:,} states, which is the limit")
+                    numbers[key] = len(numbers)
+                    found.append(after)
+                targets.append(numbers[key])
+            transitions.append(targets)
+            rewards.append(earned)
+        frontier = found
+    end = len(transitions)
+    table = np.array([*transitions, [end] * len(chosen)])
+    return DeterministicMDP(np.where(table < 0, end, table), np.array([*rewards, [0.0] * len(chosen)]))

@@ -1,0 +1,252 @@
+"""What a random walk does in the long run and between two sets of nodes.
+
+Every function takes W as described in `hierroom.complexity.weights`; P is W with the probability to stay on its
+diagonal. Numbers are those of theorems in Levin and Peres, Markov Chains and Mixing Times, 2nd edition, 2017.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import eigs
+
+from hierroom.complexity.hitting import expected_visits, hitting_probability, mean_first_passage_time
+from hierroom.complexity.measures.cover_kernels import sampled_cover_times
+from hierroom.complexity.weights import (
+    Targets,
+    Weights,
+    as_moves,
+    as_node,
+    as_targets,
+    closed_classes,
+    n_nodes,
+    row_sums,
+)
+from hierroom.errors import InputError
+
+MAX_DENSE_NODES = 2000
+"""With more nodes eigenvalues are found iteratively, and the mixing time, a dense power of P, is refused."""
+MAX_COVER_NODES = 14
+"""Most nodes for an exact cover time, whose cost doubles with every node."""
+
+
+def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
+    """Long-run fraction of the time that a walk spends at each node: pi P = pi.
+
+    Between two visits to one node s of the recurrent class a walk spends an expected v_i steps at i, and
+    pi_i = v_i / sum v (proposition 1.14). This needs no eigenvector, and nodes hardly ever visited keep their
+    relative precision.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+
+    Returns:
+        [n] float64, which sums to one; 0 at transient nodes.
+
+    Raises:
+        InputError: if W is not valid, or a walk can end in one of several classes.
+    """
+    moves = as_moves(weights)
+    s, n = int(_recurrent(moves)[0]), n_nodes(moves)
+    leaving = sp.csr_array(moves[[s]])
+    if leaving.nnz == 0:
+        return np.eye(n)[s]
+    again = sp.block_array([[moves, sp.csr_array((n, 1))], [leaving, sp.csr_array((1, 1))]])
+    visits = expected_visits(sp.csr_array(again), n, s)
+    at_nodes = visits[:n]
+    at_nodes[s] = visits[n]
+    return at_nodes / at_nodes.sum()
+
+
+def spectral_gap(weights: Weights) -> float:
+    """Absolute spectral gap: one minus the modulus of the second greatest eigenvalue of P (section 12.2).
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+
+    Returns:
+        0..1; 0 for a walk that never forgets where it began, 1 for one that does in a single step.
+
+    Raises:
+        InputError: if W is not valid.
+    """
+    chances = transition_matrix(weights)
+    n = n_nodes(chances)
+    if n == 1:
+        return 1.0
+    if n <= MAX_DENSE_NODES:
+        moduli = np.sort(np.abs(np.linalg.eigvals(chances.toarray())))
+    else:
+        start = np.random.default_rng(0).random(n)
+        moduli = np.sort(np.abs(eigs(chances.T, k=2, which="LM", v0=start, return_eigenvectors=False)))
+    return float(np.clip(1 - moduli[-2], 0.0, 1.0))
+
+
+def mixing_time(weights: Weights, distance: float = 0.25) -> float:
+    """Steps after which a walk from any node is close to stationary: t_mix (equation 4.30).
+
+    The least t with max over s of |P^t(s, .) - pi|_TV <= distance; the distance never grows with t.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one, of at most `MAX_DENSE_NODES` nodes.
+        distance: total variation distance, between 0 and 1.
+
+    Returns:
+        Number of steps; ``inf`` if the walk is periodic, or not there after 2^60 steps.
+
+    Raises:
+        InputError: if W is not valid or too large, a walk can end in one of several classes, or the distance is out of
+            range.
+    """
+    if not 0 < distance < 1:
+        raise InputError(f"a mixing time needs a distance between 0 and 1, not {distance}")
+    moves = as_moves(weights)
+    if n_nodes(moves) > MAX_DENSE_NODES:
+        raise InputError(f"the mixing time is computed for up to {MAX_DENSE_NODES} nodes, not {n_nodes(moves)}")
+    stationary = stationary_distribution(moves)
+
+    def is_far(power: NDArray[np.float64]) -> bool:
+        return bool(np.abs(power - stationary).sum(axis=1).max() / 2 > distance)
+
+    if not is_far(np.eye(len(stationary))):
+        return 0.0
+    powers = [transition_matrix(moves).toarray()]  # P^(2^i)
+    while is_far(powers[-1]):
+        if len(powers) > 60:
+            return math.inf
+        powers.append(powers[-1] @ powers[-1])
+    steps, power = 0, np.eye(len(stationary))
+    for i in range(len(powers) - 1, -1, -1):
+        further = power @ powers[i]
+        if is_far(further):
+            steps, power = steps + (1 << i), further
+    return float(steps + 1)
+
+
+def commute_time(weights: Weights, source: int, target: int) -> float:
+    """Mean number of steps from one node to another and back (section 10.3); ``inf`` if one may never be reached.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+        source: one node.
+        target: the other.
+
+    Raises:
+        InputError: if W or a node is not valid.
+    """
+    there, back = (mean_first_passage_time(weights, node) for node in (target, source))
+    return float(there[as_node(source, len(there))] + back[target])
+
+
+def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[np.float64]:
+    """Probability to reach the targets before the sources: the harmonic function 0 on one set and 1 on the other.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+        sources: one or several nodes.
+        targets: one or several others.
+
+    Returns:
+        [n] float64 in 0..1.
+
+    Raises:
+        InputError: if W or a node is not valid, or a node is in both sets.
+    """
+    moves = as_moves(weights)
+    is_source, is_target = as_targets(sources, n_nodes(moves)), as_targets(targets, n_nodes(moves))
+    if (is_source & is_target).any():
+        raise InputError("sources and targets of a committor must differ, but a node is in both")
+    keeps = sp.diags_array((~is_source).astype(float))  # a walk at a source is lost
+    return hitting_probability(sp.csr_array(keeps @ moves), np.flatnonzero(is_target))
+
+
+def cover_time(weights: Weights, source: int) -> float:
+    """Mean number of steps until every node was visited (chapter 11), exactly.
+
+    E(V, i), the mean with the nodes V visited and the walk at i in V, solves E(V, i) = 1 + sum_j P_ij E(V + {j}, j), a
+    linear system for each V, the larger sets first.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one, of at most `MAX_COVER_NODES` nodes.
+        source: node where the walk begins.
+
+    Returns:
+        Mean number of steps; ``inf`` if a node cannot be reached from every other.
+
+    Raises:
+        InputError: if W or the source is not valid, or W has more nodes.
+    """
+    moves = as_moves(weights)
+    n = n_nodes(moves)
+    source = as_node(source, n)
+    if n > MAX_COVER_NODES:
+        raise InputError(f"a cover time is exact for up to {MAX_COVER_NODES} nodes, not {n}; sample it instead")
+    if not _is_irreducible(moves):
+        return math.inf
+    dense, places = moves.toarray(), np.arange(n)
+    generator = np.diag(dense.sum(axis=1)) - dense
+    sets = np.arange(1 << n)
+    sets = sets[sets >> source & 1 == 1]
+    sizes = (sets[:, None] >> places & 1).sum(axis=1)
+    means = np.zeros((1 << n, n))
+    for size in range(n - 1, 0, -1):  # all sets of one size at once
+        visited = sets[sizes == size]
+        is_inside = (visited[:, None] >> places & 1).astype(bool)
+        inside = np.nonzero(is_inside)[1].reshape(-1, size)
+        outside = np.nonzero(~is_inside)[1].reshape(-1, n - size)
+        onward = means[visited[:, None] | 1 << outside, outside]
+        known = 1 + (dense[inside[:, :, None], outside[:, None, :]] @ onward[:, :, None])
+        solved = np.linalg.solve(generator[inside[:, :, None], inside[:, None, :]], known)[:, :, 0]
+        means[visited[:, None], inside] = solved
+    return float(means[1 << source, source])
+
+
+def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed: int = 0) -> tuple[float, float]:
+    """Estimate the mean number of steps until every node was visited, for graphs too large for `cover_time`.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+        source: node where each walk begins.
+        n_walks: number of walks, at least 2.
+        seed: fixes them.
+
+    Returns:
+        (mean, its standard error) in steps; (``inf``, 0) if a node cannot be reached from every other.
+
+    Raises:
+        InputError: if W or the source is not valid, or there are fewer walks.
+    """
+    moves = as_moves(weights)
+    source = as_node(source, n_nodes(moves))
+    if n_walks < 2:
+        raise InputError(f"estimate a cover time from at least 2 walks, not {n_walks}")
+    if not _is_irreducible(moves):
+        return math.inf, 0.0
+    rng = np.random.default_rng(seed)
+    times = sampled_cover_times(moves.indptr, moves.indices, moves.data, row_sums(moves), source, n_walks, rng)
+    return float(times.mean()), float(times.std(ddof=1) / math.sqrt(n_walks))
+
+
+def transition_matrix(weights: Weights) -> sp.csr_array:
+    """P: W with the probability to stay on its diagonal, so that each row sums to one: [n, n] CSR."""
+    moves = as_moves(weights)
+    return sp.csr_array(moves + sp.diags_array(np.clip(1 - row_sums(moves), 0.0, 1.0)))
+
+
+def _recurrent(moves: sp.csr_array) -> NDArray[np.int64]:
+    classes = closed_classes(moves)
+    if len(classes) > 1:
+        raise InputError(
+            f"the walk can end in any of {len(classes)} classes of nodes, so that it has no single stationary "
+            "distribution"
+        )
+    return classes[0]
+
+
+def _is_irreducible(moves: sp.csr_array) -> bool:
+    """Whether every node can be reached from every other."""
+    return connected_components(moves, directed=True, connection="strong")[0] == 1

@@ -1,0 +1,152 @@
+"""How many rollouts GORP needs on a deterministic MDP whose return is 0 or 1: exactly, or by runs drawn.
+
+GORP (greedy over random policy; Laidlaw, Russell and Dragan 2023, algorithm 1) fixes one action after the other: after
+each of the A^k sequences of k actions that could follow those already fixed, it makes m rollouts of the random policy,
+and it fixes the first action of the sequence of the greatest mean return. Its estimates are binomial here, so that its
+choices have known probabilities. m_k is the number of rollouts with which it finds an optimal policy with probability
+1/2, and H_k = k + log_A m_k (definition 5.2), of which `effective_horizon` gives an upper bound only. Ties are broken
+at random.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.complexity.measures.effective_horizon import horizon_of
+from hierroom.complexity.measures.gorp_kernels import sampled_successes, success_values
+from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
+from hierroom.errors import InputError
+
+MAX_SEQUENCES = 1000
+"""Most sequences of k actions, A^k: the authors' limit as well."""
+MAX_ROLLOUTS = 1_000_000
+NEVER = 2**62
+
+
+@dataclass(frozen=True)
+class GorpRollouts:
+    """The number of rollouts with which GORP finds an optimal policy with probability 1/2.
+
+    Args:
+        k: number of actions of a sequence.
+        rollouts: m_k; None if it is more than `MAX_ROLLOUTS`.
+        horizon: number of steps T of an episode.
+        n_actions: number of actions A.
+        is_exact: whether the probability was computed; else it is the share of runs drawn.
+    """
+
+    k: int
+    rollouts: int | None
+    horizon: int
+    n_actions: int
+    is_exact: bool
+
+    @property
+    def effective_horizon(self) -> float:
+        """H_k = k + log_A m_k; ``inf`` if m_k is not known."""
+        return float("inf") if self.rollouts is None else horizon_of(self.k, self.rollouts, self.n_actions)
+
+    @property
+    def samples(self) -> float:
+        """T^2 A^k m_k, which bounds the steps that GORP samples (lemma 5.3)."""
+        return (
+            float("inf") if self.rollouts is None else self.horizon**2 * float(self.n_actions) ** self.k * self.rollouts
+        )
+
+
+class Gorp:
+    """GORP on one MDP, whose returns must be 0 or 1.
+
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+        k: number of actions of a sequence, at least 1.
+        runs: draw so many runs of GORP, for MDPs too large to compute the probability; None computes it.
+        seed: fixes the runs drawn.
+
+    Raises:
+        InputError: if the MDP has other returns, or an argument is out of range.
+    """
+
+    def __init__(self, mdp: DeterministicMDP, horizon: int, k: int = 1, runs: int | None = None, seed: int = 0):
+        check_horizon(mdp, horizon)
+        if not mdp.is_binary:
+            raise InputError("GORP's rollouts are computed for returns of 0 or 1; this MDP has other rewards")
+        if k < 1 or mdp.n_actions**k > MAX_SEQUENCES:
+            raise InputError(f"k must be at least 1, and {mdp.n_actions}**k at most {MAX_SEQUENCES}, not k = {k}")
+        if runs is not None and runs < 1:
+            raise InputError(f"draw at least one run of GORP, not {runs}")
+        self.mdp, self.horizon, self.k = mdp, horizon, k
+        self._uniforms = None if runs is None else np.random.default_rng(seed).random((runs, horizon))
+        self._random = mdp.random_values(horizon)
+        self._is_solvable = mdp.optimal_values(horizon) > 0.5
+        self._leaves, self._leaf_steps = _sequences(mdp, k)
+        nodes, weights = np.polynomial.legendre.leggauss((mdp.n_actions + 1) // 2)
+        self._rule = (nodes + 1) / 2, weights / 2
+        if runs is None:
+            self._is_optimal, self._visited = self._optimal_ways()
+
+    def success_probability(self, m: int) -> float:
+        """Probability that GORP finds an optimal policy with m rollouts after each sequence.
+
+        Args:
+            m: number of rollouts, 1 to `MAX_ROLLOUTS`.
+
+        Raises:
+            InputError: if ``m`` is out of range.
+        """
+        if not 1 <= m <= MAX_ROLLOUTS:
+            raise InputError(f"the number of rollouts must lie in 1..{MAX_ROLLOUTS:,}, not {m}")
+        mdp, known = self.mdp, (self._leaves, self._leaf_steps, self._random)
+        if not self._is_solvable[self.horizon, mdp.start]:
+            return 1.0  # every policy is optimal
+        if self._uniforms is not None:
+            solved = sampled_successes(
+                mdp.transitions, *known, self._is_solvable, mdp.start, self.k, m, *self._rule, self._uniforms
+            )
+            return solved / len(self._uniforms)
+        success = success_values(mdp.transitions, *known, self._is_optimal, self._visited, self.k, m, *self._rule)
+        return float(success[self.horizon, mdp.start])
+
+    def rollouts(self) -> GorpRollouts:
+        """m_k, by doubling m and then bisecting; the probability is taken to grow with m between the points tried."""
+        low, high = 0, 1
+        while self.success_probability(high) < 0.5:
+            low, high = high, 2 * high
+            if high > MAX_ROLLOUTS:
+                return self._found(None)
+        while high - low > 1:
+            middle = (low + high) // 2
+            if self.success_probability(middle) < 0.5:
+                low = middle
+            else:
+                high = middle
+        return self._found(high)
+
+    def _found(self, rollouts: int | None) -> GorpRollouts:
+        return GorpRollouts(self.k, rollouts, self.horizon, self.mdp.n_actions, self._uniforms is None)
+
+    def _optimal_ways(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """[T + 1, S, A] which actions are optimal, and [T + 1, S] which states optimal actions lead to."""
+        mdp, horizon = self.mdp, self.horizon
+        is_optimal = mdp.optimal_actions(horizon)
+        visited = np.zeros((horizon + 1, mdp.n_states), bool)
+        visited[horizon, mdp.start] = True
+        for h in range(horizon, 0, -1):
+            visited[h - 1][mdp.transitions[visited[h]][is_optimal[h][visited[h]]]] = True
+        return is_optimal, visited
+
+
+def _sequences(mdp: DeterministicMDP, k: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The state after each sequence of k actions, and the step that earns the reward: [S, A ** k] int64 each."""
+    leaves = np.arange(mdp.n_states)[:, None]
+    steps = np.full(leaves.shape, NEVER)
+    for step in range(1, k + 1):
+        earns = (mdp.rewards[leaves] > 0).reshape(mdp.n_states, -1)
+        steps = np.repeat(steps, mdp.n_actions, axis=1)
+        steps[earns & (steps == NEVER)] = step
+        leaves = mdp.transitions[leaves].reshape(mdp.n_states, -1)
+    return leaves, steps

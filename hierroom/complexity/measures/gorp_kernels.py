@@ -1,0 +1,164 @@
+"""The choice that GORP makes at one state, as a compiled function."""
+
+import math
+
+import numpy as np
+
+from hierroom.compile.kernel import njit
+
+SPREAD, SLACK = 10.0, 30.0
+"""Numbers of successes further than SPREAD standard deviations plus SLACK from the mean have no weight."""
+
+
+@njit(cache=True)
+def choice_probabilities(chances, n_actions, m, nodes, node_weights):
+    """Probability that each action has the greatest of its leaves' estimates, ties being broken at random.
+
+    The estimate of a leaf is the mean of m returns that are 0 or 1, so a binomial number over m; leaves are
+    independent. With F_b the distribution function of the greatest number of action b's leaves,
+
+        P(a) = integral over u in 0..1 of sum over x of f_a(x) prod over b != a of (F_b(x - 1) + u f_b(x)),
+
+    a polynomial in u of degree A - 1, for which Gauss and Legendre's rule with enough nodes is exact.
+
+    Args:
+        chances: [A * L] float64, the probability of return 1 after each leaf, the leaves of an action side by side.
+        n_actions: number of actions A.
+        m: number of rollouts of each leaf.
+        nodes: [K] float64 nodes of the rule in 0..1, K >= A / 2.
+        node_weights: [K] float64 its weights.
+
+    Returns:
+        [A] float64, which sum to one up to rounding.
+    """
+    n_leaves = chances.shape[0] // n_actions
+    low, high = np.int64(0), np.int64(0)
+    for leaf in range(chances.shape[0]):
+        mean, deviation = m * chances[leaf], math.sqrt(m * chances[leaf] * (1 - chances[leaf]))
+        low = max(low, np.int64(mean - SPREAD * deviation - SLACK))
+        high = max(high, min(m, np.int64(mean + SPREAD * deviation + SLACK)))
+    below = np.ones(n_actions)  # F_b(x - 1)
+    upto = np.ones((n_actions, high - low + 1))  # F_b(x) for x from low to high
+    for leaf in range(chances.shape[0]):
+        action, chance = leaf // n_leaves, chances[leaf]
+        if chance <= 0.0:
+            if low > 0:
+                continue  # it surely stays below: F = 1 everywhere
+            below[action] = 0.0
+            continue
+        if chance >= 1.0:
+            below[action] = 0.0
+            for x in range(high - low + 1):
+                if low + x < m:
+                    upto[action, x] = 0.0
+            continue
+        mean, deviation = m * chance, math.sqrt(m * chance * (1 - chance))
+        x = max(np.int64(0), np.int64(mean - SPREAD * deviation - SLACK))
+        log_mass = math.lgamma(m + 1.0) - math.lgamma(x + 1.0) - math.lgamma(m - x + 1.0)
+        mass = math.exp(log_mass + x * math.log(chance) + (m - x) * math.log1p(-chance))
+        odds, total = chance / (1 - chance), 0.0
+        if x > low:  # below the leaf's own range
+            below[action] = 0.0
+            for y in range(min(x, high + 1) - low):
+                upto[action, y] = 0.0
+        while x < low:
+            total += mass
+            mass *= (m - x) / (x + 1.0) * odds
+            x += 1
+        if x == low:
+            below[action] *= min(total, 1.0)
+        while x <= high:
+            total += mass
+            upto[action, x - low] *= min(total, 1.0)
+            mass *= (m - x) / (x + 1.0) * odds
+            x += 1
+    chosen = np.zeros(n_actions)
+    for x in range(high - low + 1):
+        for action in range(n_actions):
+            before = below[action] if x == 0 else upto[action, x - 1]
+            mass = upto[action, x] - before
+            if mass <= 0.0:
+                continue
+            for node in range(nodes.shape[0]):
+                product = node_weights[node]
+                for other in range(n_actions):
+                    if other != action:
+                        under = below[other] if x == 0 else upto[other, x - 1]
+                        product *= under + nodes[node] * (upto[other, x] - under)
+                chosen[action] += mass * product
+    return chosen
+
+
+@njit(cache=True)
+def leaf_chances(leaves, leaf_steps, random_values, state, h, k, chances):
+    """Write the probability of return 1 after each sequence of k actions from a state with h steps to go."""
+    for leaf in range(leaves.shape[1]):
+        if leaf_steps[state, leaf] <= h:
+            chances[leaf] = 1.0
+        else:
+            chances[leaf] = random_values[h - k, leaves[state, leaf]] if h > k else 0.0
+
+
+@njit(cache=True, nogil=True)
+def success_values(transitions, leaves, leaf_steps, random_values, is_optimal, visited, k, m, nodes, node_weights):
+    """Probability that GORP takes optimal actions only, from every state that it may visit on such a way.
+
+    Args:
+        transitions: [S, A] int64.
+        leaves: [S, A ** k] int64, the state after each sequence of k actions, those with the same first action side by
+            side.
+        leaf_steps: [S, A ** k] int64, the step of the sequence that earns the reward, or a great number.
+        random_values: [T + 1, S] float64, the probability of return 1 of the random policy.
+        is_optimal: [T + 1, S, A] bool.
+        visited: [T + 1, S] bool, the states to compute.
+        k: number of steps of a sequence.
+        m: number of rollouts after each sequence.
+        nodes: see `choice_probabilities`.
+        node_weights: see `choice_probabilities`.
+
+    Returns:
+        [T + 1, S] float64; 0 where it is not computed.
+    """
+    horizon, n_states, n_actions = random_values.shape[0] - 1, transitions.shape[0], transitions.shape[1]
+    success = np.zeros((horizon + 1, n_states))
+    success[0] = 1.0
+    chances = np.empty(leaves.shape[1])
+    for h in range(1, horizon + 1):
+        for state in range(n_states):
+            if not visited[h, state]:
+                continue
+            leaf_chances(leaves, leaf_steps, random_values, state, h, k, chances)
+            chosen = choice_probabilities(chances, n_actions, m, nodes, node_weights)
+            for action in range(n_actions):
+                if is_optimal[h, state, action]:
+                    success[h, state] += chosen[action] * success[h - 1, transitions[state, action]]
+    return success
+
+
+@njit(cache=True, nogil=True)
+def sampled_successes(
+    transitions, leaves, leaf_steps, random_values, optimal_values, start, k, m, nodes, node_weights, uniforms
+):
+    """Run GORP once for each row of uniforms [N, T], and count the runs that only took optimal actions.
+
+    Each choice is drawn from its exact distribution, so that no rollout has to be made. For the other arguments see
+    `success_values`; ``optimal_values`` is [T + 1, S] bool, whether return 1 can still be had.
+    """
+    horizon, n_actions = random_values.shape[0] - 1, transitions.shape[1]
+    chances = np.empty(leaves.shape[1])
+    successes = 0
+    for run in range(uniforms.shape[0]):
+        state, h = start, horizon
+        has_earned = False
+        while h > 0 and not has_earned and optimal_values[h, state]:
+            leaf_chances(leaves, leaf_steps, random_values, state, h, k, chances)
+            chosen = choice_probabilities(chances, n_actions, m, nodes, node_weights)
+            action, total = 0, chosen[0]
+            while total < uniforms[run, h - 1] and action < n_actions - 1:
+                action += 1
+                total += chosen[action]
+            has_earned = leaf_steps[state, action * (leaves.shape[1] // n_actions)] == 1
+            state = transitions[state, action]
+            h -= 1
+        successes += has_earned
+    return successes

@@ -1,0 +1,140 @@
+"""Value iteration over a finite horizon on a deterministic MDP, as compiled functions.
+
+Arrays of values are [T + 1, S] by steps left, row 0 being zero; transitions and rewards are [S, A].
+"""
+
+import numpy as np
+
+from hierroom.compile.kernel import njit
+
+TIE = 1e-9
+"""Two values count as equal if they differ by less than this part of the greater one."""
+
+
+@njit(cache=True)
+def write_q(transitions, rewards, row, state, q):
+    """Write Q of each action, ``row`` being the values with one step less to go; returns the greatest."""
+    top = -np.inf
+    for action in range(transitions.shape[1]):
+        q[action] = rewards[state, action] + row[np.uint64(transitions[state, action])]
+        if q[action] > top:
+            top = q[action]
+    return top
+
+
+@njit(cache=True, nogil=True)
+def random_values(transitions, rewards, values):
+    """Write V_h(s) = mean over a of r(s, a) + V_(h-1)(s')."""
+    q = np.empty(transitions.shape[1])
+    for h in range(1, values.shape[0]):
+        for state in range(transitions.shape[0]):
+            write_q(transitions, rewards, values[h - 1], state, q)
+            values[h, state] = q.mean()
+
+
+@njit(cache=True, nogil=True)
+def look_ahead(transitions, rewards, values):
+    """Plan one step further in place, from the longest horizon down: V_h(s) = max over a of r(s, a) + V_(h-1)(s')."""
+    q = np.empty(transitions.shape[1])
+    for h in range(values.shape[0] - 1, 0, -1):
+        for state in range(transitions.shape[0]):
+            values[h, state] = write_q(transitions, rewards, values[h - 1], state, q)
+
+
+@njit(cache=True, nogil=True)
+def optimal_values(transitions, rewards, values):
+    """Write V_h(s) = max over a of r(s, a) + V_(h-1)(s'), from the shortest horizon up."""
+    q = np.empty(transitions.shape[1])
+    for h in range(1, values.shape[0]):
+        for state in range(transitions.shape[0]):
+            values[h, state] = write_q(transitions, rewards, values[h - 1], state, q)
+
+
+@njit(cache=True, nogil=True)
+def variance_bounds(transitions, values, worst, best, variances):
+    """Write the greatest (Q - Q_worst) (Q_best - Q_worst) of the actions, which bounds the variance of a return."""
+    n_states, n_actions = transitions.shape
+    for h in range(1, values.shape[0]):
+        for state in range(n_states):
+            for action in range(n_actions):
+                after = transitions[state, action]  # the reward cancels
+                above_worst = values[h - 1, after] - worst[h - 1, after]
+                width = best[h - 1, after] - worst[h - 1, after]
+                variances[h, state] = max(variances[h, state], above_worst * width)
+
+
+@njit(cache=True, nogil=True)
+def look_ahead_variances(transitions, variances):
+    """Take the greatest bound one step further, in place; with one step left it stays as it is."""
+    n_states, n_actions = transitions.shape
+    for h in range(variances.shape[0] - 1, 1, -1):
+        for state in range(n_states):
+            greatest = 0.0
+            for action in range(n_actions):
+                greatest = max(greatest, variances[h - 1, transitions[state, action]])
+            variances[h, state] = greatest
+
+
+@njit(cache=True, nogil=True)
+def mark_optimal(transitions, rewards, best, is_optimal):
+    """Write which actions are optimal [T + 1, S, A], by the greatest values; rounding errors do not decide."""
+    n_states, n_actions = transitions.shape
+    for h in range(1, best.shape[0]):
+        row = best[h - 1]
+        for state in range(n_states):
+            top = best[h, state]
+            least = top - TIE * abs(top)
+            for action in range(n_actions):
+                after = np.uint64(transitions[state, action])
+                is_optimal[h, state, action] = rewards[state, action] + row[after] >= least
+
+
+@njit(cache=True, nogil=True)
+def greedy_is_optimal(transitions, rewards, values, is_optimal, start):
+    """Whether every policy greedy in Q takes optimal actions only, ties being followed every way."""
+    n_states, n_actions = transitions.shape
+    q = np.empty(n_actions)
+    visited, following = np.zeros(n_states, np.bool_), np.zeros(n_states, np.bool_)
+    visited[start] = True
+    for h in range(values.shape[0] - 1, 0, -1):
+        following[:] = False
+        for state in range(n_states):
+            if not visited[state]:
+                continue
+            top = write_q(transitions, rewards, values[h - 1], state, q)
+            least = top - TIE * abs(top)
+            for action in range(n_actions):
+                if q[action] >= least:
+                    if not is_optimal[h, state, action]:
+                        return False
+                    following[transitions[state, action]] = True
+        visited, following = following, visited
+    return True
+
+
+@njit(cache=True, nogil=True)
+def greatest_ratio(transitions, rewards, values, variances, is_optimal, start):
+    """The greatest variance / gap^2 of the states that may be visited; -1 if a greedy action may be suboptimal."""
+    n_states, n_actions = transitions.shape
+    q = np.empty(n_actions)
+    visited, following = np.zeros(n_states, np.bool_), np.zeros(n_states, np.bool_)
+    visited[start] = True
+    greatest = 0.0
+    for h in range(values.shape[0] - 1, 0, -1):
+        following[:] = False
+        for state in range(n_states):
+            if not visited[state]:
+                continue
+            top, best_suboptimal = write_q(transitions, rewards, values[h - 1], state, q), -np.inf
+            for action in range(n_actions):
+                if not is_optimal[h, state, action] and q[action] > best_suboptimal:
+                    best_suboptimal = q[action]
+            gap = top - best_suboptimal
+            if gap <= TIE * abs(top):
+                return -1.0
+            greatest = max(greatest, variances[h, state] / gap**2)
+            for action in range(n_actions):
+                if q[action] > best_suboptimal:
+                    following[transitions[state, action]] = True
+        visited, following = following, visited
+    return greatest

@@ -1,0 +1,148 @@
+"""A deterministic Markov decision process with finitely many states, and its values over a finite horizon.
+
+Values are undiscounted, as in Laidlaw, Russell and Dragan (2023), and indexed by the number of steps left, h = 0..T.
+An array of values is therefore [T + 1, S], and its row 0 is zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.complexity.measures import horizon_kernels as kernels
+from hierroom.errors import InputError
+
+Values = NDArray[np.float64]
+MAX_VALUES = 100_000_000
+"""Largest number of entries (T + 1) * S of an array of values: 800 MB."""
+
+
+@dataclass(frozen=True, eq=False)
+class DeterministicMDP:
+    """States 0..S - 1, actions 0..A - 1, and for each pair the next state and the reward.
+
+    An episode that ends leads to an absorbing state: every action stays there and earns nothing.
+
+    Args:
+        transitions: [S, A] int, the state after each action.
+        rewards: [S, A] float, finite.
+        start: state in which every episode begins.
+
+    Raises:
+        InputError: if the shapes differ, a next state does not exist, or a reward is not finite.
+    """
+
+    transitions: NDArray[np.int64]
+    rewards: NDArray[np.float64]
+    start: int = 0
+
+    def __post_init__(self) -> None:
+        transitions, rewards = np.asarray(self.transitions), np.asarray(self.rewards, float)
+        if transitions.ndim != 2 or transitions.shape != rewards.shape or not transitions.size:
+            raise InputError(
+                "transitions and rewards of an MDP must both be of shape [states, actions], "
+                f"not {transitions.shape} and {rewards.shape}"
+            )
+        n = len(transitions)
+        if transitions.dtype.kind not in "iu" or transitions.min() < 0 or transitions.max() >= n:
+            raise InputError(f"the next states of an MDP with {n} states must be whole numbers from 0 to {n - 1}")
+        if not np.isfinite(rewards).all():
+            raise InputError("the rewards of an MDP must be finite")
+        if not 0 <= self.start < n:
+            raise InputError(f"the start of an MDP with {n} states must lie in 0..{n - 1}, not {self.start}")
+        object.__setattr__(self, "transitions", transitions.astype(np.int64))
+        object.__setattr__(self, "rewards", rewards)
+
+    @property
+    def n_states(self) -> int:
+        """Number of states S, the absorbing ones included."""
+        return len(self.transitions)
+
+    @property
+    def n_actions(self) -> int:
+        """Number of actions A."""
+        return self.transitions.shape[1]
+
+    @cached_property
+    def is_absorbing(self) -> NDArray[np.bool_]:
+        """[S] bool, whether every action stays in the state and earns nothing."""
+        stays = self.transitions == np.arange(self.n_states)[:, None]
+        return (stays & (self.rewards == 0)).all(axis=1)
+
+    @cached_property
+    def is_binary(self) -> bool:
+        """Whether every return is 0 or 1: the only reward is 1, and it ends the episode."""
+        earns = self.rewards != 0
+        return bool((self.rewards[earns] == 1).all() and self.is_absorbing[self.transitions[earns]].all())
+
+    def random_values(self, horizon: int) -> Values:
+        """Expected return of the uniformly random policy: [T + 1, S]."""
+        values = self._zeros(horizon)
+        kernels.random_values(self.transitions, self.rewards, values)
+        return values
+
+    def optimal_values(self, horizon: int) -> Values:
+        """Greatest return: [T + 1, S]."""
+        values = self._zeros(horizon)
+        kernels.optimal_values(self.transitions, self.rewards, values)
+        return values
+
+    def worst_values(self, horizon: int) -> Values:
+        """Least return: [T + 1, S]."""
+        values = self._zeros(horizon)
+        kernels.optimal_values(self.transitions, -self.rewards, values)
+        return -values
+
+    def optimal_actions(self, horizon: int) -> NDArray[np.bool_]:
+        """[T + 1, S, A] bool, whether an action earns the greatest return; row 0 is False."""
+        is_optimal = np.zeros((horizon + 1, *self.transitions.shape), bool)
+        kernels.mark_optimal(self.transitions, self.rewards, self.optimal_values(horizon), is_optimal)
+        return is_optimal
+
+    def random_success(self, horizon: int) -> float:
+        """Probability that an episode of the uniformly random policy earns the greatest return.
+
+        P_h(s) = sum over the optimal actions of P_{h - 1}(s') / A, and P_0 = 1.
+
+        Args:
+            horizon: number of steps T of an episode, at least 1.
+        """
+        is_optimal, success = self.optimal_actions(horizon), np.ones(self.n_states)
+        for h in range(1, horizon + 1):
+            success = (is_optimal[h] * success[self.transitions]).mean(axis=1)
+        return float(success[self.start])
+
+    def shortest_solution(self) -> int:
+        """Fewest steps from the start until a reward above 0 is earned; -1 if none can be."""
+        reached = np.zeros(self.n_states, bool)
+        frontier, steps = np.array([self.start]), 0
+        while frontier.size:
+            steps += 1
+            if (self.rewards[frontier] > 0).any():
+                return steps
+            reached[frontier] = True
+            after = np.unique(self.transitions[frontier])
+            frontier = after[~reached[after]]
+        return -1
+
+    def _zeros(self, horizon: int) -> Values:
+        check_horizon(self, horizon)
+        return np.zeros((horizon + 1, self.n_states))
+
+
+def check_horizon(mdp: DeterministicMDP, horizon: int) -> None:
+    """Check the length of an episode.
+
+    Raises:
+        InputError: if it is not a whole number of at least 1, or the values would not fit into memory.
+    """
+    if not isinstance(horizon, (int, np.integer)) or isinstance(horizon, bool) or horizon < 1:
+        raise InputError(f"the horizon of an MDP must be a whole number of at least 1, not {horizon!r}")
+    if (horizon + 1) * mdp.n_states > MAX_VALUES:
+        raise InputError(
+            f"{mdp.n_states:,} states over a horizon of {horizon:,} have more than the {MAX_VALUES:,} values that can "
+            "be held; choose a shorter horizon"
+        )

@@ -1,0 +1,112 @@
+"""Policy information capacity: how much a policy's parameters tell about its return, or about its success.
+
+Furuta, Matsushima, Kozuno, Matsuo, Levine, Nachum and Gu (Policy Information Capacity, ICML 2021): with parameters
+Theta from a prior, and an episode's return R,
+
+    PIC  = I(R; Theta) = H(R) - E[H(R | Theta)],
+    POIC = I(O; Theta), where P(O = 1 | R) = exp((R - R_max) / temperature).
+
+The more a policy's parameters decide, the easier it is to tell good ones from bad ones. Both are in nats.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import entr, softmax
+
+from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
+from hierroom.errors import InputError
+
+
+class PolicyInformation(NamedTuple):
+    """Policy information capacity (PIC) and policy-optimal information capacity (POIC), in nats."""
+
+    pic: float
+    poic: float
+
+
+def policy_information(returns: ArrayLike, n_bins: int = 100, temperature: float = 1.0) -> PolicyInformation:
+    """Estimate both capacities from episodes of policies drawn from the prior, as the paper does (algorithm 1).
+
+    Args:
+        returns: [P, E] float, the returns of E episodes of each of P policies.
+        n_bins: number of bins of equal width into which returns are sorted.
+        temperature: of optimality, above 0, in units of return.
+
+    Raises:
+        InputError: if there are no returns, one is not finite, or an option is out of range.
+    """
+    table = np.asarray(returns, float)
+    if table.ndim != 2 or not table.size or not np.isfinite(table).all():
+        raise InputError(f"returns must be finite numbers of shape [policies, episodes], not of shape {table.shape}")
+    if n_bins < 1:
+        raise InputError(f"sort returns into at least 1 bin, not {n_bins}")
+    _check_temperature(temperature)
+    low, high = table.min(), table.max()
+    bins = np.minimum(((table - low) / max(high - low, 1e-300) * n_bins).astype(int), n_bins - 1)
+    shares = np.stack([(bins == b).mean(axis=1) for b in np.unique(bins)], axis=1)  # [P, bins used]
+    optimality = np.exp((table - high) / temperature).mean(axis=1)
+    return PolicyInformation(_information(shares), _information(_with_rest(optimality)))
+
+
+def mdp_policy_information(
+    mdp: DeterministicMDP,
+    horizon: int,
+    n_policies: int = 1000,
+    *,
+    deviation: float = 1.0,
+    temperature: float = 1.0,
+    seed: int = 0,
+) -> PolicyInformation:
+    """Compute both capacities on an MDP whose return is 0 or 1, for policies drawn from a prior.
+
+    The prior is a table of preferences, one for each state and action, normal and independent; a policy takes action a
+    in state s with probability softmax(preferences(s))_a. Each policy's probability of return 1 is computed, not
+    sampled, so that only the draw of the policies is random.
+
+    Args:
+        mdp: the MDP.
+        horizon: number of steps T of an episode, at least 1.
+        n_policies: number of policies drawn.
+        deviation: standard deviation of the preferences, at least 0.
+        temperature: of optimality, above 0; towards 0 POIC becomes PIC.
+        seed: fixes the policies.
+
+    Raises:
+        InputError: if the MDP has other returns, or an argument is out of range.
+    """
+    check_horizon(mdp, horizon)
+    if not mdp.is_binary:
+        raise InputError(
+            "the policy information of an MDP is computed for returns of 0 or 1; this one has other rewards"
+        )
+    if n_policies < 1 or deviation < 0:
+        raise InputError(f"draw at least 1 policy with a deviation of at least 0, not {n_policies} with {deviation}")
+    _check_temperature(temperature)
+    rng, successes = np.random.default_rng(seed), []
+    for _ in range(n_policies):
+        policy = softmax(deviation * rng.standard_normal(mdp.transitions.shape), axis=1)
+        values = np.zeros(mdp.n_states)
+        for _ in range(horizon):
+            values = np.einsum("sa,sa->s", policy, mdp.rewards + values[mdp.transitions])
+        successes.append(values[mdp.start])
+    chances = np.clip(successes, 0.0, 1.0)
+    optimality = chances + (1 - chances) * np.exp(-1 / temperature)
+    return PolicyInformation(_information(_with_rest(chances)), _information(_with_rest(optimality)))
+
+
+def _with_rest(chances: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.stack([chances, 1 - chances], axis=1)
+
+
+def _information(shares: NDArray[np.float64]) -> float:
+    """I(X; Theta) of X with the distributions [P, X] given P equally likely parameters."""
+    return max(0.0, float(entr(shares.mean(axis=0)).sum() - entr(shares).sum(axis=1).mean()))
+
+
+def _check_temperature(temperature: float) -> None:
+    if not temperature > 0:
+        raise InputError(f"the temperature of optimality must be above 0, not {temperature}")

@@ -1,0 +1,167 @@
+"""All measures of one MDP, and of one walk, side by side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hierroom.complexity.chain import EXIT, Chain
+from hierroom.complexity.measures.covering import covering_length
+from hierroom.complexity.measures.effective_horizon import (
+    effective_horizon,
+    effective_planning_window,
+    minimum_k,
+)
+from hierroom.complexity.measures.ergodic import (
+    MAX_COVER_NODES,
+    MAX_DENSE_NODES,
+    committor,
+    commute_time,
+    cover_time,
+    mixing_time,
+    sampled_cover_time,
+    spectral_gap,
+    stationary_distribution,
+)
+from hierroom.complexity.measures.gorp import Gorp
+from hierroom.complexity.measures.mdp import DeterministicMDP
+from hierroom.complexity.measures.policy_information import mdp_policy_information
+from hierroom.complexity.weights import row_sums
+from hierroom.errors import InputError
+
+
+@dataclass(frozen=True)
+class MdpMeasures:
+    """The measures of the literature on a deterministic MDP whose return is 0 or 1.
+
+    Args:
+        states: number of states.
+        actions: number of actions A.
+        horizon: number of steps T of an episode.
+        shortest: steps of a shortest solution.
+        random_success: probability that the random policy succeeds within T steps.
+        k: least k at which the MDP is k-QVI-solvable.
+        planning_window: the effective planning window W.
+        horizon_bound: upper bound on the effective horizon by theorem 5.4.
+        rollouts: m_1 of GORP; None if it is above a million.
+        effective_horizon: H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known.
+        samples: GORP's sample bound T^2 A^H with the lesser of H_1 and the bound.
+        covering_low: lower bound on the covering length, in episodes.
+        covering_high: upper bound on it.
+        pic: policy information capacity, in nats.
+        poic: policy-optimal information capacity, in nats.
+    """
+
+    states: int
+    actions: int
+    horizon: int
+    shortest: int
+    random_success: float
+    k: int
+    planning_window: int
+    horizon_bound: float
+    rollouts: int | None
+    effective_horizon: float
+    samples: float
+    covering_low: float
+    covering_high: float
+    pic: float
+    poic: float
+
+
+def measure_mdp(
+    mdp: DeterministicMDP, horizon: int, *, n_policies: int = 200, gorp_runs: int | None = None, seed: int = 0
+) -> MdpMeasures:
+    """Compute every measure of an MDP.
+
+    Args:
+        mdp: the MDP, whose returns must be 0 or 1.
+        horizon: number of steps T of an episode, at least as many as a shortest solution has.
+        n_policies: policies drawn for the information capacities.
+        gorp_runs: draw so many runs of GORP, for MDPs too large to compute its probability; None computes it.
+        seed: fixes what is drawn.
+
+    Raises:
+        InputError: if the MDP has other returns, or the horizon is too short or too long.
+    """
+    shortest = mdp.shortest_solution()
+    if not 0 <= shortest <= horizon:
+        least = f"at least {shortest}" if shortest >= 0 else "reached by no number of steps"
+        raise InputError(f"a solution of the MDP needs {least} steps, but the horizon is {horizon}")
+    bound = effective_horizon(mdp, horizon).value
+    gorp = Gorp(mdp, horizon, runs=gorp_runs, seed=seed).rollouts()
+    covering = covering_length(mdp, horizon)
+    information = mdp_policy_information(mdp, horizon, n_policies, seed=seed)
+    return MdpMeasures(
+        states=mdp.n_states,
+        actions=mdp.n_actions,
+        horizon=horizon,
+        shortest=shortest,
+        random_success=mdp.random_success(horizon),
+        k=minimum_k(mdp, horizon),
+        planning_window=effective_planning_window(mdp, horizon),
+        horizon_bound=bound,
+        rollouts=gorp.rollouts,
+        effective_horizon=gorp.effective_horizon,
+        samples=horizon**2 * float(mdp.n_actions) ** min(bound, gorp.effective_horizon),
+        covering_low=covering.low,
+        covering_high=covering.high,
+        pic=information.pic,
+        poic=information.poic,
+    )
+
+
+@dataclass(frozen=True)
+class WalkMeasures:
+    """Measures of the long run of a walk.
+
+    Args:
+        nodes: number of nodes.
+        at_exit: long-run fraction of the time at the exit.
+        escape: committor of the start, left once: the probability to reach the exit before the start again.
+        spectral_gap: absolute spectral gap.
+        mixing: mixing time in steps, to a total variation distance of 1/4; ``nan`` for a graph too large.
+        commute: commute time between start and exit, in steps.
+        cover: cover time from the start, in steps.
+        cover_error: standard error of the cover time, where it was sampled; 0 where it is exact.
+    """
+
+    nodes: int
+    at_exit: float
+    escape: float
+    spectral_gap: float
+    mixing: float
+    commute: float
+    cover: float
+    cover_error: float
+
+
+def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasures:
+    """Compute every measure of the long run of a walk.
+
+    Args:
+        chain: the walk.
+        n_walks: walks drawn for the cover time of a graph too large for an exact one.
+        seed: fixes them.
+
+    Raises:
+        InputError: if the walk can end in one of several classes of nodes.
+    """
+    weights, source, target = chain.weights, chain.source, chain.goals[EXIT][0]
+    n = len(chain.labels)
+    to_exit = committor(weights, source, target)
+    leaving = float(row_sums(weights)[source])
+    cover = (
+        (cover_time(weights, source), 0.0)
+        if n <= MAX_COVER_NODES
+        else sampled_cover_time(weights, source, n_walks, seed)
+    )
+    return WalkMeasures(
+        nodes=n,
+        at_exit=float(stationary_distribution(weights)[target]),
+        escape=float((weights @ to_exit)[source]) / leaving if leaving else 0.0,
+        spectral_gap=spectral_gap(weights),
+        mixing=mixing_time(weights) if n <= MAX_DENSE_NODES else float("nan"),
+        commute=commute_time(weights, source, target),
+        cover=cover[0],
+        cover_error=cover[1],
+    )

@@ -1,0 +1,107 @@
+"""The measures of several goal graphs or levels as one table: on the terminal, as CSV or as JSON."""
+
+from __future__ import annotations
+
+import csv
+import math
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from hierroom.complexity.measures.summary import MdpMeasures, WalkMeasures
+
+
+@dataclass(frozen=True)
+class MeasuredGraph:
+    """The measures of one goal graph, or of one of its levels.
+
+    Args:
+        name: of the graph or level.
+        mdp: measures of the MDP; None for one with too many states.
+        walk: measures of the assumed walk; None for a level.
+        states: number of states, or a note that says why there are no measures.
+    """
+
+    name: str
+    mdp: MdpMeasures | None
+    walk: WalkMeasures | None = None
+    states: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The measures as plain numbers and strings."""
+        measures = [part for part in (self.mdp, self.walk) if part is not None]
+        return {"graph": self.name} | {key: value for part in measures for key, value in asdict(part).items()}
+
+
+MDP_COLUMNS: Mapping[str, Callable[[MdpMeasures], str]] = {
+    "states": lambda m: str(m.states),
+    "steps": lambda m: str(m.shortest),
+    "random": lambda m: f"{m.random_success:.2g}",
+    "k": lambda m: str(m.k),
+    "W": lambda m: str(m.planning_window),
+    "bound": lambda m: f"{m.horizon_bound:.1f}",
+    "H_1": lambda m: "-" if math.isinf(m.effective_horizon) else f"{m.effective_horizon:.2f}",
+    "samples": lambda m: f"{m.samples:.1e}",
+    "covering": lambda m: f"{_short(m.covering_low)}-{_short(m.covering_high)}",
+    "PIC": lambda m: f"{m.pic:.2g}",
+    "POIC": lambda m: f"{m.poic:.2g}",
+}
+WALK_COLUMNS: Mapping[str, Callable[[WalkMeasures], str]] = {
+    "nodes": lambda w: str(w.nodes),
+    "at exit": lambda w: f"{w.at_exit:.3f}",
+    "escape": lambda w: f"{w.escape:.4f}",
+    "spectral\ngap": lambda w: f"{w.spectral_gap:.4f}",
+    "mixing": lambda w: f"{w.mixing:.0f}",
+    "commute": lambda w: f"{w.commute:.1f}",
+    "cover": lambda w: f"{w.cover:.0f}" + (f" +- {w.cover_error:.0f}" if w.cover_error else ""),
+}
+MDP_NOTES = """\
+steps: of a shortest solution; random: success of the random policy
+k: the MDP is k-QVI-solvable; W: effective planning window
+bound: on the effective horizon, by theorem 5.4 of Laidlaw et al. (2023)
+H_1 = 1 + log_A m_1, with the rollouts m_1 that GORP needs; - where m_1 > 10^6
+samples: steps that GORP samples at most, T^2 A^H
+covering: bounds on the covering length, in episodes; PIC, POIC: in nats"""
+WALK_NOTES = """\
+at exit: long-run share of the time
+escape: chance, on leaving the start, of the exit before the start (committor)
+mixing, commute, cover: in steps; cover +- standard error where it is sampled"""
+
+
+def print_measures(measured: Sequence[MeasuredGraph], title: str) -> None:
+    """Print the measures as tables of 80 columns."""
+    _print(title, MDP_COLUMNS, [(graph.name, graph.mdp, graph.states) for graph in measured])
+    print(MDP_NOTES)
+    if all(graph.walk is not None for graph in measured):
+        _print("the assumed walk", WALK_COLUMNS, [(graph.name, graph.walk, "") for graph in measured])
+        print(WALK_NOTES)
+
+
+def print_measures_csv(measured: Sequence[MeasuredGraph]) -> None:
+    """Print the measures as CSV, a line for each graph."""
+    rows = [graph.to_dict() for graph in measured]
+    fields = list(dict.fromkeys(key for row in rows for key in row))
+    writer = csv.DictWriter(sys.stdout, fields, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+
+
+def _print(title: str, columns: Mapping[str, Callable[[Any], str]], rows: list[tuple[str, Any, str]]) -> None:
+    table = Table(title=title, box=SIMPLE_HEAD, padding=0)  # so that it fits into 80 columns
+    table.add_column("graph", no_wrap=True)
+    for heading in columns:
+        table.add_column(heading, justify="right", no_wrap=True)
+    for name, measures, states in rows:
+        cells = [states] if measures is None else [cell(measures) for cell in columns.values()]
+        table.add_row(escape(name), *map(escape, cells))
+    Console().print(table)
+
+
+def _short(number: float) -> str:
+    return f"{number:.0f}" if number < 10_000 else f"{number:.0e}".replace("e+0", "e").replace("e+", "e")

@@ -1,0 +1,111 @@
+"""Lists of reports for papers, spreadsheets and notebooks: CSV, LaTeX, Markdown and pandas."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from hierroom.complexity.report import ComplexityReport
+from hierroom.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas  # type: ignore[import-not-found]
+
+ColumnName = Literal["graph", "exit_depth", "width", "nodes", "edges", "hitting_time", "expected_steps", "std"]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the list of graphs: its heading, its value, and the format in which it is printed."""
+
+    heading: str
+    value: Callable[[ComplexityReport], Any]
+    style: str = ""
+
+
+COLUMNS: Mapping[ColumnName, Column] = {
+    "graph": Column("graph", lambda report: report.graph.name),
+    "exit_depth": Column("exit\ndepth", lambda report: report.exit_depth),
+    "width": Column("width", lambda report: report.width),
+    "nodes": Column("nodes", lambda report: report.nodes),
+    "edges": Column("edges", lambda report: report.edges),
+    "hitting_time": Column("hitting\ntime", lambda report: report.hitting_time, ".2f"),
+    "expected_steps": Column("expected\nsteps", lambda report: report.expected_steps, ".1f"),
+    "std": Column("std", lambda report: report.std, ".1f"),
+}
+TEX = str.maketrans({
+    "\\": r"\textbackslash{}", "_": r"\_", "%": r"\%", "&": r"\&", "#": r"\#", "$": r"\$", "{": r"\{", "}": r"\}",
+    "~": r"\textasciitilde{}", "^": r"\textasciicircum{}",
+})  # fmt: skip
+
+
+def rows_of(reports: Iterable[ComplexityReport]) -> list[dict[str, Any]]:
+    """Each report as one row: what its goal graph is, and the columns of the list, in full precision."""
+    return [
+        {
+            "key_rooms": "-".join(map(str, report.graph.key_rooms)),
+            "exit_room": report.graph.exit_room,
+            "drop_key": report.drop_key,
+            **{name: column.value(report) for name, column in COLUMNS.items()},
+        }
+        for report in reports
+    ]
+
+
+def csv_text(reports: Iterable[ComplexityReport]) -> str:
+    """The list as CSV, with a line of headings, in full precision."""
+    text = io.StringIO()
+    rows = rows_of(reports)
+    writer = csv.DictWriter(text, ["key_rooms", "exit_room", "drop_key", *COLUMNS], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def latex_text(reports: Iterable[ComplexityReport]) -> str:
+    """The list as a LaTeX tabular with the rules of booktabs, rounded as it is printed."""
+    heads = [column.heading.replace("\n", " ") for column in COLUMNS.values()]
+    lines = [r"\begin{tabular}{l" + "r" * (len(COLUMNS) - 1) + "}  % \\usepackage{booktabs}", r"\toprule"]
+    lines += [" & ".join(heads) + r" \\", r"\midrule"]
+    for report in reports:
+        cells = [_cell(column, report) for column in COLUMNS.values()]
+        lines.append(" & ".join(r"$\infty$" if cell == "inf" else cell.translate(TEX) for cell in cells) + r" \\")
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
+
+
+def markdown_text(reports: Iterable[ComplexityReport]) -> str:
+    """The list as a Markdown table, rounded as it is printed."""
+    heads = [column.heading.replace("\n", " ") for column in COLUMNS.values()]
+    lines = ["| " + " | ".join(heads) + " |", "|---|" + "---:|" * (len(COLUMNS) - 1)]
+    for report in reports:
+        cells = [_cell(column, report).replace("|", r"\|") for column in COLUMNS.values()]
+        lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join([*lines, ""])
+
+
+def to_frame(reports: ComplexityReport | Iterable[ComplexityReport]) -> pandas.DataFrame:
+    """Reports as a pandas DataFrame, one row each, indexed by the names of their graphs.
+
+    Args:
+        reports: one report or several.
+
+    Raises:
+        InputError: if pandas is not installed.
+    """
+    try:
+        import pandas as pd  # type: ignore[import-not-found]
+    except ImportError as error:
+        raise InputError("to_frame needs pandas, which is not installed: pip install pandas") from error
+    several = [reports] if isinstance(reports, ComplexityReport) else list(reports)
+    return pd.DataFrame(rows_of(several)).set_index("graph")
+
+
+def _cell(column: Column, report: ComplexityReport) -> str:
+    value = column.value(report)
+    if isinstance(value, float) and math.isfinite(value) and abs(value) >= 1e7:
+        return format(value, ".4g")
+    return format(value, column.style)

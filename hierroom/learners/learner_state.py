@@ -1,0 +1,98 @@
+"""What the state of a learner may hold: what the learner's own holds, in the same shapes, and in these ranges."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from torch import nn
+
+from hierroom.learners.networks.actor_critic import AgentSpace
+from hierroom.runtime.schema import RANDOM_STATE, Array, Items, Schema, Table, Whole, like, require
+
+_MOST = 2**31
+
+
+def weights_schema(network: nn.Module) -> Table:
+    """The schema of a state of which a learner with this network takes the weights, whatever else it holds."""
+    return Table({"backend": Table({"network": _network_schema(network)}, is_open=True)}, is_open=True)
+
+
+def _network_schema(network: nn.Module) -> Table:
+    """The schema of a network's ``state_dict``: its parameters are finite, what else it keeps is its own affair."""
+    parameters = dict(network.named_parameters())
+    return Table({name: like(value, is_finite=name in parameters) for name, value in network.state_dict().items()})
+
+
+def check_learner_state(state: Any, own: Mapping[str, Any], network: nn.Module, space: AgentSpace) -> None:
+    """Check a state before a learner goes back to it.
+
+    Args:
+        state: what is to be the state of a learner.
+        own: the state that the learner has now.
+        network: its network.
+        space: what its agent observes and can do.
+
+    Raises:
+        InputError: if a learner of the same space, environments and config cannot have had this state.
+    """
+    arrays = own["rollout"]["arrays"]
+    (length, capacity), num_envs = arrays["actions"].shape, len(arrays["columns"])
+    last_action, columns = space.n_actions - 1, Items(Whole(0, capacity - 1), 0, capacity)
+    bounds = {
+        "features": (0, np.array(space.cardinalities) - 1),
+        "actions": (0, last_action),
+        "hindsight_actions": (-1, last_action),
+        "elapsed": (1, _MOST),
+        "columns": (-1, capacity - 1),
+        "turns": (0, length - 1),
+        "awaiting": (-1, capacity - 1),
+    }
+    rollout: dict[str, Schema] = {name: like(array, *bounds.get(name, ())) for name, array in arrays.items()}
+    Table(
+        {
+            "backend": Table(
+                {
+                    "network": _network_schema(network),
+                    "means": like(own["backend"]["means"]),
+                    "squares": like(own["backend"]["squares"], 0),
+                    "n_steps": Whole(0, _MOST),
+                }
+            ),
+            "rollout": Table({"arrays": Table(rollout), "free": columns, "full": columns}),
+            **{name: like(own[name]) for name in ("states", "logits")},
+            "starts_episode": Array(np.bool_, (num_envs,)),
+            "action_random": RANDOM_STATE,
+            "shuffle_random": RANDOM_STATE,
+        }
+    ).check(state, "learner")
+    _check_columns(state["rollout"])
+
+
+def _check_columns(rollout: Mapping[str, Any]) -> None:
+    """Check that each column of a rollout is in use once, and that the turns in it were taken with legal actions."""
+    arrays = {name: tensor.numpy() for name, tensor in rollout["arrays"].items()}
+    columns, turns, is_open, awaiting = (arrays[name] for name in ("columns", "turns", "is_open", "awaiting"))
+    masks, actions, instead = (arrays[name] for name in ("masks", "actions", "hindsight_actions"))
+    writes, waits = columns >= 0, awaiting >= 0
+    n_begun = np.zeros(actions.shape[1], np.int64)  # turns that a column holds, an open one included
+    n_begun[rollout["full"]] = len(actions)
+    n_begun[columns[writes]] = (turns + is_open)[writes]
+    is_turn = np.arange(len(actions))[:, None] < n_begun
+    is_legal, was_legal = (
+        np.take_along_axis(masks, np.maximum(chosen, 0)[..., None], axis=2)[..., 0] for chosen in (actions, instead)
+    )
+    require(
+        {
+            "each of its columns is free, full or one environment's": np.array_equal(
+                np.sort([*rollout["free"], *rollout["full"], *columns[writes]]), np.arange(len(n_begun))
+            ),
+            "an environment that writes no column has begun no turn": writes | ~(is_open | (turns > 0)),
+            "columns that await a value are full": np.isin(awaiting, rollout["full"]) | ~waits,
+            "no two environments await a value for the same column": len(np.unique(awaiting[waits])) == waits.sum(),
+            "the actions of its turns were legal": bool((is_legal | ~is_turn).all()),
+            "actions in hindsight were legal": bool((was_legal | (instead < 0) | ~is_turn).all()),
+        },
+        "the rollout of a learner",
+    )

@@ -1,0 +1,73 @@
+"""The measures of real levels by their exact states."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from hierroom.complexity.measures.graphs import with_progress
+from hierroom.complexity.measures.mdp import DeterministicMDP
+from hierroom.complexity.measures.summary import measure_mdp
+from hierroom.complexity.measures.table import MeasuredGraph
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+from hierroom.world.reachable import reachable_states
+from hierroom.world.world import World
+
+MAX_LEVEL_STATES = 20_000
+"""Levels with more states are listed without measures: they would take minutes."""
+GORP_RUNS = 100
+LEVEL_POLICIES = 20
+
+
+def level_mdp(graph: GoalGraph, seed: int, drop_key: bool = False, size: int = 19) -> DeterministicMDP:
+    """A level as the MDP of its exact states.
+
+    Args:
+        graph: its goal graph.
+        seed: of the level: the first episode of an environment with this seed.
+        drop_key: whether keys can be dropped.
+        size: cells along a side of the grid.
+
+    Raises:
+        InputError: if the level has more than a million states, or an argument is not valid.
+    """
+    return DeterministicMDP(*reachable_states(World([graph], size=size, drop_key=drop_key, seed=seed).state))
+
+
+def measure_levels(
+    graphs: Sequence[GoalGraph], n_levels: int, horizon: int = 1000, drop_key: bool = False, seed: int = 0
+) -> list[MeasuredGraph]:
+    """Measure levels of each goal graph.
+
+    The number of rollouts of GORP is that of `GORP_RUNS` runs drawn, and the information capacities are those of
+    `LEVEL_POLICIES` policies; everything else is computed.
+
+    Args:
+        graphs: the goal graphs.
+        n_levels: levels of each, with the seeds ``seed``, ``seed + 1``, ...
+        horizon: steps of an episode.
+        drop_key: whether keys can be dropped.
+        seed: seed of the first level.
+
+    Returns:
+        A row for each level; without measures where it has more than `MAX_LEVEL_STATES` states.
+
+    Raises:
+        InputError: if fewer than one level is asked for, or the horizon is too short for a level.
+    """
+    if n_levels < 1:
+        raise InputError(f"measure at least one level of each goal graph, not {n_levels}")
+
+    def measure(item: tuple[GoalGraph, int]) -> MeasuredGraph:
+        graph, level = item
+        name = f"{graph.name} {level}"
+        try:
+            mdp = level_mdp(graph, level, drop_key)
+        except InputError:
+            return MeasuredGraph(name, None, states="over 1,000,000")
+        if mdp.n_states > MAX_LEVEL_STATES:
+            return MeasuredGraph(name, None, states=f"{mdp.n_states:,}")
+        return MeasuredGraph(name, measure_mdp(mdp, horizon, n_policies=LEVEL_POLICIES, gorp_runs=GORP_RUNS, seed=seed))
+
+    levels = [(graph, seed + i) for graph in graphs for i in range(n_levels)]
+    return with_progress(measure, levels, "measuring")

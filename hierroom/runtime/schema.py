@@ -1,0 +1,300 @@
+"""What a state may hold: a table of its entries with their types, shapes and ranges.
+
+A state comes back from a file, and compiled kernels check no bounds. So each part of the package that can restore a
+state describes it by a schema, and nothing of the state is used before `check` has found it right.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from hierroom.errors import InputError
+
+
+class Schema(Protocol):
+    """What one entry of a state may be."""
+
+    def check(self, value: Any, name: str) -> None:
+        """Check an entry.
+
+        Args:
+            value: the entry.
+            name: its name, for the error message, such as ``levels.direction``.
+
+        Raises:
+            InputError: if it is something else.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Array:
+    """An array of NumPy or a tensor of torch on the CPU.
+
+    Args:
+        dtype: its dtype, exactly.
+        shape: its shape, exactly.
+        low: smallest value, one for all or an array that broadcasts to the shape; None: no bound.
+        high: largest value, likewise.
+        is_finite: whether floats must be finite.
+    """
+
+    dtype: DTypeLike
+    shape: tuple[int, ...]
+    low: Any = None
+    high: Any = None
+    is_finite: bool = True
+
+    def check(self, value: Any, name: str) -> None:
+        """Check an entry; see `Schema`."""
+        dtype, array = np.dtype(self.dtype), as_array(value, name)
+        if array.dtype != dtype or array.shape != self.shape:
+            raise InputError(
+                f"{name} must be an array of {dtype} and shape {self.shape}, not of {array.dtype} and shape "
+                f"{array.shape}"
+            )
+        if dtype.kind == "b":  # compiled code reads one bit of it, NumPy all eight
+            if array.view(np.uint8).max(initial=0) > 1:
+                raise InputError(f"{name} must be True or False everywhere")
+            return
+        if dtype.kind == "f" and self.is_finite and not np.isfinite(array).all():
+            raise InputError(f"{name} must be finite everywhere, not {array[~np.isfinite(array)][0]}")
+        for bound, is_broken, words in (
+            (self.low, np.less, "at least"),
+            (self.high, np.greater, "at most"),
+        ):
+            if bound is None:
+                continue
+            broken = np.argwhere(is_broken(array, bound))
+            if len(broken):
+                place = tuple(broken[0])
+                allowed, where = np.broadcast_to(bound, self.shape)[place], list(map(int, place))
+                raise InputError(f"{name} must be {words} {allowed}, not {array[place]}, which it is at {where}")
+
+
+@dataclass(frozen=True)
+class Whole:
+    """A whole number, no bool.
+
+    Args:
+        low: the smallest.
+        high: the largest; None: no bound.
+    """
+
+    low: int = 0
+    high: int | None = None
+
+    def check(self, value: Any, name: str) -> None:
+        """Check an entry; see `Schema`."""
+        is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+        if not is_whole or not self.low <= int(value) <= (math.inf if self.high is None else self.high):
+            allowed = f"of at least {self.low}" if self.high is None else f"from {self.low} to {_power(self.high)}"
+            raise InputError(f"{name} must be a whole number {allowed}, not {shown(value)}")
+
+
+@dataclass(frozen=True)
+class Real:
+    """A finite number, no bool.
+
+    Args:
+        low: the smallest.
+    """
+
+    low: float = -math.inf
+
+    def check(self, value: Any, name: str) -> None:
+        """Check an entry; see `Schema`."""
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not is_number or not max(self.low, -sys.float_info.max) <= value <= sys.float_info.max:
+            allowed = "a finite number" if self.low == -math.inf else f"a finite number of at least {self.low:g}"
+            raise InputError(f"{name} must be {allowed}, not {shown(value)}")
+
+
+@dataclass(frozen=True)
+class Exactly:
+    """One value and no other, of the same type all through.
+
+    Args:
+        value: the value, of plain types.
+    """
+
+    value: Any
+
+    def check(self, value: Any, name: str) -> None:
+        """Check an entry; see `Schema`."""
+        if type(value) is not type(self.value) or _text(value) != _text(self.value):
+            raise InputError(f"{name} must be {shown(self.value)}, not {shown(value)}")
+
+
+class Flag:
+    """True or False."""
+
+    def check(self, value: Any, name: str) -> None:
+        """Check an entry; see `Schema`."""
+        if not isinstance(value, bool):
+            raise InputError(f"{name} must be True or False, not {shown(value)}")
+
+
+class Anything:
+    """Whatever there is: what a user's own code saves, and reads by itself."""
+
+    def check(self, value: Any, name: str) -> None:
+        """Check nothing."""
+
+
+class AnyMapping:
+    """A mapping, whose entries are checked elsewhere."""
+
+    def check(self, value: Any, name: str) -> None:
+        """Check an entry; see `Schema`."""
+        if not isinstance(value, Mapping):
+            raise InputError(f"{name} must be a mapping, not {shown(value)}")
+
+
+@dataclass(frozen=True)
+class Items:
+    """A list.
+
+    Args:
+        entry: what each item is.
+        shortest: how many there are at least.
+        longest: how many there are at most; None: no bound.
+    """
+
+    entry: Schema
+    shortest: int = 0
+    longest: int | None = None
+
+    def check(self, value: Any, name: str) -> None:
+        """Check an entry; see `Schema`."""
+        longest = math.inf if self.longest is None else self.longest
+        if type(value) is not list or not self.shortest <= len(value) <= longest:
+            number = "" if self.longest is None else f" of {self.shortest} to {self.longest} items"
+            given = f"a list of {len(value)}" if type(value) is list else shown(value)
+            raise InputError(f"{name} must be a list{number}, not {given}")
+        for place, item in enumerate(value):
+            self.entry.check(item, f"{name}[{place}]")
+
+
+@dataclass(frozen=True)
+class Table:
+    """A mapping with certain entries.
+
+    Args:
+        entries: what each of them is, by name.
+        optional: names of those that may be missing.
+        is_open: whether there may be others, which nobody reads.
+    """
+
+    entries: Mapping[Any, Schema]
+    optional: Collection[Any] = ()
+    is_open: bool = False
+
+    def check(self, value: Any, name: str) -> None:
+        """Check an entry; see `Schema`."""
+        AnyMapping().check(value, name)
+        missing = [repr(key) for key in self.entries if key not in value and key not in self.optional]
+        unknown = [shown(key) for key in value if key not in self.entries and not self.is_open]
+        if missing or unknown:
+            wrong = [f"lacks {', '.join(missing)}"] * bool(missing) + [f"has {', '.join(unknown)}"] * bool(unknown)
+            raise InputError(f"{name} does not hold what it should: it {' and '.join(wrong)}")
+        for key, schema in self.entries.items():
+            if key in value:
+                schema.check(value[key], f"{name}.{key}")
+
+
+def of_records(dtype: np.dtype, n: int, bounds: Mapping[str, tuple[Any, Any]]) -> Table:
+    """The schema of the fields of ``n`` records, each an array by its name.
+
+    Args:
+        dtype: of the records.
+        n: how many.
+        bounds: (low, high) of each field, as for `Array`; fields that are not named have none.
+    """
+    fields = {name: dtype[name] for name in dtype.names or ()}
+    return Table({name: Array(f.base, (n, *f.shape), *bounds.get(name, ())) for name, f in fields.items()})
+
+
+def like(example: Any, low: Any = None, high: Any = None, *, is_finite: bool = True) -> Schema:
+    """The schema of arrays with the dtype and shape of another one.
+
+    Args:
+        example: an array or a tensor; of what NumPy cannot hold, nothing is checked.
+        low: as for `Array`.
+        high: likewise.
+        is_finite: likewise.
+    """
+    try:
+        array = example if isinstance(example, np.ndarray) else example.detach().cpu().numpy()
+    except (AttributeError, TypeError, RuntimeError):
+        return Anything()
+    return Array(array.dtype, array.shape, low, high, is_finite)
+
+
+RANDOM_STATE = Table(
+    {
+        "bit_generator": Exactly("PCG64"),
+        "state": Table({"state": Whole(0, 2**128 - 1), "inc": Whole(0, 2**128 - 1)}),
+        "has_uint32": Whole(0, 1),
+        "uinteger": Whole(0, 2**32 - 1),
+    }
+)
+"""The state of NumPy's default generator of random numbers."""
+
+
+def require(rules: Mapping[str, NDArray[np.bool_] | np.bool_ | bool], what: str) -> None:
+    """Check what no single entry says.
+
+    Args:
+        rules: each rule in words, and whether it holds: one answer, or one for each environment.
+        what: what is to keep them, for the error message.
+
+    Raises:
+        InputError: if one of them is broken.
+    """
+    for rule, holds in rules.items():
+        if not np.all(holds):
+            where = f", but not in environment {int(np.argmin(holds))}" if np.ndim(holds) else ""
+            raise InputError(f"{what} cannot be used: {rule}{where}")
+
+
+def as_array(value: Any, name: str) -> NDArray:
+    """An array, or a tensor of torch as one.
+
+    Raises:
+        InputError: if it is neither, or a tensor that NumPy cannot read.
+    """
+    if isinstance(value, np.ndarray):
+        return value
+    try:
+        return value.numpy()
+    except (AttributeError, TypeError, RuntimeError):  # another type; or a sparse tensor, one on another device, ...
+        raise InputError(f"{name} must be an array, not {shown(value)}") from None
+
+
+def shown(value: Any) -> str:
+    """A value in a few words, on one line."""
+    if isinstance(value, (str, bytes, int, float, type(None))) or not hasattr(value, "__len__"):
+        text = _text(value)
+        return text if len(text) <= 60 else f"{text[:57]}..."
+    return f"a {type(value).__name__}"
+
+
+def _power(number: int) -> str:
+    """A number in digits, or where it is a large power of two less one as that."""
+    bits = number.bit_length()
+    return f"2**{bits} - 1" if bits > 20 and number == 2**bits - 1 else str(number)
+
+
+def _text(value: Any) -> str:
+    try:
+        return " ".join(repr(value).split())
+    except (ValueError, RecursionError):  # a number of thousands of digits; lists in lists in lists ...
+        return f"a huge {type(value).__name__}"

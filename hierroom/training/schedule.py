@@ -1,0 +1,40 @@
+"""When a run is logged, evaluated and saved: by the steps taken alone, so that a resumed run goes on with it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from hierroom.training.learning_curve import evaluation_points
+
+ROWS, CHECKPOINTS = 500, 10
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """What is due after an update.
+
+    Each method takes the steps taken before the update and after it.
+
+    Args:
+        steps: of the whole run.
+        evaluations: how many besides the one before training.
+    """
+
+    steps: int
+    evaluations: int
+
+    def is_row_due(self, before: int, now: int) -> bool:
+        """Whether a row of ``metrics.csv`` is to be written: after the first update, and 500 times a run."""
+        return before == 0 or self._passes(ROWS, before, now)
+
+    def is_checkpoint_due(self, before: int, now: int) -> bool:
+        """Whether a checkpoint is to be written: ten times a run."""
+        return self._passes(CHECKPOINTS, before, now)
+
+    def is_evaluation_due(self, before: int, now: int) -> bool:
+        """Whether the agents are to be evaluated; before training they are if it is from -1 to 0."""
+        return any(before < point <= now for point in evaluation_points(self.steps, self.evaluations))
+
+    def _passes(self, parts: int, before: int, now: int) -> bool:
+        """Whether one of the ends of so many equal parts of the run is after the one and not after the other."""
+        return before * parts // self.steps < now * parts // self.steps

@@ -1,0 +1,241 @@
+"""Whether a state can be one of environments: kernels rely on it, and check no bounds.
+
+The bounds are a table. A compiled kernel goes through it, because the oracle asks at every call; where something is
+wrong, the schema made of the same table finds the words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.compile.kernel import njit
+from hierroom.errors import InputError
+from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
+from hierroom.runtime.schema import Array, Table, of_records
+from hierroom.world.kernels import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, WALL
+from hierroom.world.layout import LEVEL, MAX_SIZE, MEMORIES, MIN_SIZE, State
+
+_INT32, _INT64 = 2**31 - 1, 2**63 - 1
+RULES = (
+    "the goal graph is a tree of its rooms",
+    "branches is the inverse of colours",
+    "walls surround the grid",
+    "rooms lie inside the walls",
+    "keys, doors and what was found are those of the rooms",
+    "a key that is held and a door that is open were found",
+    "each door stands where it is said to",
+    "each key lies where it is said to",
+    "the exit is where it is said to be",
+    "nothing else lies in the grid",
+    "the agent stands on floor",
+    "the bag holds the keys that are held, each once",
+    "the key to drop is the one picked up last whose door is locked",
+    "an episode has ended at the exit or after its last step, and nowhere else",
+)
+"""What must hold of a level and its grid besides the bounds, in the order in which `_broken_rule` looks at it."""
+
+
+def level_bounds(size: int) -> Mapping[str, tuple[Any, Any]]:
+    """The smallest and the largest value of each field of `layout.LEVEL`, in grids of a size; bool fields have none."""
+    edge, bits = size + 2 * MARGIN - 1, 2**N_COLOURS - 1
+    return {
+        "seed": (0, _INT64),
+        "index": (0, _INT64),
+        "episode": (0, _INT64 - 1),
+        "max_steps": (1, _INT32),
+        "remembers": (0, sum(MEMORIES.values())),
+        "n_rooms": (2, MAX_GRID_ROOMS),
+        "exit_room": (1, MAX_GRID_ROOMS - 1),
+        "key_rooms": (0, MAX_GRID_ROOMS - 1),
+        "colours": (0, N_COLOURS - 1),
+        "branches": (0, N_COLOURS - 1),
+        **dict.fromkeys(("rectangles", "doors_at", "keys_at", "exit_at", "divider", "doorways"), (0, edge)),
+        "row": (MARGIN + 1, edge - MARGIN - 1),
+        "col": (MARGIN + 1, edge - MARGIN - 1),
+        "direction": (0, 3),
+        "steps": (0, _INT32),
+        **dict.fromkeys(("keys", "doors", "found"), (0, bits)),
+        "opened_at": (0, _INT32),
+        "seen": (0, 2**N_GOALS - 1),
+        "visited": (0, 2**size - 1),
+        "explored": (0, 2**size - 1),
+        "bag": (0, N_COLOURS - 1),
+        "bag_size": (0, N_COLOURS),
+        "carried": (-1, N_COLOURS - 1),
+    }
+
+
+def level_schema(num_envs: int, size: int) -> Table:
+    """The schema of the fields of ``num_envs`` records of `layout.LEVEL`, in grids of a size."""
+    return of_records(LEVEL, num_envs, level_bounds(size))
+
+
+class _Bounds(NamedTuple):
+    """The bounds of the fields of a record, in the form that a kernel reads: by their words of four and eight bytes."""
+
+    columns_32: NDArray[np.int64]
+    low_32: NDArray[np.int64]
+    high_32: NDArray[np.int64]
+    columns_64: NDArray[np.int64]
+    high_64: NDArray[np.uint64]
+    flags: NDArray[np.int64]
+
+
+@cache
+def _packed_bounds(size: int) -> _Bounds:
+    words: dict[int, list[tuple[int, ...]]] = {1: [], 4: [], 8: []}
+    bounds = level_bounds(size)
+    for name, (field, offset, *_) in (LEVEL.fields or {}).items():
+        low, high = bounds.get(name, (0, 2 ** (8 * field.base.itemsize) - 1))
+        first = offset // field.base.itemsize
+        words[field.base.itemsize] += [(first + i, low, high) for i in range(int(np.prod(field.shape)))]
+    columns_32, low_32, high_32 = np.array(words[4]).T
+    return _Bounds(
+        *(columns_32.copy(), low_32.copy(), high_32.copy()),
+        np.array([column for column, _, _ in words[8]]),
+        np.array([high for _, _, high in words[8]], np.uint64),  # their lowest is 0, which no unsigned number is below
+        np.array([column for column, _, _ in words[1]]),
+    )
+
+
+def check_state(state: State) -> None:
+    """Check that every field of a state is in its range, and that levels and grids belong together.
+
+    Args:
+        state: N environments.
+
+    Raises:
+        InputError: if it cannot be the state of environments whose episodes have begun.
+    """
+    grids, levels = state.grids, state.levels
+    if not isinstance(levels, np.ndarray) or levels.dtype != LEVEL or levels.ndim != 1:
+        raise InputError("the levels of a state must be an array [N] of records of layout.LEVEL")
+    if not isinstance(grids, np.ndarray) or grids.ndim != 3 or not MIN_SIZE <= state.size <= MAX_SIZE:
+        raise InputError(f"the grids of a state must be an array [N, side, side], {MIN_SIZE} to {MAX_SIZE} and margins")
+    side = state.size + 2 * MARGIN
+    Array(np.uint8, (len(levels), side, side), EMPTY, WALL).check(grids, "grids")
+    grids, levels = np.ascontiguousarray(grids), np.ascontiguousarray(levels)
+    words = levels.view(np.uint8).reshape(len(levels), -1)
+    if not _are_in_bounds(words, words.view(np.int32), words.view(np.uint64), _packed_bounds(state.size)):
+        level_schema(len(levels), state.size).check({name: levels[name] for name in LEVEL.names or ()}, "levels")
+    env, rule = _first_broken_rule(levels, grids)
+    if rule >= 0:
+        raise InputError(f"the state of environment {env} cannot be used, because not so: {RULES[rule]}")
+
+
+@njit(cache=True)
+def _are_in_bounds(octets, words_32, words_64, bounds):
+    """Whether all fields of all records, as bytes and as words [N, ...], are in their bounds."""
+    for n in range(octets.shape[0]):
+        for i in range(len(bounds.columns_32)):
+            if not bounds.low_32[i] <= words_32[n, bounds.columns_32[i]] <= bounds.high_32[i]:
+                return False
+        for i in range(len(bounds.columns_64)):
+            if words_64[n, bounds.columns_64[i]] > bounds.high_64[i]:
+                return False
+        for i in range(len(bounds.flags)):
+            if octets[n, bounds.flags[i]] > 1:
+                return False
+    return True
+
+
+@njit(cache=True)
+def _first_broken_rule(levels, grids):
+    """The first environment in which one of `RULES` does not hold, and the number of the rule; -1 where all hold."""
+    for n in range(levels.shape[0]):
+        rule = _broken_rule(levels[n], grids[n])
+        if rule >= 0:
+            return n, rule
+    return -1, -1
+
+
+@njit(cache=True)
+def _is_inside(grid, row, col):
+    """Whether a cell lies inside the outer walls."""
+    return MARGIN < row < grid.shape[0] - 1 - MARGIN and MARGIN < col < grid.shape[1] - 1 - MARGIN
+
+
+@njit(cache=True)
+def _holds(grid, cell, tile):
+    """Whether a cell (row, col) lies inside the outer walls and holds a tile."""
+    return _is_inside(grid, cell[0], cell[1]) and grid[cell[0], cell[1]] == tile
+
+
+@njit(cache=True)
+def _is_tree(level):
+    """Whether the exit's room and those of the keys exist, and each key can be come by."""
+    if level.exit_room >= level.n_rooms:
+        return False
+    for branch in range(level.n_rooms - 1):
+        room, depth = branch + 1, 0
+        while room > 0 and depth < level.n_rooms:
+            room = level.key_rooms[room - 1]
+            depth += 1
+            if room >= level.n_rooms:
+                return False
+        if room > 0:
+            return False
+    return True
+
+
+@njit(cache=True)
+def _broken_rule(level, grid):
+    """The number of the first of `RULES` that does not hold of a level whose fields are in their bounds, or -1."""
+    n_branches, side = level.n_rooms - 1, grid.shape[0]
+    if not _is_tree(level):
+        return 0
+    for colour in range(N_COLOURS):
+        if level.branches[level.colours[colour]] != colour:
+            return 1
+    things = 0
+    for row in range(side):
+        for col in range(side):
+            if not _is_inside(grid, row, col) and grid[row, col] != WALL:
+                return 2
+            things += EMPTY < grid[row, col] < WALL
+    for room in range(level.n_rooms):
+        top, left, bottom, right = level.rectangles[room]
+        is_room = top <= bottom and left <= right
+        if not (is_room and _is_inside(grid, top, left) and _is_inside(grid, bottom, right)):
+            return 3
+    if (level.keys | level.doors | level.found) >> n_branches:
+        return 4
+    if (level.keys | level.doors) & ~level.found:
+        return 5
+    lying = 0
+    for branch in range(n_branches):
+        door = OPEN_DOOR if level.doors >> branch & 1 else LOCKED_DOOR
+        if not _holds(grid, level.doors_at[branch], door + level.colours[branch]):
+            return 6
+        if not level.keys >> branch & 1:
+            lying += 1
+            if not _holds(grid, level.keys_at[branch], KEY + level.colours[branch]):
+                return 7
+    if not _holds(grid, level.exit_at, EXIT):
+        return 8
+    if things != n_branches + lying + 1:
+        return 9
+    tile = grid[level.row, level.col]
+    if not (tile < KEY or OPEN_DOOR <= tile < LOCKED_DOOR):
+        return 10
+    in_bag, carried = 0, -1
+    for slot in range(level.bag_size):
+        branch = level.bag[slot]
+        if in_bag >> branch & 1:
+            return 11
+        in_bag |= 1 << branch
+        if not level.doors >> branch & 1:
+            carried = branch
+    if in_bag != level.keys:
+        return 11
+    if level.carried != carried:
+        return 12
+    at_exit = level.row == level.exit_at[0] and level.col == level.exit_at[1]
+    if level.has_ended != (at_exit or level.steps >= level.max_steps):
+        return 13
+    return -1

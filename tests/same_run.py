@@ -1,0 +1,66 @@
+"""Whether two run folders hold the same: every file, but for what tells the time and by which commands they came."""
+
+import csv
+import json
+import logging
+from pathlib import Path
+from typing import Any
+
+from same_state import equal
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+from hierroom.training.run_folder import RunFolder
+
+CLOCKS = ("seconds", "compile_seconds", "steps_per_second")
+OF_COMMANDS = ("provenance.json", ".lock")
+"""Files that tell how a run came about, which is another story for one that was killed."""
+
+
+def differences(one: Path, other: Path) -> list[str]:
+    """What differs between two runs, a line for each file."""
+    names = [_names(path) for path in (one, other)]
+    lines = [f"{name} is in {'one' if name in names[0] else 'other'} only" for name in sorted(names[0] ^ names[1])]
+    for name in sorted(names[0] & names[1]):
+        read = {".csv": _table, ".json": _json, ".pt": _checkpoint}.get(Path(name).suffix, Path.read_bytes)
+        if not equal(read(one / name), read(other / name)):
+            lines.append(f"{name} differs")
+    if (events := [scalars(path) for path in (one, other)])[0] != events[1]:
+        lines.append("the events differ: " + ", ".join(_differing(*events))[:300])
+    return lines
+
+
+def _names(path: Path) -> set[str]:
+    """Of all files but those of events, which differ in number and name."""
+    files = {file.relative_to(path).as_posix() for file in path.rglob("*") if file.is_file()}
+    return {name for name in files if not name.startswith("events.out") and name not in OF_COMMANDS}
+
+
+def _table(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    return [{name: text for name, text in row.items() if name not in CLOCKS} for row in rows]
+
+
+def _json(path: Path) -> dict[str, Any]:
+    table = json.loads(path.read_text())
+    return {name: value for name, value in table.items() if name not in CLOCKS and not name.startswith("seconds_to_")}
+
+
+def _checkpoint(path: Path) -> dict[str, Any]:
+    state = RunFolder.open(path.parents[1]).load_checkpoint(int(path.stem))
+    return {name: value for name, value in state.items() if name not in CLOCKS}
+
+
+def scalars(path: Path) -> dict[str, list[tuple[int, str]]]:
+    """What TensorBoard shows of a run: by tag, at which steps which values, but for times."""
+    logging.getLogger("tensorboard").setLevel(logging.ERROR)  # it tells at length of the events that it hides
+    events = EventAccumulator(str(path), size_guidance={"scalars": 0})
+    events.Reload()
+    tags = [tag for tag in events.Tags()["scalars"] if not tag.startswith("time/")]
+    shown = {tag: [(one.step, repr(one.value)) for one in events.Scalars(tag)] for tag in tags}
+    return shown | {tag: [] for tag in events.summary_metadata if tag.startswith("_hparams_")}
+
+
+def _differing(one: dict, other: dict) -> list[str]:
+    tags = sorted(tag for tag in one.keys() | other.keys() if one.get(tag) != other.get(tag))
+    return [f"{tag} {len(one.get(tag, ()))} and {len(other.get(tag, ()))} points" for tag in tags]

@@ -1,0 +1,157 @@
+"""A checkpoint: what it can hold, its digest, and that nothing in it is executed."""
+
+import hashlib
+import io
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from test_run_folder import SMALL, state_after
+
+from hierroom.errors import InputError
+from hierroom.training.checkpoint import CHECKPOINT_FORMAT, from_bytes, to_bytes
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
+
+CONTENT = to_bytes(state_after(1, weights=torch.arange(300.0), name="mine"))
+
+
+def signed(content):
+    """Any content with a digest as if it was a checkpoint."""
+    return content + b"\nsha256 " + hashlib.sha256(content).hexdigest().encode() + b"\n"
+
+
+def saved(value):
+    buffer = io.BytesIO()
+    torch.save(value, buffer)
+    return signed(buffer.getvalue())
+
+
+def test_what_is_written_is_read():
+    state = from_bytes(CONTENT)
+    assert torch.equal(state["agents"]["meta_0"]["weights"], torch.arange(300.0))
+    assert to_bytes({name: entry for name, entry in state.items() if name != "format"}) == CONTENT
+
+
+@given(st.data())
+def test_a_damaged_checkpoint_is_never_read(data):
+    """One bit is another, a block is zeros, it is cut off, or something follows."""
+    damaged = bytearray(CONTENT)
+    place = data.draw(st.integers(0, len(CONTENT) - 1))
+    match data.draw(st.sampled_from(("bit", "block", "end", "more"))):
+        case "bit":
+            damaged[place] ^= 1 << data.draw(st.integers(0, 7))
+        case "block":
+            damaged[place : place + 64] = bytes(len(damaged[place : place + 64]))
+        case "end":
+            del damaged[place:]
+        case "more":
+            damaged += bytes(place % 9 + 1)
+    if damaged != CONTENT:
+        with pytest.raises(InputError, match=r"^(is damaged|has no digest at its end)"):
+            from_bytes(bytes(damaged))
+
+
+def test_a_damaged_file_is_one_line_that_names_it(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    path = folder.save_checkpoint(state_after(1))
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 4
+    path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        folder.load_checkpoint()
+    assert re.fullmatch(f"the checkpoint {path} is damaged: its content is not the one .* made of", str(caught.value))
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(InputError, match=f"^cannot read the checkpoint {path}: "):
+        folder.load_checkpoint()
+
+
+def test_nothing_in_a_checkpoint_is_executed(tmp_path):
+    class Evil:
+        def __reduce__(self):
+            return (Path.touch, (tmp_path / "evil",))
+
+    with pytest.raises(InputError, match=r"^cannot be read: ") as caught:
+        from_bytes(saved({"format": CHECKPOINT_FORMAT, "evil": Evil()}))
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "evil").exists()
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ({"format": 99}, f"has format 99, this hierroom reads {CHECKPOINT_FORMAT}"),
+        ([1, 2], f"has format None, this hierroom reads {CHECKPOINT_FORMAT}"),
+        ({"format": True}, f"has format True, this hierroom reads {CHECKPOINT_FORMAT}"),
+        ({"format": CHECKPOINT_FORMAT}, "cannot be used: its state does not hold what it should: it lacks 'turns', "),
+        (
+            {"format": CHECKPOINT_FORMAT, **state_after(1), "steps": -1},
+            "cannot be used: its state.steps must be a whole number from 0 to ",
+        ),
+        (
+            {"format": CHECKPOINT_FORMAT, **state_after(1), "agents": [1]},
+            "cannot be used: its state.agents must be a mapping, not a list",
+        ),
+        (
+            {"format": CHECKPOINT_FORMAT, **state_after(1), "seconds": float("nan")},
+            "cannot be used: its state.seconds must be a finite number of at least 0, not nan",
+        ),
+    ],
+)
+def test_what_is_no_checkpoint_is_refused_with_a_valid_digest(value, said):
+    with pytest.raises(InputError) as caught:
+        from_bytes(saved(value))
+    assert str(caught.value).startswith(said)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_checkpoint_holds_what_numpy_has_as_plain_types():
+    mine = {
+        "rate": np.float64(0.5),
+        "long": np.longdouble(0.25),
+        "n": [np.int32(3)],
+        "name": np.str_("x"),
+        "is": np.True_,
+        "counts": np.arange(3.0),
+        "big-endian": np.arange(3, dtype=">i4"),
+        "backwards": np.arange(4)[::-2],
+        np.int64(4): (True, None),
+        (np.int8(1), "a"): np.uint64(2**63),
+    }
+    read = from_bytes(to_bytes(state_after(1, **{"mine": mine})))["agents"]["meta_0"]["mine"]
+    assert torch.equal(read.pop("counts"), torch.arange(3.0).double())
+    assert torch.equal(read.pop("big-endian"), torch.arange(3, dtype=torch.int32))
+    assert torch.equal(read.pop("backwards"), torch.tensor([3, 1]))
+    plain = {"rate": 0.5, "long": 0.25, "n": [3], "name": "x", "is": True, 4: (True, None), (1, "a"): 2**63}
+    assert read == plain
+    assert [type(value) for value in read.values()] == [type(value) for value in plain.values()]
+
+
+HOLDS_ITSELF: list = []
+HOLDS_ITSELF.append(HOLDS_ITSELF)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *(object(), {1, 2}, np.array(["a"]), {"deep": [object()]}, {None: 1}, {(1, object()): 2}, HOLDS_ITSELF),
+        *(np.zeros(2, "i4,f8"), np.zeros(2, np.longdouble), torch.zeros(2).to_sparse(), range(3), 1j),
+    ],
+    ids=repr,
+)
+def test_a_checkpoint_refuses_what_could_not_be_read_again(wrong, tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    with pytest.raises(InputError, match=r"^a checkpoint cannot hold mine[\w.\[\]]*(, which is |\.\.\.: )") as caught:
+        folder.save_checkpoint({"steps": 1, "mine": wrong})
+    assert "\n" not in str(caught.value)
+    assert not list(folder.checkpoints.iterdir())
+
+
+def test_two_trainers_in_the_same_state_write_the_same_bytes():
+    first, second = (Trainer(SMALL.changed(num_envs=4)).state_dict() for _ in range(2))
+    assert to_bytes(first) == to_bytes(second)

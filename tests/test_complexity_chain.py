@@ -1,0 +1,40 @@
+"""Chains on named nodes: what is refused, each in one line."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from hierroom.complexity import Chain, analyze
+from hierroom.errors import InputError
+
+W = sp.csr_array(np.array([[0.0, 0.5, 0.0], [0.1, 0.0, 0.2], [0.0, 0.0, 0.0]]))
+
+
+@pytest.mark.parametrize(
+    ("labels", "source", "goals", "message"),
+    [
+        (("a", "b"), 0, {"exit": (2,)}, "a chain of 3 nodes needs 3 labels, not 2"),
+        (("a", "b", "a"), 0, {"exit": (2,)}, "the labels of a chain's nodes must differ, but 'a' is given twice"),
+        (("a", "b", "c"), 3, {"exit": (2,)}, "a node must be a whole number from 0 to 2, not 3"),
+        (("a", "b", "c"), "a", {"exit": (2,)}, "a node must be a whole number from 0 to 2, not 'a'"),
+        (("a", "b", "c"), 0, {"exit": ("c",)}, "a node must be a whole number from 0 to 2, not 'c'"),
+        (("a", "b", "c"), 0, {"key 1": (1,)}, "a chain needs a goal 'exit'; its goals are 'key 1'"),
+        (("a", "b", "c"), 0, {}, "a chain needs a goal 'exit'; its goals are none"),
+    ],
+)
+def test_a_chain_that_makes_no_sense_is_one_clear_line(labels, source, goals, message):
+    with pytest.raises(InputError, match=message) as caught:
+        Chain(W, labels, source, goals)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("label", ["key 9", "room 1", 3, None, ["exit"]])
+def test_an_unknown_label_is_one_clear_line(label):
+    chain = analyze("c").chain
+    for ask in (
+        chain.expected_steps_to, chain.hitting_time_to, chain.hitting_probability, chain.expected_visits,
+        lambda goal: chain.reach_probability([1, 2], goal),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=r"the goals are key 1, .*'start', .*; there is no") as caught:
+            ask(label)
+        assert "\n" not in str(caught.value)

@@ -1,0 +1,137 @@
+"""Lists of reports as CSV, LaTeX, Markdown and pandas; reach curves and pictures for notebooks."""
+
+import builtins
+import sys
+import types
+
+import numpy as np
+import pytest
+from counted_walks import count_transitions
+from matplotlib.figure import Figure
+from pictures import pixels
+
+from hierroom.complexity import analyze, to_frame
+from hierroom.complexity.__main__ import ComplexityArguments, show
+from hierroom.complexity.draw_reach import draw_measured_reach, draw_reach, save_reach
+from hierroom.complexity.measured import MeasuredReport
+from hierroom.complexity.tables import COLUMNS, csv_text, latex_text, markdown_text, rows_of
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+
+REPORTS = [
+    analyze("a"),
+    analyze(GoalGraph((0, 1), 2, label="my_50%"), True),
+    analyze(GoalGraph(tuple(range(9)), 9), True),
+]
+
+
+def test_latex_has_a_line_for_each_graph_and_escapes_names():
+    lines = latex_text(REPORTS).splitlines()
+    assert lines[0].startswith(r"\begin{tabular}{lrrrrrrr}")
+    assert [line for line in lines if line.endswith("rule")] == [r"\toprule", r"\midrule", r"\bottomrule"]
+    assert lines[4] == r"a & 2 & 1 & 5 & 5 & 8.36 & 28.0 & 20.3 \\"
+    assert lines[5].startswith(r"my\_50\% & ")
+    assert all(line.count("&") == 7 for line in lines if line.endswith(r"\\"))
+    assert "e+06" not in lines[6]  # seven digits are written out
+
+
+def test_markdown_has_equal_cells():
+    lines = markdown_text(REPORTS).splitlines()
+    assert {line.count("|") for line in lines} == {len(COLUMNS) + 1}
+    assert lines[2] == "| a | 2 | 1 | 5 | 5 | 8.36 | 28.0 | 20.3 |"
+
+
+def test_csv_is_in_full_precision():
+    assert csv_text(REPORTS).splitlines()[1].split(",")[-2] == repr(REPORTS[0].expected_steps)
+
+
+def test_a_frame(monkeypatch):
+    """With a stand-in for pandas, which is no dependency: what it is given."""
+
+    class Frame:
+        def __init__(self, rows):
+            self.rows = rows
+
+        def set_index(self, name):
+            assert name == "graph"
+            return self
+
+    monkeypatch.setitem(sys.modules, "pandas", types.SimpleNamespace(DataFrame=Frame))
+    assert to_frame(REPORTS).rows == rows_of(REPORTS)
+    assert to_frame(REPORTS[0]).rows[0]["expected_steps"] == REPORTS[0].expected_steps
+
+
+def test_a_frame_of_pandas_itself():
+    pytest.importorskip("pandas")
+    frame = to_frame(REPORTS)
+    assert list(frame.index) == [report.graph.name for report in REPORTS]
+    assert frame.loc["a", "expected_steps"] == REPORTS[0].expected_steps
+
+
+def test_without_pandas_it_is_one_clear_line(monkeypatch):
+    load = builtins.__import__
+
+    def without(name, *args):
+        if name == "pandas":
+            raise ImportError(name)
+        return load(name, *args)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(InputError, match="to_frame needs pandas, which is not installed: pip install pandas"):
+        to_frame(REPORTS)
+
+
+def test_walk_and_reading_on_the_command_line(capsys):
+    show(ComplexityArguments(graph="c", walk=(0.5, 0.4, 0.1), markdown=True))
+    assert "| c | 4 | 1 | 9 | 14 | 10.61 | 60.8 | 53.2 |" in capsys.readouterr().out
+    show(ComplexityArguments(graph="c", reading=("own room", "neighbours", "start"), drop=True, markdown=True))
+    assert "| c | 4 | 1 | 9 | 13 | 35.23 | 123.4 | 94.6 |" in capsys.readouterr().out
+    for wrong, message in (
+        ({"walk": (0.5, 0.4, 0.4)}, "must sum to 1, not 1.3"),
+        ({"reading": ("x", "y", "z")}, "not 'x'"),
+    ):
+        with pytest.raises(InputError, match=message):
+            show(ComplexityArguments(**wrong))
+
+
+def test_play_takes_size_limit_and_a_picture(tmp_path, capsys):
+    path = tmp_path / "reach.png"
+    options = {"from_play": "random", "graph": "a", "episodes": 12, "size": 11, "max_steps": 50, "draw": path}
+    show(ComplexityArguments(**options))
+    text = capsys.readouterr().out
+    assert "truncated after 50 steps" in text
+    assert pixels(path).shape[:2] == (600, 900)
+
+
+def measured():
+    episodes = [[0, 0, 1, 3, 4], [0, 1, 3, 2, 2, 3], [0, 1, 1, 3, 4]]
+    return MeasuredReport(analyze("a"), count_transitions(episodes, 5, 0, 4), n_resamples=5)
+
+
+def test_reach_curves_are_those_of_the_chains_and_the_episodes_end_at_their_limit(tmp_path):
+    axes = Figure().subplots()
+    draw_measured_reach(axes, measured(), last=20)
+    curves = {line.get_label(): line.get_xydata().T for line in axes.lines}
+    times, shares = curves["3 episodes, 95% interval"]
+    assert times.max() == 5
+    assert shares[-1] == pytest.approx(2 / 3)
+    times, shares = curves["assumed walk"]
+    np.testing.assert_allclose(shares, analyze("a").reach_probability(times.astype(int)))
+    assert times.max() == 20
+    save_reach(measured(), tmp_path / "reach.svg")
+    assert "<svg" in (tmp_path / "reach.svg").read_text()
+
+
+def test_reach_of_several_graphs_on_ones_own_axes():
+    axes = Figure().subplots()
+    draw_reach(axes, {letter: analyze(letter).chain for letter in "ac"}, last=100, goal="key 1")
+    assert [line.get_label() for line in axes.lines] == ["a", "c"]
+    assert axes.get_ylabel() == "probability of key 1"
+
+
+def test_notebooks_see_a_picture_and_a_table():
+    report = analyze("c", True)
+    assert report._repr_svg_().lstrip().startswith("<?xml")
+    table = report.chain._repr_html_()
+    assert "random walk on 9 nodes from start" in table
+    assert f"<td>{report.expected_steps:.4g}</td>" in table

@@ -1,0 +1,222 @@
+"""States that nobody can have been in: of turns, of a learner, of what is trained. Such a file has a valid digest."""
+
+import re
+from copy import deepcopy
+
+import numpy as np
+import pytest
+import torch
+from learner_envs import RandomEnvs, make_learner
+from turns_helpers import make
+
+from hierroom.agents.config import AgentsConfig
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.learners.config import PPOConfig
+from hierroom.training.config import TrainConfig
+from hierroom.training.trainer import Trainer
+
+PPO = PPOConfig(sequence_length=4, minibatches=2, hidden_size=4)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("goals", 13, "turns.goals must be at most 12, not 13"),
+        ("goals", -2, "turns.goals must be at least -1, not -2"),
+        ("last_outcomes", 4, "turns.last_outcomes must be at most 3, not 4"),
+        ("previous_actions", 10**7, "turns.previous_actions must be at most 5, not 10000000"),
+        ("option_steps", -1, "turns.option_steps must be at least 0, not -1"),
+        ("option_rewards", np.nan, "turns.option_rewards must be finite everywhere, not nan"),
+        ("shortest", -2, "turns.shortest must be at least -1, not -2"),
+    ],
+)
+def test_the_ledger_of_turns_is_in_its_ranges(name, value, said):
+    turns = make(n=2)
+    state = turns.get_state()
+    state[name][1] = value
+    with pytest.raises(InputError, match=f"^{said}"):
+        turns.set_state(state)
+    state[name] = state[name].astype(np.float32)
+    with pytest.raises(InputError, match=rf"^turns\.{name} must be an array of \w+ and shape \(2,\), not of float32"):
+        turns.set_state(state)
+
+
+def test_levels_are_of_a_graph_that_is_played():
+    with pytest.raises(InputError, match=r"^a level is of another goal graph than is sampled here"):
+        make("a", n=2).set_state(make("b", n=2).get_state())
+
+
+def test_the_counts_of_a_curriculum_are_such():
+    turns = make("hitting_time:8..16", 2, curriculum_stages=2)
+    for counts in ([0, 200, 0], [0, 3, 4], [0, -1, -1]):
+        state = turns.get_state()
+        state["curriculum"][:] = counts
+        with pytest.raises(InputError, match=r"^curriculum must hold fewer than 200 episodes, and no more successes"):
+            turns.set_state(state)
+
+
+def learner_in_the_middle():
+    learner, envs = make_learner(), RandomEnvs(6, seed=1)
+    for _ in range(17):
+        envs.tick(learner)
+    envs.begin(learner)
+    return learner
+
+
+def put(name, place, value):
+    def change(state):
+        holder = state["rollout"]["arrays"] if name in state["rollout"]["arrays"] else state
+        holder[name].view(-1)[place] = value
+
+    return change
+
+
+def change(path, value):
+    def changed(state):
+        *holders, key = path.split(".")
+        for holder in holders:
+            state = state[holder]
+        state[key] = value
+
+    return changed
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (put("features", 0, 255), "learner.rollout.arrays.features must be at most 4, not 255"),
+        (put("actions", 5, 10**7), "learner.rollout.arrays.actions must be at most 3, not 10000000"),
+        (put("hindsight_actions", 5, -2), "learner.rollout.arrays.hindsight_actions must be at least -1, not -2"),
+        (put("elapsed", 0, 0), "learner.rollout.arrays.elapsed must be at least 1, not 0"),
+        (put("rewards", 0, torch.inf), "learner.rollout.arrays.rewards must be finite everywhere, not inf"),
+        (put("columns", 0, 12), "learner.rollout.arrays.columns must be at most 11, not 12"),
+        (put("turns", 0, 5), "learner.rollout.arrays.turns must be at most 4, not 5"),
+        (put("awaiting", 0, 12), "learner.rollout.arrays.awaiting must be at most 11, not 12"),
+        (
+            put("masks", slice(None), False),
+            "the rollout of a learner cannot be used: the actions of its turns were legal",
+        ),
+        (change("rollout.free", []), "the rollout of a learner cannot be used: each of its columns is free, full or"),
+        (change("rollout.full", [12]), "learner.rollout.full[0] must be a whole number from 0 to 11, not 12"),
+        (change("rollout.full", [True]), "learner.rollout.full[0] must be a whole number from 0 to 11, not True"),
+        (put("states", 0, torch.nan), "learner.states must be finite everywhere, not nan"),
+        (change("states", torch.zeros(6, 15)), "learner.states must be an array of float32 and shape (6, 16), not of"),
+        (change("logits", torch.zeros(6, 4).to_sparse()), "learner.logits must be an array, not a Tensor"),
+        (change("starts_episode", [True]), "learner.starts_episode must be an array, not a list"),
+        (change("backend.n_steps", -1), "learner.backend.n_steps must be a whole number from 0 to "),
+        (change("backend.means", torch.zeros(1)), "learner.backend.means must be an array of float32 and shape"),
+        (
+            change("backend.network", {}),
+            "learner.backend.network does not hold what it should: it lacks 'encoder.weight",
+        ),
+        (change("backend.network.more", 1), "learner.backend.network does not hold what it should: it has 'more'"),
+        (
+            change("action_random.bit_generator", "MT19937"),
+            "learner.action_random.bit_generator must be 'PCG64', not 'M",
+        ),
+        (change("shuffle_random.state.inc", 2**128), "learner.shuffle_random.state.inc must be a whole number from 0"),
+        (change("shuffle_random", None), "learner.shuffle_random must be a mapping, not None"),
+    ],
+)
+def test_the_state_of_a_learner_is_one(spoil, said):
+    learner = learner_in_the_middle()
+    state = learner.state_dict()
+    learner.load_state_dict(state)
+    spoil(state)
+    with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
+        learner.load_state_dict(state)
+    assert "\n" not in str(caught.value)
+
+
+def test_weights_that_are_not_finite_are_not_taken():
+    learner = make_learner()
+    state = learner.state_dict()
+    state["backend"]["network"]["core.bias"][3] = torch.nan
+    with pytest.raises(InputError, match=r"^learner.backend.network.core.bias must be finite everywhere, not nan$"):
+        learner.take_weights(state)
+
+
+def trainer_of(method="hippo", meta=None, **agents):
+    config = TrainConfig(
+        EnvConfig("a", size=11), AgentsConfig(method, meta, **agents), num_envs=4, ppo=PPO, meta_ppo=PPO
+    )
+    return Trainer(config)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        (
+            "levels.direction",
+            torch.tensor([0, 1, 2, 7], dtype=torch.int32),
+            "levels.direction must be at most 3, not 7",
+        ),
+        ("levels.row", torch.tensor([9, 9, 9, 10**6], dtype=torch.int32), "levels.row must be at most 14, not 1000000"),
+        ("levels.keys", torch.zeros(4), "levels.keys must be an array of int32 and shape (4,), not of float32"),
+        ("levels.found", None, "levels.found must be an array, not None"),
+        (
+            "turns.grids",
+            torch.zeros(4, 21, 21),
+            "grids must be an array of uint8 and shape (4, 21, 21), not of float64",
+        ),
+        ("turns.3", torch.zeros(4), "the state of turns does not hold what get_state gives"),
+        ("turns.goals", "x", "turns.goals must be an array, not 'x'"),
+        ("agents.controller_0.learner", [], "agents.controller_0: agent.learner must be a mapping, not a list"),
+        (
+            "agents.controller_0.description.features",
+            "x",
+            "agents.controller_0: agent.description.features must be 'view",
+        ),
+        ("agents.meta_0.warm_up.successes", [1], "agents.meta_0: warm_up.successes[0] must be True or False, not 1"),
+        ("agents.meta_0.warm_up.more", [1], "agents.meta_0: warm_up does not hold what it should: it has 'more'"),
+        ("log.goals", [[0], [], [], [13]], "log.goals[3][0] must be a whole number from 0 to 12, not 13"),
+        ("log.goals", [], "log.goals must be a list of 4 to 4 items, not a list of 0"),
+        ("log.window.success", [2], "log.window.success[0] must be a whole number from 0 to 1, not 2"),
+        ("log.steps_to", {7: 1}, "log.steps_to does not hold what it should: it has 7"),
+        ("log.returns", torch.full((4,), torch.nan).double(), "log.returns must be finite everywhere, not nan"),
+    ],
+)
+def test_the_state_of_training_is_one(path, value, said):
+    trainer = trainer_of(meta="learned")
+    state = trainer.state_dict()
+    trainer.load_state_dict(state)
+    if path == "turns.grids":
+        value = value.double()
+    change(path, value)(state)
+    with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
+        trainer.load_state_dict(state)
+    assert "\n" not in str(caught.value)
+
+
+def test_turns_have_begun_only_where_no_agent_is_about_to_begin_one():
+    trainer = trainer_of(meta="learned", meta_start_success=0.0)
+    trainer.advance()
+    state = trainer.state_dict()
+    for name in trainer.agents:
+        spoiled = deepcopy(state)
+        rollout = spoiled["agents"][name]["learner"]["rollout"]
+        if name == "meta_0":
+            spoiled["turns"]["is_meta_turn"][:] = True
+        else:
+            rollout["arrays"]["columns"][0] = column = rollout["free"].pop()
+            rollout["arrays"]["masks"][0, column] = rollout["arrays"]["is_open"][0] = True
+        with pytest.raises(InputError, match=f"^agents.{name}: its turn has begun where it is about to begin$"):
+            trainer.load_state_dict(spoiled)
+
+
+def test_the_state_of_curiosity_is_one():
+    trainer = trainer_of("ppo-rnd", features=("direction", "keys"))
+    trainer.advance()
+    for path, value, said in (
+        ("counts", torch.zeros(16).double(), "distillation.counts must be at least 1, not 0.0"),
+        ("growing", 10**9, "distillation.growing must be a whole number from 0 to 40, not 1000000000"),
+        ("pending", [torch.full((4, 7), 9, dtype=torch.uint8)], "distillation.pending[0] must be at most 3, not 9"),
+        ("adam.param_groups", [], "distillation.adam.param_groups must be "),
+        ("adam.state", {0: {}}, "distillation.adam.state.0 does not hold what it should: it lacks 'step', 'exp_avg', "),
+    ):
+        state = trainer.controller.curiosity.state_dict()
+        trainer.controller.curiosity.load_state_dict(state)
+        change(path, value)(state)
+        with pytest.raises(InputError, match=f"^{re.escape(said)}"):
+            trainer.controller.curiosity.load_state_dict(state)

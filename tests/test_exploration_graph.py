@@ -1,0 +1,136 @@
+"""Chains of any exploration graph: networkx, matrices, trajectories, Gymnasium environments."""
+
+import gymnasium
+import networkx as nx
+import numpy as np
+import pytest
+from gymnasium import spaces
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hierroom.complexity import Chain, analyze, measure_env, measure_trajectories
+from hierroom.errors import InputError
+
+
+class Corridor(gymnasium.Env):
+    """Cells 0 to 4 in a row, the goal in the last; action 1 leads right, 0 left."""
+
+    action_space = spaces.Discrete(2)
+    observation_space = spaces.Discrete(5)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.cell = 0
+        return self.cell, {}
+
+    def step(self, action):
+        self.cell = max(0, self.cell + (1 if action else -1))
+        return self.cell, float(self.cell == 4), self.cell == 4, False, {}
+
+
+def cell(env):
+    return env.unwrapped.cell
+
+
+def test_a_plain_graph_is_a_uniform_walk():
+    """From the end of a path to the other end: n^2 steps."""
+    chain = Chain.from_networkx(nx.path_graph(6), 0, 5)
+    assert chain.expected_steps == pytest.approx(25)
+    assert chain.labels == tuple("012345")
+    assert chain.expected_steps_to("3") == pytest.approx(9)
+
+
+def test_weights_are_probabilities_or_rates():
+    graph = nx.DiGraph()
+    graph.add_weighted_edges_from([("start", "middle", 0.25), ("middle", "end", 0.5)])
+    assert Chain.from_networkx(graph, "start", "end").expected_steps == pytest.approx(4 + 2)
+    assert Chain.from_networkx(graph, "start", "end", rates=True).expected_steps == pytest.approx(2)
+    assert Chain.from_networkx(graph, "start", "end", weight=None).expected_steps == pytest.approx(2)
+    counted = nx.MultiDiGraph([("a", "b"), ("a", "b"), ("a", "c"), ("c", "b")])
+    assert Chain.from_networkx(counted, "a", "b").expected_steps == pytest.approx(1 + 1 / 3)
+
+
+def test_a_graph_and_a_matrix_of_the_paper_s_walk_agree_with_the_report():
+    report = analyze("f")
+    chain = Chain.from_matrix(report.chain.weights, 0, report.augmented.exit, report.augmented.labels)
+    assert chain.expected_steps == pytest.approx(report.expected_steps)
+    assert chain.std == pytest.approx(report.std)
+    assert chain.hitting_time == pytest.approx(report.hitting_time)
+    graph = nx.from_scipy_sparse_array(report.chain.weights, create_using=nx.DiGraph)
+    again = Chain.from_networkx(graph, 0, report.augmented.exit)
+    assert again.expected_steps == pytest.approx(report.expected_steps)
+
+
+def test_trajectories_by_hand():
+    """a b (goal) after two steps; a a b b misses after three, so that b leads back to a."""
+    played = measure_trajectories([["a", "b", "goal", "left out"], ["a", "a", "b", "b"]], "goal")
+    assert played.chain.labels == ("a", "b", "goal")
+    np.testing.assert_allclose(played.chain.weights.toarray(), [[1 / 3, 2 / 3, 0], [1 / 3, 1 / 3, 1 / 3], [0, 0, 0]])
+    assert (played.episodes, played.success_rate) == (2, 0.5)
+    assert played.observed_times.tolist() == [2]
+    assert played.observed_steps == 2 + 3 + 1
+    assert played.chain.expected_steps == pytest.approx(6)
+    assert played.observed_reach([1, 2]).tolist() == [0, 1]
+
+
+@settings(deadline=None, max_examples=30)
+@given(
+    st.lists(st.lists(st.integers(0, 3), min_size=1, max_size=12), min_size=1, max_size=8).filter(
+        lambda walks: any(3 in walk for walk in walks)
+    )
+)
+def test_the_mean_of_the_chain_is_the_observed_one_whatever_the_trajectories(walks):
+    played = measure_trajectories([[0, *walk] for walk in walks], 3)
+    assert played.chain.expected_steps == pytest.approx(played.observed_steps)
+
+
+def test_a_target_never_reached():
+    played = measure_trajectories([["a", "b"]], "goal")
+    assert played.observed_steps == played.chain.expected_steps == float("inf")
+    assert "0.0% reached" in str(played)
+
+
+def test_random_play_in_a_gymnasium_environment():
+    """A walk that stays at the wall half of the time needs 4 * 5 steps; its nodes are Markov states."""
+    done = []
+    played = measure_env(Corridor(), cell, 4, episodes=400, seed=1, progress=done.append)
+    assert played.success_rate == 1
+    assert done == list(range(1, 401))
+    error = played.observed_std / 20
+    assert abs(played.chain.expected_steps - 20) < 4.5 * error
+    assert played.observed_std == pytest.approx(played.chain.std, rel=0.2)
+    again = measure_env(Corridor(), cell, 4, episodes=400, seed=1)
+    np.testing.assert_array_equal(played.times, again.times)
+
+
+def test_a_policy_and_a_limit():
+    assert measure_env(Corridor(), cell, 4, lambda observation: 1, episodes=3).observed_steps == 4
+    assert measure_env(Corridor(), cell, 4, lambda observation: 1, episodes=3, max_steps=3).success_rate == 0
+
+
+def test_bad_input_is_one_line():
+    half = nx.DiGraph()
+    half.add_edge(0, 1, weight=0.5)
+    half.add_edge(1, 0)
+    heavy = nx.DiGraph()
+    heavy.add_weighted_edges_from([(0, 1, 2.0)])
+    words = nx.DiGraph()
+    words.add_edge(0, 1, weight="much")
+    twins = nx.DiGraph([(1, "1")])
+    for attempt, message in (
+        (lambda: Chain.from_networkx(nx.path_graph(3), 0, 7), "no node 7 among the 3 nodes 0, 1, 2"),
+        (lambda: Chain.from_networkx(nx.Graph(), 0, 1), "at least one node"),
+        (lambda: Chain.from_networkx(half, 0, 1), "1 of 2 have it"),
+        (lambda: Chain.from_networkx(heavy, 0, 1), "sum to at most 1"),
+        (lambda: Chain.from_networkx(words, 0, 1), "must be a number"),
+        (lambda: Chain.from_networkx(twins, 1, "1"), "two of them are called '1'"),
+        (lambda: Chain.from_matrix([[0, 1], [1, 0]], 0, 2), "from 0 to 1"),
+        (lambda: Chain.from_matrix([[0, 1], [1, 0]], 0, 1, ["a"]), "2 nodes need as many labels, not 1"),
+        (lambda: measure_trajectories([], 1), "there is none"),
+        (lambda: measure_trajectories([[1, 2]], 1), "at least one step"),
+        (lambda: measure_trajectories([[0, 1], [2, 1]], 1), "begin at the same node, not at 2 and 0"),
+        (lambda: measure_env(Corridor(), cell, 4, episodes=0), "at least one episode"),
+    ):
+        with pytest.raises(InputError, match=message) as caught:
+            attempt()
+        assert "\n" not in str(caught.value)

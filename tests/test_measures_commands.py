@@ -1,0 +1,81 @@
+"""What ``python -m hierroom.complexity --measures`` prints."""
+
+import csv
+import io
+import json
+import subprocess
+import sys
+
+import pytest
+
+from hierroom.complexity.__main__ import ComplexityArguments, show
+from hierroom.errors import InputError
+
+
+@pytest.fixture
+def printed(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+
+    def show_and_read(**options):
+        show(ComplexityArguments(measures=True, **options))
+        return capsys.readouterr().out
+
+    return show_and_read
+
+
+def test_two_tables_of_80_columns(printed):
+    lines = printed(graph=("a", "c"), horizon=10).splitlines()
+    assert max(map(len, lines)) <= 80
+    rows = [line.split() for line in lines if line.startswith((" a ", " c "))]
+    assert [row[0] for row in rows] == ["a", "c", "a", "c"]
+    assert rows[1][1:3] == ["9", "5"]  # states, steps
+    assert rows[3][6] == "173.8"  # commute time: the mean of 73.8 steps to the exit, and 100 back
+    assert not any("…" in line for line in lines)
+
+
+def test_json_and_csv_hold_the_same(printed):
+    (graph,) = json.loads(printed(graph="c", json=True))
+    (row,) = csv.DictReader(io.StringIO(printed(graph="c", csv=True)))
+    assert list(graph) == list(row)
+    assert graph["horizon"] == 20
+    assert float(row["effective_horizon"]) == graph["effective_horizon"]
+    assert float(row["covering_high"]) == graph["covering_high"]
+
+
+def test_levels_have_no_walk(printed):
+    text = printed(graph="a", levels=2, horizon=40, seed=1)
+    assert [line.split()[:2] for line in text.splitlines() if line.startswith(" a ")] == [["a", "1"], ["a", "2"]]
+    assert "mixing" not in text
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"measures": True, "graph": "g", "horizon": 5}, "at least 7 steps, but the horizon is 5"),
+        ({"graph": "g", "horizon": 5}, "go with --measures"),
+        ({"graph": "g", "levels": 2}, "go with --measures"),
+        ({"measures": True, "graph": "g", "levels": -1}, "at least one level"),
+        ({"measures": True, "graph": "g", "sort": "std"}, "none of --draw, --sort, --latex and --markdown"),
+        ({"measures": True, "graph": "g", "horizon": 0}, "horizon"),
+        ({"measures": True, "from_play": "random"}, "--from-play"),
+        ({"seed": 3}, "or --seed with --levels"),
+    ],
+)
+def test_options_that_contradict_each_other(options, words):
+    with pytest.raises(InputError, match=words):
+        show(ComplexityArguments(**options))
+
+
+def test_the_command():
+    done = subprocess.run(
+        [sys.executable, "-m", "hierroom.complexity", "--all", "--measures"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "MDPs of 7 goal graphs, without drop, horizon 20" in done.stdout
+    wrong = subprocess.run(
+        [sys.executable, "-m", "hierroom.complexity", "--measures", "--horizon", "2"], capture_output=True, text=True
+    )
+    assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)

@@ -1,0 +1,235 @@
+"""The measures of deterministic MDPs, against numbers worked by hand, published ones and slow twins."""
+
+import math
+
+import gymnasium
+import minigrid  # noqa: F401 - registers its environments
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+from scipy.integrate import quad
+from scipy.special import entr, expit
+from small_mdps import lock, play_gorp, random_mdp, slow_minimum_k
+
+from hierroom.complexity import AugmentedGraph
+from hierroom.complexity.measures import (
+    DeterministicMDP,
+    Gorp,
+    covering_length,
+    effective_horizon,
+    effective_planning_window,
+    enumerate_env,
+    graph_mdp,
+    mdp_policy_information,
+    measure_mdp,
+    minimum_k,
+    policy_information,
+)
+from hierroom.complexity.measures.gorp_kernels import choice_probabilities
+from hierroom.errors import InputError
+from hierroom.goals import NAMED_GRAPHS
+
+
+def minigrid_state(env):
+    level = env.unwrapped
+    held = None if level.carrying is None else level.carrying.encode()
+    return tuple(map(int, level.agent_pos)), int(level.agent_dir), level.grid.encode().tobytes(), held
+
+
+def test_values_of_a_lock():
+    mdp = lock(3)
+    assert mdp.is_binary
+    assert mdp.shortest_solution() == 3
+    np.testing.assert_allclose(mdp.random_values(3)[3][:3], [1 / 8, 1 / 4, 1 / 2])
+    np.testing.assert_allclose(mdp.optimal_values(3)[:, 0], [0, 0, 0, 1])
+    assert not mdp.worst_values(3).any()
+    assert mdp.random_success(3) == pytest.approx(1 / 8)
+    assert mdp.random_success(2) == 1  # the reward is out of reach, so that every policy is optimal
+
+
+def test_effective_horizon_of_a_lock_by_hand():
+    """k = 1: gap 1/4 and variance 1/4 at the first step, m = 16 * 4 ln 12; k = 2: 1/2 and 1/2, m = 16 * 2 ln 24."""
+    found = effective_horizon(lock(3), 3)
+    assert found.rollouts == {1: math.ceil(64 * math.log(12)), 2: math.ceil(32 * math.log(24))} == {1: 160, 2: 102}
+    assert found.bounds[1] == pytest.approx(1 + math.log2(160))
+    assert found.value == 3  # T: to look ahead to the end needs one rollout
+    assert found.min_k == minimum_k(lock(3), 3) == 1
+    assert found.log10_samples == pytest.approx(math.log10(9 * 8))
+
+
+def test_the_planning_window_of_a_lock_is_its_length():
+    """Nothing but the last step earns anything, so that a shorter plan cannot tell the actions apart."""
+    assert [effective_planning_window(lock(n), n) for n in (1, 2, 3, 5)] == [1, 2, 3, 5]
+
+
+def test_a_distractor_needs_one_step_of_lookahead():
+    """Random play earns 1 after the bad action and 3/2 at best, but on average 1/2, after the good one."""
+    transitions = np.array([[1, 2], [3, 3], [3, 3], [3, 3]])
+    rewards = np.array([[0, 0], [1, 1], [1.5, -0.5], [0, 0]])
+    assert minimum_k(DeterministicMDP(transitions, rewards), 2) == 2
+    assert effective_horizon(DeterministicMDP(transitions, rewards), 2).rollouts == {}
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(0, 10_000), st.integers(1, 5))
+def test_minimum_k_and_window_equal_their_definition(seed, horizon):
+    mdp = random_mdp(seed)
+    assert minimum_k(mdp, horizon) == slow_minimum_k(mdp, horizon)
+    assert effective_planning_window(mdp, horizon) == slow_minimum_k(mdp, horizon, begin_with_rewards=True)
+
+
+def test_published_numbers_of_a_minigrid_level():
+    """MiniGrid-KeyCorridorS3R1-v0 in BRIDGE, as its authors' repository holds it (consolidated_analyzed.json)."""
+    env = gymnasium.make("MiniGrid-KeyCorridorS3R1-v0")
+    mdp = enumerate_env(env, minigrid_state, actions=range(6), reward=lambda earned: float(earned > 0))
+    found = effective_horizon(mdp, 100)
+    published = [6667295335345, 1392035355359, 278809136916, 54268730212, 10344878490, 3881656204, 719169930]
+    published += [131899527, 23989567, 4332647, 1555678, 277857, 49406, 17501, 3089, 1]
+    assert list(found.rollouts) == list(range(1, 17))
+    np.testing.assert_allclose(list(found.rollouts.values()), published, rtol=1e-9)
+    assert found.value == 16
+    assert minimum_k(mdp, 100) == 1
+    assert effective_planning_window(mdp, 100) == 15
+    assert covering_length(mdp, 100).occupancy == pytest.approx(3.6251398378024507e-7, rel=1e-9)
+    assert Gorp(mdp, 100).rollouts().effective_horizon < 4.068  # their upper bound on H_1
+
+
+def test_gorp_on_a_lock_by_hand():
+    """A choice is wrong if no rollout earns and the tie goes wrong: (1 - (3/4)^m / 2) (1 - (1/2)^m / 2)."""
+    gorp = Gorp(lock(3), 3)
+    for m in (1, 2, 3, 50, 1000):
+        assert gorp.success_probability(m) == pytest.approx((1 - 0.75**m / 2) * (1 - 0.5**m / 2), rel=1e-9)
+    found = gorp.rollouts()
+    assert (found.rollouts, found.samples) == (2, 9 * 2 * 2)
+    assert found.effective_horizon == 2
+    assert Gorp(lock(3), 3, k=3).success_probability(1) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(("k", "m"), [(1, 1), (1, 4), (2, 2)])
+def test_gorp_equals_real_rollouts(k, m):
+    mdp, rng, n = random_mdp(3), np.random.default_rng(0), 400
+    horizon = mdp.shortest_solution() + 1
+    expected = Gorp(mdp, horizon, k).success_probability(m)
+    solved = sum(play_gorp(mdp, horizon, k, m, rng) > 0 for _ in range(n))
+    assert stats.binomtest(solved, n, min(expected, 1.0)).pvalue > 1e-4
+    drawn = Gorp(mdp, horizon, k, runs=2000).success_probability(m) * 2000
+    assert stats.binomtest(round(drawn), 2000, min(expected, 1.0)).pvalue > 1e-4
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.lists(st.sampled_from([0.0, 0.01, 0.2, 0.5, 0.9, 1.0]), min_size=4, max_size=4), st.integers(1, 8))
+def test_choices_equal_all_outcomes_added_up(chances, m):
+    """Two actions of two leaves each."""
+    nodes, weights = np.polynomial.legendre.leggauss(1)
+    found = choice_probabilities(np.array(chances), 2, m, (nodes + 1) / 2, weights / 2)
+    at = [stats.binom.pmf(np.arange(m + 1), m, chance) for chance in chances]
+    first, second = (
+        [sum(one[i] * other[j] for i in range(m + 1) for j in range(m + 1) if max(i, j) == x) for x in range(m + 1)]
+        for one, other in (at[:2], at[2:])
+    )
+    wins = sum(first[x] * (sum(second[:x]) + second[x] / 2) for x in range(m + 1))
+    np.testing.assert_allclose(found, [wins, 1 - wins], atol=1e-9)
+
+
+def test_many_rollouts_are_counted_by_a_window():
+    nodes, weights = np.polynomial.legendre.leggauss(1)
+    found = choice_probabilities(np.array([0.3, 0.3005]), 2, 1_000_000, (nodes + 1) / 2, weights / 2)
+    deviation = math.sqrt(1e6 * (0.3 * 0.7 + 0.3005 * 0.6995))
+    np.testing.assert_allclose(found[1], stats.norm.cdf(500 / deviation), atol=1e-5)
+    assert found.sum() == pytest.approx(1)
+
+
+def test_covering_length_of_a_lock_by_hand():
+    found = covering_length(lock(3), 3)
+    assert found.n_pairs == 6
+    assert found.occupancy == pytest.approx(1 / 8)
+    assert found.simple == pytest.approx(8 * math.log(12))
+    assert found.low == 6  # ln(1/2) / ln(7/8) = 5.2
+    assert found.high == 12  # 2 ((1/2)^n + (3/4)^n + (7/8)^n) is 0.546 for n = 11 and 0.467 for n = 12
+
+
+def test_episodes_until_all_is_covered_lie_between_the_bounds():
+    mdp, rng, needed = lock(3), np.random.default_rng(0), []
+    for _ in range(300):
+        tried, n = set(), 0
+        while len(tried) < 6:
+            state, n = 0, n + 1
+            while state < 3:
+                action = rng.integers(2)
+                tried.add((state, action))
+                state = mdp.transitions[state, action]
+        needed.append(n)
+    found = covering_length(mdp, 3)
+    assert found.low <= np.median(needed) <= found.high
+
+
+def test_policy_information_of_a_bandit():
+    """Preferences of two actions: the chance of the good one is the logistic function of a normal of variance 2."""
+    bandit = DeterministicMDP(np.array([[1, 1], [1, 1]]), np.array([[0.0, 1.0], [0.0, 0.0]]))
+
+    def entropy(p):
+        return entr(p) + entr(1 - p)
+
+    expected = math.log(2) - quad(lambda x: stats.norm.pdf(x, 0, math.sqrt(2)) * entropy(expit(x)), -20, 20)[0]
+    found = mdp_policy_information(bandit, 1, 20_000)
+    assert found.pic == pytest.approx(expected, abs=0.004)
+    assert 0 < found.poic < found.pic
+    assert mdp_policy_information(bandit, 1, 2000, temperature=1e-3).poic == pytest.approx(
+        mdp_policy_information(bandit, 1, 2000).pic
+    )
+    assert mdp_policy_information(bandit, 1, 10, deviation=0).pic == pytest.approx(0)
+
+
+def test_policy_information_of_returns_by_hand():
+    """One policy always earns 0, the other always 1: the return tells which it is."""
+    found = policy_information([[0, 0, 0], [1, 1, 1]], temperature=1 / math.log(4))
+    assert found.pic == pytest.approx(math.log(2))
+    mean = (0.25 + 1) / 2
+    assert found.poic == pytest.approx(entr(mean) + entr(1 - mean) - (entr(0.25) + entr(0.75)) / 2)
+    assert policy_information([[0, 1], [1, 0]]).pic == pytest.approx(0)
+
+
+def test_the_mdp_of_graph_c():
+    augmented = AugmentedGraph(NAMED_GRAPHS["c"])
+    mdp = graph_mdp(augmented)
+    assert (mdp.n_states, mdp.n_actions, mdp.shortest_solution()) == (9, 3, 5)
+    for state in range(9):
+        targets = set(augmented.edges[augmented.edges[:, 0] == state, 1].tolist())
+        assert set(mdp.transitions[state].tolist()) - {state} == targets
+    assert mdp.rewards.sum() == (augmented.edges[:, 1] == augmented.exit).sum()
+
+
+def test_all_measures_at_once():
+    found = measure_mdp(lock(3), 3)
+    assert (found.states, found.actions, found.shortest, found.k, found.planning_window) == (5, 2, 3, 1, 3)
+    assert (found.rollouts, found.effective_horizon, found.samples) == (2, 2.0, 9 * 4)
+
+
+def test_bad_input_is_one_line():
+    mdp = lock(2)
+    bad = [
+        (lambda: DeterministicMDP(np.zeros((2, 2), int), np.zeros((2, 3))), "shape"),
+        (lambda: DeterministicMDP(np.array([[2]]), np.zeros((1, 1))), "from 0 to 0"),
+        (lambda: DeterministicMDP(np.array([[0]]), np.array([[math.nan]])), "finite"),
+        (lambda: DeterministicMDP(np.array([[0]]), np.zeros((1, 1)), 1), "start"),
+        (lambda: effective_horizon(mdp, 0), "at least 1, not 0"),
+        (lambda: mdp.random_values(10**9), "shorter horizon"),
+        (lambda: Gorp(mdp, 2, k=0), "k must be"),
+        (lambda: Gorp(mdp, 2, k=20), "at most 1000"),
+        (lambda: Gorp(mdp, 2).success_probability(0), "1..1,000,000, not 0"),
+        (lambda: Gorp(DeterministicMDP(np.array([[0]]), np.array([[2.0]])), 2), "0 or 1"),
+        (lambda: measure_mdp(mdp, 1), "at least 2 steps, but the horizon is 1"),
+        (lambda: policy_information([1.0]), "policies, episodes"),
+        (lambda: mdp_policy_information(mdp, 2, temperature=0), "above 0"),
+        (lambda: enumerate_env(gymnasium.make("Pendulum-v1"), str), "discrete actions"),
+        (
+            lambda: enumerate_env(gymnasium.make("MiniGrid-Empty-5x5-v0"), minigrid_state, max_states=5),
+            "more than 5 states",
+        ),
+    ]
+    for attempt, words in bad:
+        with pytest.raises(InputError, match=words) as caught:
+            attempt()
+        assert "\n" not in str(caught.value)

@@ -1,0 +1,193 @@
+"""A run that was stopped, killed or hindered goes on as if it had not been: every file of it is equal."""
+
+import errno
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from same_run import differences, scalars
+
+from hierroom.errors import InputError
+from hierroom.train import main as train
+from hierroom.training.provenance import FILE
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
+
+FLAGS = ["--size", "11", "--max-steps", "60", "--num-envs", "8", "--sequence-length", "16", "--minibatches", "2"]
+FLAGS += ["--epochs", "1", "--hidden-size", "8", "--evaluations", "3", "--evaluation-episodes", "8"]
+FLAGS += ["--threads", "1", "--steps", "2048"]
+RUNS = {
+    "fixed": ["--graph", "a", "b"],
+    "learned": ["--graph", "a", "--meta", "learned", "--meta-ppo.sequence-length", "32", "--meta-start-success", "0"],
+    "curriculum": ["--graph", "rooms:3", "--curriculum-stages", "2"],
+}
+KILLS = Path(__file__).parent / "fuzz" / "kills.py"
+
+
+Whole = tuple[list[str], Path]
+
+
+def trained(name: str, factory: pytest.TempPathFactory) -> Whole:
+    """The options of a run, and its folder."""
+    options, out = [*RUNS[name], *FLAGS], factory.mktemp(name) / "run"
+    assert train([*options, "--out", str(out)]) == 0
+    return options, out
+
+
+@pytest.fixture(scope="module", params=RUNS)
+def whole(request, tmp_path_factory) -> Whole:
+    return trained(request.param, tmp_path_factory)
+
+
+@pytest.fixture(scope="module")
+def fixed(tmp_path_factory) -> Whole:
+    return trained("fixed", tmp_path_factory)
+
+
+@pytest.fixture
+def stop(monkeypatch):
+    """A function that has the update of a number, counted over all sessions, stop this process by a signal."""
+
+    def stop(number: int, at: int) -> None:
+        advance, calls = Trainer.advance, []
+
+        def stopped(self):
+            calls.append(1)
+            if len(calls) == at:
+                os.kill(os.getpid(), number)
+            advance(self)
+
+        monkeypatch.setattr(Trainer, "advance", stopped)
+
+    return stop
+
+
+@pytest.mark.parametrize(("number", "at"), [(signal.SIGINT, 1), (signal.SIGHUP, 6), (signal.SIGTERM, 15)])
+def test_a_run_that_was_stopped_ends_with_every_file_equal(number, at, whole, stop, tmp_path):
+    options, folder = whole
+    stop(number, at)
+    out = str(tmp_path / "run")
+    assert train([*options, "--out", out]) == 130
+    assert train(["--resume", out]) == 0
+    assert differences(folder, Path(out)) == []
+    assert train(["--resume", out]) == 0  # a finished run writes its results again
+    assert differences(folder, Path(out)) == []
+
+
+@pytest.mark.parametrize("checkpoint", [0, 4, 10])
+def test_a_run_goes_on_from_any_checkpoint_whatever_was_written_after_it(checkpoint, whole, tmp_path):
+    _, folder = whole
+    shutil.copytree(folder, out := tmp_path / "run")
+    for path in sorted((out / "checkpoints").iterdir())[checkpoint + 1 :]:
+        path.unlink()
+    for table in RunFolder(out).tables:
+        with table.path.open("ab") as file:
+            file.write(b"9999,0.5,\0\0\0")
+    assert train(["--resume", str(out)]) == 0
+    assert differences(folder, out) == []
+
+
+def test_rows_of_a_learned_meta_controller_hold_its_last_update_after_a_resume(stop, tmp_path):
+    out = tmp_path / "run"
+    stop(signal.SIGINT, 12)
+    train([*RUNS["learned"], *FLAGS, "--out", str(out)])
+    train(["--resume", str(out)])
+    entropies = [row["meta_entropy"] for row in RunFolder.open(out).metrics.numbers()]
+    known = [n for n, entropy in enumerate(entropies) if entropy == entropy]
+    assert known == [*range(known[0], len(entropies))]
+    assert known[0] < 12 < len(entropies)
+
+
+def test_differences_are_seen(fixed, tmp_path):
+    _, folder = fixed
+    shutil.copytree(folder, out := tmp_path / "run")
+    (out / "more").write_text("")
+    text = (out / "metrics.csv").read_text()
+    (out / "metrics.csv").write_text(text[: len(text) // 2].rpartition("\n")[0] + "\n")
+    shutil.copy(out / "checkpoints" / "000000000512.pt", out / "checkpoints" / "000000001024.pt")
+    shutil.copy(next(out.glob("events*")), out / "events.out.tfevents.9999999999.again.1.0")
+    found = differences(folder, out)
+    expected = [
+        "more is in other only",
+        "checkpoints/000000001024.pt differs",
+        "metrics.csv differs",
+        "the events differ",
+    ]
+    assert [line[: len(said)] for line, said in zip(found, expected, strict=True)] == expected
+
+
+def full(*_, **__):
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize("at", range(5))
+def test_a_disk_that_is_full_before_the_first_checkpoint_leaves_a_folder_that_is_taken(at, tmp_path, monkeypatch):
+    """config.json, modules, provenance.json and checkpoint are put in their places, one after the other."""
+    out, replace, calls = tmp_path / "run", os.replace, []
+
+    def nearly_full(*arguments):
+        calls.append(1)
+        (full if len(calls) > at else replace)(*arguments)
+
+    options = [*RUNS["fixed"], *FLAGS[:-1], "128", "--out", str(out)]
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", nearly_full)
+        with pytest.raises(InputError, match="No space left on device"):
+            train(options)
+    is_run = (out / "config.json").exists()
+    assert is_run == (at > 0)
+    if is_run and at < 4:
+        with pytest.raises(InputError, match="choose another --out, or --resume it"):
+            train(options)
+    assert train(["--resume", str(out)] if is_run else options) == 0
+    assert RunFolder.open(out).load_checkpoint()["steps"] == 128
+    assert not list(out.rglob("*.part"))
+
+
+def test_a_run_that_lost_its_checkpoints_is_not_begun_anew(fixed, tmp_path):
+    shutil.copytree(fixed[1], out := tmp_path / "run")
+    shutil.rmtree(out / "checkpoints")
+    before = (out / "metrics.csv").read_bytes()
+    with pytest.raises(InputError, match="has no checkpoint in checkpoints/"):
+        train(["--resume", str(out)])
+    assert (out / "metrics.csv").read_bytes() == before
+
+
+def test_a_folder_that_holds_anything_else_is_not_taken(tmp_path):
+    for name in ("mine.txt", FILE, "metrics.csv", "checkpoints/000000000000.pt", "mine.part"):
+        path = tmp_path / name.replace("/", "-") / name
+        path.parent.mkdir(parents=True)
+        path.write_text("")
+        with pytest.raises(InputError, match="is not an empty folder"):
+            train([*FLAGS, "--out", str(tmp_path / name.replace("/", "-"))])
+        assert [one for one in path.parents[name.count("/")].rglob("*") if one.is_file()] == [path]
+
+
+def test_a_damaged_table_is_told_of_and_the_run_goes_on(fixed, tmp_path, capsys):
+    shutil.copytree(fixed[1], out := tmp_path / "run")
+    lines = (out / "metrics.csv").read_bytes().splitlines(keepends=True)
+    (out / "metrics.csv").write_bytes(b"".join([*lines[:3], b"1,2\r\n", *lines[4:]]))
+    assert train(["--resume", str(out)]) == 0
+    assert f"warning: {out}/metrics.csv was damaged: what can be read of it is kept" in capsys.readouterr().err
+    assert (out / "metrics.csv").read_bytes() == b"".join([*lines[:3], *lines[4:]])
+
+
+def test_events_that_cannot_be_written_are_warned_of_once(fixed, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("hierroom.training.events.append_whole", lambda *_: (_ for _ in ()).throw(InputError("full")))
+    options, folder = fixed
+    assert train([*options, "--out", str(tmp_path / "run")]) == 0
+    assert capsys.readouterr().err == "warning: full; training goes on without TensorBoard\n"
+    assert [line.split(" differ")[0] for line in differences(folder, tmp_path / "run")] == ["the events"]
+    assert len(scalars(folder)) > 10
+
+
+def test_kills_at_any_place_lose_nothing():
+    """The short form of what docs/reliability.md tells of."""
+    command = [sys.executable, str(KILLS), "--kills", "6", "--runs", "learned", "--seed", "3"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.startswith("6 kills, 3 of them at a file operation and 3 at a random moment")

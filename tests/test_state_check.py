@@ -1,0 +1,137 @@
+"""A state that cannot be one of environments is refused before a kernel sees it."""
+
+import numpy as np
+import pytest
+
+from hierroom.errors import InputError
+from hierroom.goals import NAMED_GRAPHS
+from hierroom.world import kernels
+from hierroom.world.layout import LEVEL, State
+from hierroom.world.oracle import shortest_actions, shortest_lengths
+from hierroom.world.state_check import RULES, check_state, level_bounds
+from hierroom.world.world import World
+
+MEMORIES = ("visited", "explored", "doorways")
+
+
+def begun(n=2, size=13):
+    return World([NAMED_GRAPHS["f"]], n, size=size, seed=3, drop_key=True, memories=MEMORIES)
+
+
+@pytest.mark.parametrize("size", [11, 19, 63])
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_every_state_that_is_reached_is_accepted(size, drop_key):
+    graphs, rng = list(NAMED_GRAPHS.values()), np.random.default_rng(size)
+    world = World(graphs, 32, size=size, drop_key=drop_key, max_steps=40, memories=MEMORIES)
+    for _ in range(200):
+        if rng.random() < 0.5:  # else keys are picked up in too few environments
+            for env in range(0, 32, 8):
+                world.state.levels["direction"][env] = rng.integers(4)
+        world.step(rng.choice(5 + drop_key, 32, p=[0.4, 0.1, 0.1, 0.2, 0.2 - 0.05 * drop_key, 0.05][: 5 + drop_key]))
+        check_state(world.get_state())
+
+
+@pytest.mark.parametrize("name", level_bounds(13))
+def test_every_field_has_bounds_that_are_kept(name):
+    """One beyond either bound, as far as the field can hold it."""
+    world, (low, high) = begun(), level_bounds(13)[name]
+    info = np.iinfo(LEVEL[name].base)
+    for number in (low - 1, high + 1, info.min, info.max):
+        if low <= number <= high or not info.min <= number <= info.max:
+            continue
+        state = world.get_state()
+        state.levels[name][1, ...] = number
+        with pytest.raises(InputError, match=rf"^levels\.{name} must be at (least|most) -?\d+, not {number}, which"):
+            world.set_state(state)
+
+
+def test_the_bounds_name_every_field_but_flags_and_random_numbers():
+    assert set(LEVEL.names) - level_bounds(13).keys() == {"key", "n_drawn", "can_drop", "has_ended"}
+
+
+def test_a_flag_is_one_bit():
+    state = begun().get_state()
+    state.levels.view(np.uint8).reshape(2, -1)[1, LEVEL.fields["has_ended"][1]] = 2
+    with pytest.raises(InputError, match=r"^levels.has_ended must be True or False everywhere$"):
+        check_state(state)
+
+
+def exit_elsewhere(level, grid):
+    grid[grid == kernels.EXIT] = kernels.EMPTY
+    grid[level.rectangles[0][0], level.rectangles[0][1]] = kernels.EXIT
+
+
+def key_twice(level, grid):
+    top, left, bottom, right = level.rectangles[0]
+    inside = grid[top : bottom + 1, left : right + 1]
+    row, col = np.argwhere(inside == kernels.EMPTY)[0]
+    inside[row, col] = kernels.KEY + level.colours[0]
+
+
+def hold_all(level, grid):
+    level.keys = level.found = 3
+    level.bag_size = 6
+    level.bag[:] = 0
+
+
+BREAK = {
+    "the goal graph is a tree of its rooms": lambda level, grid: level.key_rooms.__setitem__(0, 1),
+    "branches is the inverse of colours": lambda level, grid: level.colours.__setitem__(0, level.colours[1]),
+    "walls surround the grid": lambda level, grid: grid.__setitem__((5, 9), kernels.EMPTY),
+    "rooms lie inside the walls": lambda level, grid: level.rectangles[1].__setitem__(2, 22),
+    "keys, doors and what was found are those of the rooms": lambda level, grid: level.__setattr__("found", 63),
+    "a key that is held and a door that is open were found": lambda level, grid: level.__setattr__("doors", 1),
+    "each door stands where it is said to": lambda level, grid: level.doors_at[0].__setitem__(0, 0),
+    "each key lies where it is said to": lambda level, grid: level.keys_at[0].__setitem__(1, 0),
+    "the exit is where it is said to be": exit_elsewhere,
+    "nothing else lies in the grid": key_twice,
+    "the agent stands on floor": lambda level, grid: grid.__setitem__((level.row, level.col), kernels.WALL),
+    "the bag holds the keys that are held, each once": lambda level, grid: level.__setattr__("bag_size", 6),
+    "the key to drop is the one picked up last whose door is locked": lambda level, grid: level.__setattr__(
+        "carried", 2
+    ),
+    "an episode has ended at the exit or after its last step, and nowhere else": lambda level, grid: level.__setattr__(
+        "has_ended", True
+    ),
+}
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_every_rule_is_kept(rule):
+    state = begun().get_state()
+    BREAK[rule](state.levels[1], state.grids[1])
+    for attempt in (check_state, begun().set_state, shortest_lengths):
+        with pytest.raises(InputError, match=f"^the state of environment 1 cannot be used, because not so: {rule}$"):
+            attempt(state)
+    with pytest.raises(InputError, match=f"^the state of environment 0 cannot be used, because not so: {rule}$"):
+        shortest_actions(state[1])
+
+
+@pytest.mark.parametrize(
+    ("grids", "levels", "said"),
+    [
+        (np.ones((2, 23, 23)), None, "grids must be an array of uint8 and shape"),
+        (np.ones((2, 23, 22), np.uint8), None, "grids must be an array of uint8 and shape"),
+        (np.ones((2, 23), np.uint8), None, "the grids of a state must be an array"),
+        (np.ones((2, 3, 3), np.uint8), None, "the grids of a state must be an array"),
+        (None, np.zeros(2), "the levels of a state must be an array"),
+        (None, np.zeros(3, LEVEL), "grids must be an array of uint8 and shape"),
+        (np.full((2, 23, 23), 255, np.uint8), None, "grids must be at most 21, not 255, which it is at"),
+        (None, np.zeros(2, LEVEL), "levels.max_steps must be at least 1, not 0"),
+    ],
+)
+def test_arrays_of_another_kind_are_refused(grids, levels, said):
+    world, state = begun(), begun().get_state()
+    wrong = State(state.grids if grids is None else grids, state.levels if levels is None else levels)
+    with pytest.raises(InputError, match=f"^{said}"):
+        world.set_state(wrong)
+
+
+def test_a_state_that_is_refused_changes_nothing():
+    world, before = begun(), begun().get_state()
+    wrong = begun(2).get_state()
+    wrong.levels["row"][1] = 10**6
+    with pytest.raises(InputError):
+        world.set_state(wrong)
+    assert (world.state.grids == before.grids).all()
+    assert (world.state.levels == before.levels).all()

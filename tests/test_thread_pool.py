@@ -1,0 +1,111 @@
+"""Threads after a fork, and in copies."""
+
+import copy
+import multiprocessing
+import pickle
+
+import numpy as np
+import pytest
+from learner_envs import RandomEnvs, make_learner
+
+from hierroom.goals import NAMED_GRAPHS
+from hierroom.gym_env import EscapeRooms
+from hierroom.runtime.thread_pool import ThreadPool
+from hierroom.world.world import MIN_ENVS_PER_THREAD, World
+
+
+def same_state(one, other):
+    return (one.grids == other.grids).all() and (one.levels == other.levels).all()
+
+
+COPIES = {"pickle": lambda thing: pickle.loads(pickle.dumps(thing)), "deepcopy": copy.deepcopy}
+FORK = multiprocessing.get_context("fork")
+
+
+def in_a_fork(function, *arguments):
+    """What a function returns in a forked process; fails where the process does not end."""
+    results = FORK.SimpleQueue()
+    child = FORK.Process(target=lambda: results.put(function(*arguments)))
+    child.start()
+    child.join(60)
+    hangs = child.is_alive()
+    child.kill()
+    assert not hangs
+    assert child.exitcode == 0
+    return results.get()
+
+
+def stepped(world, actions):
+    world.step(actions)
+    return hash((world.state.grids.tobytes(), world.state.levels.tobytes()))  # small: nobody reads before it ends
+
+
+def test_a_pool_works_in_a_forked_process():
+    pool = ThreadPool(2)
+    assert [pool.submit(pow, n, 2).result() for n in range(9)] == [n * n for n in range(9)]
+    assert in_a_fork(lambda: [pool.submit(pow, n, 2).result() for n in range(9)]) == [n * n for n in range(9)]
+    assert pool.submit(pow, 3, 2).result() == 9
+
+
+@pytest.mark.parametrize("clone", COPIES.values(), ids=COPIES)
+def test_a_pool_that_is_copied_has_threads_of_its_own(clone):
+    pool = ThreadPool(2)
+    pool.submit(int).result()
+    twin = clone(pool)
+    assert twin.submit(pow, 3, 2).result() == 9
+    assert twin._executor is not pool._executor
+    assert twin._threads == 2
+
+
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks beside threads
+def test_a_world_that_was_stepped_with_two_threads_goes_on_in_a_forked_process():
+    n = 2 * MIN_ENVS_PER_THREAD
+    world, actions = World([NAMED_GRAPHS["a"]], n, size=11, threads=2), np.arange(n) % 5
+    world.step(actions)
+    there = in_a_fork(stepped, world, actions)
+    assert there == stepped(world, actions)
+
+
+@pytest.mark.parametrize("clone", COPIES.values(), ids=COPIES)
+def test_environments_that_were_stepped_with_two_threads_can_be_copied(clone):
+    n = 2 * MIN_ENVS_PER_THREAD
+    envs, actions = EscapeRooms(n, "a", size=11, threads=2), np.arange(n) % 5
+    envs.reset(seed=0)
+    envs.step(actions)
+    twin = clone(envs)
+    for each in (envs, twin):
+        each.step(actions)
+    assert same_state(envs.turns.world.state, twin.turns.world.state)
+
+
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
+def test_a_learner_with_two_threads_goes_on_in_a_forked_process():
+    learner, envs = make_learner(num_envs=600, threads=2), RandomEnvs(600, seed=3)
+    while envs.tick(learner)[-1] is None:
+        pass
+
+    def next_update():
+        while (told := envs.tick(learner)[-1]) is None:
+            pass
+        return told
+
+    there = in_a_fork(next_update)
+    assert there == next_update()
+
+
+@pytest.mark.parametrize("clone", COPIES.values(), ids=COPIES)
+def test_a_copy_of_a_learner_learns_as_it_does_and_apart_from_it(clone):
+    learner, envs = make_learner(threads=2), RandomEnvs(6, seed=3)
+    for _ in range(20):
+        envs.tick(learner)
+    twin, twin_envs = clone(learner), copy.deepcopy(envs)
+    before = learner.state_dict()["backend"]["network"]
+    told = [twin_envs.tick(twin) for _ in range(20)]
+    for name, tensor in learner.network.state_dict().items():
+        assert (tensor == before[name]).all(), name
+    for one, other in zip([envs.tick(learner) for _ in range(20)], told, strict=True):
+        for a, b in zip(one, other, strict=True):
+            np.testing.assert_array_equal(a, b)
+    for name, tensor in learner.network.state_dict().items():
+        assert (tensor == twin.network.state_dict()[name]).all(), name
+        assert not (tensor == before[name]).all(), name
