@@ -6,11 +6,11 @@ import io
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr
 from pathlib import Path
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, one_line
 
 COMMANDS: Mapping[str, str] = {
     "train": "train an agent and write a run folder",
@@ -23,8 +23,6 @@ COMMANDS: Mapping[str, str] = {
 }
 """What people run, as ``python -m hierroom.NAME``, and what for."""
 
-_MAX_CHARACTERS = 1000
-"""Of a line on standard error: what was given may be a whole file."""
 _WORDS = {
     r"invalid literal for int\(\) with base 10:": "it must be a whole number, not",
     "could not convert string to float:": "it must be a number, not",
@@ -114,21 +112,8 @@ def _without_box(text: str) -> str:
     return "; ".join([message[:1].lower() + message[1:].removesuffix("."), *hints, *advice])
 
 
-def one_line(text: str) -> str:
-    """A text as one line that no terminal obeys: control characters escaped, and the middle of a long text cut."""
-    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-    half = _MAX_CHARACTERS // 2
-    return plain if len(plain) <= _MAX_CHARACTERS else f"{plain[:half]} ... {plain[-half:]}"
-
-
-def _say(kind: str, text: object) -> None:
-    print(one_line(f"{kind}: {text}"), file=sys.stderr)
-
-
-def warn(lines: Iterable[str]) -> None:
-    """Print warnings, a line each, on standard error."""
-    for line in lines:
-        _say("warning", line)
+def _say(error: object) -> None:
+    print(one_line(f"error: {error}"), file=sys.stderr)
 
 
 def run(command: Callable[[], int]) -> None:
@@ -140,13 +125,13 @@ def run(command: Callable[[], int]) -> None:
     try:
         code = command()
     except InputError as error:
-        _say("error", error)
+        _say(error)
         code = 2
     except FloatingPointError as error:
-        _say("error", error)
+        _say(error)
         code = 1
     except MemoryError as error:
-        _say("error", f"there is not memory enough: {error}")
+        _say(f"there is not memory enough: {error}")
         code = 2
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
@@ -154,15 +139,15 @@ def run(command: Callable[[], int]) -> None:
     except BrokenPipeError:  # the reader, such as head, has seen enough
         code = 0
     except OSError as error:
-        if error.filename is None:  # a stream that could not be written to
+        if error.filename is None:  # it was a stream that could not be written
             code = _tell_unwritten(error)
         else:  # such as a name that is too long, or a folder that may not be read
-            _say("error", f"{error.strerror or error}: {os.fspath(error.filename)!r}")
+            _say(f"{error.strerror or error}: {os.fsdecode(error.filename)!r}")
             code = 2
     except RuntimeError as error:  # torch has no MemoryError
         if "allocate" not in str(error):
             raise
-        _say("error", f"there is not memory enough: {error}")
+        _say(f"there is not memory enough: {error}")
         code = 2
     except SystemExit as error:
         if not isinstance(error.__context__, BrokenPipeError):
@@ -200,5 +185,5 @@ def _flush(code: int) -> int:
 
 def _tell_unwritten(error: OSError) -> int:
     """Say that the output is not complete; returns the exit code."""
-    _say("error", f"cannot write the output: {error.strerror}")
+    _say(f"cannot write the output: {error.strerror}")
     return 2

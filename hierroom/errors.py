@@ -1,4 +1,4 @@
-"""What a user gave and cannot be used, and the check of a number."""
+"""What a user gave and cannot be used, the check of a number, and how what was given is shown."""
 
 from __future__ import annotations
 
@@ -34,3 +34,18 @@ def require_number(name: str, value: object, low: float, high: float = math.inf,
         elif value == math.inf:
             bound = "finite"
         raise InputError(f"{name} must be {bound}, not {value}")
+
+
+_MAX_CHARACTERS = 1000
+"""Of a line: what was given may be a whole file."""
+
+
+def one_line(text: str) -> str:
+    """A text as one line that no terminal obeys: control characters escaped, and the middle of a long text cut.
+
+    Args:
+        text: any text.
+    """
+    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    half = _MAX_CHARACTERS // 2
+    return plain if len(plain) <= _MAX_CHARACTERS else f"{plain[:half]} ... {plain[-half:]}"

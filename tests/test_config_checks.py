@@ -9,10 +9,9 @@ from pathlib import Path
 import pytest
 
 import hierroom
-from hierroom.cli import one_line
 from hierroom.complexity.augmented import AugmentedGraph
 from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
+from hierroom.errors import InputError, one_line
 from hierroom.goals import GoalGraph
 from hierroom.training import session
 from hierroom.training.config import TrainConfig

@@ -19,6 +19,7 @@ from hierroom import cli, evaluate
 from hierroom.agents.config import METHODS
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
+from hierroom.files import to_json
 from hierroom.learners.config import PPOConfig
 from hierroom.options import META
 from hierroom.train import main as train
@@ -241,9 +242,9 @@ def test_resume_with_fewer_steps_than_taken_changes_nothing(trained):
 
 @pytest.mark.parametrize("change", [{"num_envs": 9}, {"size": 13}])
 def test_resume_of_a_checkpoint_that_does_not_fit_is_one_line(change, tmp_path):
-    folder = RunFolder.create(tmp_path / "run", SMALL)
-    folder.save_checkpoint(Trainer(SMALL).state_dict())
-    folder.save_config(SMALL.changed(**change))
+    other = SMALL.changed(**change)
+    folder = RunFolder.create(tmp_path / "run", other)
+    folder.save_checkpoint({**Trainer(SMALL).state_dict(), "config": to_json(other.to_dict())})
     with pytest.raises(InputError, match=r"does not fit its config\.json: \w"):
         train(["--resume", str(folder.path)])
 
@@ -336,12 +337,12 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--network", "best"], "a network is one of"),
         (["--warm-start", "nowhere"], "nowhere is not a run folder"),
         (["--novelty-bonus", "-1"], "novelty_bonus must be a number of at least 0"),
-        (["--method", "ppo-rnd", "--curiosity-weight", "-1"], "curiosity_weight must be a number of at least 0"),
+        (["--method", "ppo-rnd", "--curiosity-weight", "-1"], "curiosity_weight must be at least 0, not -1"),
         (["--size", "10"], "size must be a whole number from 11 to 63"),
-        (["--num-envs", "0"], "num_envs must be a whole number from 1 to"),
+        (["--num-envs", "0"], "num_envs must be at least 1, not 0"),
         (["--steps", "0"], "steps must be at least 1"),
         (["--max-steps", "0"], "max_steps must be"),
-        (["--seed", "-1"], "a seed must be a whole number"),
+        (["--seed", "-1"], "seed must be at least 0, not -1"),
         (["--gamma", "1.5"], "gamma must be from 0 to 1"),
         (["--meta-ppo.gamma", "1.5"], "gamma must be from 0 to 1"),
         (["--device", "tpu9"], "no device"),

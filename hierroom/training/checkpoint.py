@@ -15,7 +15,7 @@ import torch
 
 from hierroom.errors import InputError
 from hierroom.options import AGENTS
-from hierroom.runtime.schema import AnyMapping, Exactly, Real, Schema, Table, Whole, shown
+from hierroom.runtime.schema import AnyMapping, Anything, Exactly, Real, Schema, Table, Whole, shown
 from hierroom.training.plain_state import plain_state
 
 CHECKPOINT_FORMAT = 7
@@ -23,6 +23,7 @@ _MARK = b"\nsha256 "
 _LENGTH = len(_MARK) + 64 + 1  # of the last line: the mark, the digest in hexadecimal digits, a line feed
 _ENTRIES: Mapping[str, Schema] = {
     "format": Exactly(CHECKPOINT_FORMAT),
+    "config": Anything(),  # `RunFolder.require_same_config` reads it
     "turns": AnyMapping(),
     "levels": AnyMapping(),
     "agents": Table(dict.fromkeys(AGENTS, AnyMapping())),

@@ -14,13 +14,13 @@ from tensorboard.compat.proto.event_pb2 import Event, SessionLog  # pyright: ign
 from tensorboard.summary.writer.record_writer import RecordWriter
 from torch.utils.tensorboard.summary import hparams, scalar
 
-from hierroom.cli import warn
 from hierroom.errors import InputError
 from hierroom.files import append_whole, sync
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import MILESTONES
 from hierroom.training.evaluation import Evaluation, Score
 from hierroom.training.learning_curve import LearningCurve
+from hierroom.training.output import warn
 
 _NAME = "events.out.tfevents"
 GROUPS: Mapping[str, tuple[str, ...]] = {
@@ -73,7 +73,7 @@ class Events:
             append_whole(self._file, records.getvalue())
         except InputError as error:
             self._has_failed = True
-            warn([f"{error}; training goes on without TensorBoard"])
+            warn(f"{error}; training goes on without TensorBoard")
 
     def _begin(self) -> list[Event]:
         """Choose the file, whose name is sorted after those of earlier sessions; returns what it begins with."""

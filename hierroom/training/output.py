@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from typing import Any, TextIO
 
+from hierroom.errors import one_line
+
 
 class LastingStream:
     """A text stream to which writing never fails; what cannot be written is lost.
@@ -57,3 +59,8 @@ def lasting_output() -> Iterator[None]:
     """A context in which writing to standard output and standard error never fails."""
     with redirect_stdout(LastingStream(sys.stdout)), redirect_stderr(LastingStream(sys.stderr)):  # pyright: ignore[reportArgumentType]
         yield
+
+
+def warn(line: str) -> None:
+    """Print a warning on standard error, if anybody can read it."""
+    print(one_line(f"warning: {line}"), file=LastingStream(sys.stderr))

@@ -17,10 +17,10 @@ from typing import Any
 import torch
 
 import hierroom
-from hierroom.cli import warn
 from hierroom.errors import InputError
 from hierroom.files import to_json, write_atomically
 from hierroom.training.config import TrainConfig
+from hierroom.training.output import warn
 from hierroom.training.own_modules import ModuleFile, find_module_files
 
 FILE, COPIES = "provenance.json", "modules"
@@ -71,7 +71,8 @@ def changed_modules(path: Path, config: TrainConfig) -> list[str]:
 
 def warn_of_changed_modules(path: Path, config: TrainConfig) -> None:
     """Print a warning for each of the user's own modules that is not what it was; see `changed_modules`."""
-    warn(changed_modules(path, config))
+    for line in changed_modules(path, config):
+        warn(line)
 
 
 def describe_session(device: str = "cpu") -> dict[str, Any]:

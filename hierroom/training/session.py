@@ -12,7 +12,6 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.cli import warn
 from hierroom.errors import InputError
 from hierroom.meta import unsaved_memory
 from hierroom.options import META
@@ -22,7 +21,7 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.events import Events
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import LearningCurve, evaluation_rows
-from hierroom.training.output import lasting_output
+from hierroom.training.output import lasting_output, warn
 from hierroom.training.provenance import record_session
 from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder, claim_folder
@@ -80,7 +79,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
             raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
         for table in folder.tables:
             if damage := table.drop_after(_last_kept(trainer)):
-                warn([damage])
+                warn(damage)
         folder.save_config(config)  # with the new number of steps, in case it is interrupted again
         _record(folder, config)
         if is_untrained:
@@ -198,7 +197,8 @@ def _try_out(trainer: Trainer) -> None:
 
 def _record(folder: RunFolder, config: TrainConfig) -> None:
     """Write what works on the run now, and say which of the user's own modules are not what they were."""
-    warn(record_session(folder.path, config))
+    for line in record_session(folder.path, config):
+        warn(line)
 
 
 def _load(trainer: Trainer, folder: RunFolder) -> None:
