@@ -54,10 +54,11 @@ from numba.core import config as numba_config
 from numpy.typing import NDArray
 from torch import nn
 
-from hierroom.errors import InputError
+from hierroom.errors import DivergenceError, InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
+from hierroom.learners.health import check_health
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.policy import Policy
 from hierroom.learners.rollout import Batch, Rollout
@@ -122,6 +123,10 @@ class Learner:
             self.network = (network or RecurrentActorCritic)(space, config.hidden_size)
         if not isinstance(self.network, PolicyNetwork):
             raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")
+        try:
+            check_health(self.network.state_dict().items(), "a network must start with finite weights")
+        except DivergenceError as error:
+            raise InputError(f"{type(self.network).__name__}: {error}") from error
         # The exact type: a subclass may compute something else. Kernels run as plain Python would be far too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
         is_shipped = type(self.network) is RecurrentActorCritic
@@ -278,7 +283,8 @@ class Learner:
 
         Raises:
             RuntimeError: if the learner is not `ready`, or a full sequence still needs `bootstrap`.
-            FloatingPointError: if a loss or gradient is not finite.
+            DivergenceError: if a number is not finite or far too large: of what was collected, from which nothing has
+                been learned then, of the losses and the gradient, or of the weights and what they give.
         """
         if not self.ready:
             raise RuntimeError("update() was called before enough sequences were full; check `ready` first")
@@ -286,6 +292,17 @@ class Learner:
             raise RuntimeError("update() was called before bootstrap() for the environments without an open turn")
         config = self.config
         batch = self._rollout.take()
+        check_health([("rewards", batch.rewards)], "make the rewards smaller")
+        acted = {
+            "initial_states": "recurrent states",
+            "values": "values",
+            "next_values": "values",
+            "log_probs": "log_probs",
+        }
+        check_health(
+            ((name, getattr(batch, entry)) for entry, name in acted.items()),
+            "the network computed them from finite weights: look there",
+        )
         advantages = generalized_advantages(
             batch.rewards,
             batch.values,
@@ -304,9 +321,14 @@ class Learner:
         ]
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
         means = self._backend.train(in_hindsight(batch, advantages), advantages, parts, learning_rate)
+        smaller = f"a learning_rate below {learning_rate:g}, or smaller weights of the losses, may help"
         if not np.isfinite(means).all():
-            found = ", ".join(f"{name} {value:g}" for name, value in zip(STATISTICS, means, strict=True))
-            raise FloatingPointError(f"training diverged ({found}); a smaller learning rate may help")
+            wrong = [f"{name} {x:g}" for name, x in zip(STATISTICS, means, strict=True) if not np.isfinite(x)]
+            raise DivergenceError(f"{', '.join(wrong)}; {smaller}")
+        check_health(((f"weights {name}", tensor) for name, tensor in self.network.state_dict().items()), smaller)
+        # Weights can be finite and what they give not; a step of each sequence tells before anything is saved.
+        outputs = self._backend.step(batch.features[-1], batch.initial_states)
+        check_health(zip(("logits", "values", "recurrent states"), outputs, strict=True), smaller)
         target_variance = np.var(advantages + batch.values)
         return {
             **dict(zip(STATISTICS, means.tolist(), strict=True)),

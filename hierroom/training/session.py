@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.errors import InputError
+from hierroom.errors import DivergenceError, InputError
 from hierroom.meta import unsaved_memory
 from hierroom.options import META
 from hierroom.training.assembly import evaluation_seed
@@ -103,7 +103,11 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
 
 
 def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Interrupt) -> None:
-    """Train until the end or an interrupt, with a progress bar, tables, TensorBoard events and checkpoints."""
+    """Train until the end or an interrupt, with a progress bar, tables, TensorBoard events and checkpoints.
+
+    Raises:
+        DivergenceError: if training diverges; the checkpoints are as they were.
+    """
     config = trainer.config
     total, sampler = config.steps, trainer.turns.sampler
     next_row, next_checkpoint = trainer.steps, trainer.steps + total // CHECKPOINTS_PER_RUN
@@ -133,7 +137,10 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
                 folder.save_checkpoint(trainer.state_dict())
             if is_last:
                 break
-            trainer.advance()
+            try:
+                trainer.advance()
+            except DivergenceError as error:
+                raise DivergenceError(f"{error}. {_way_back(folder)}") from error
             is_last = trainer.is_done or interrupt.is_requested
             row = trainer.metrics()
             stage = f"stage {row['stage']:.0f} of {sampler.n_stages}, " if "stage" in row else ""
@@ -148,6 +155,13 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
                 events.add_metrics(row)
         if trainer.is_done:
             events.add_hyperparameters(LearningCurve.of_rows(folder.evaluations.read()))
+
+
+def _way_back(folder: RunFolder) -> str:
+    """What to do with a run that has diverged; resuming it as it is would repeat the same numbers."""
+    steps, path = folder.load_checkpoint()["steps"], shlex.quote(str(folder.path))
+    begin_again = f"--config {path}/config.json" + (f" --warm-start {path}" if steps else "")
+    return f"The checkpoint after {steps:,} steps is kept; begin again with {begin_again} and what is to change"
 
 
 def _try_out(trainer: Trainer) -> None:
