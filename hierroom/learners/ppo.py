@@ -71,6 +71,10 @@ UPDATE_STATISTICS = (*STATISTICS, "explained_variance", "learning_rate", "turns"
 update."""
 
 
+N_TRIED = 16
+"""Sequences that new weights are tried on."""
+
+
 class Learner:
     """Trains one agent in N environments on the agent's own turns.
 
@@ -326,8 +330,8 @@ class Learner:
             wrong = [f"{name} {x:g}" for name, x in zip(STATISTICS, means, strict=True) if not np.isfinite(x)]
             raise DivergenceError(f"{', '.join(wrong)}; {smaller}")
         check_health(((f"weights {name}", tensor) for name, tensor in self.network.state_dict().items()), smaller)
-        # Weights can be finite and what they give not; a step of each sequence tells before anything is saved.
-        outputs = self._backend.step(batch.features[-1], batch.initial_states)
+        # Weights can be finite and what they give not; a turn of a few sequences tells before anything is saved.
+        outputs = self._backend.step(batch.features[-1, :N_TRIED], batch.initial_states[:N_TRIED])
         check_health(zip(("logits", "values", "recurrent states"), outputs, strict=True), smaller)
         target_variance = np.var(advantages + batch.values)
         return {
