@@ -54,11 +54,11 @@ from numba.core import config as numba_config
 from numpy.typing import NDArray
 from torch import nn
 
-from hierroom.errors import DivergenceError, InputError
+from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
-from hierroom.learners.health import check_health
+from hierroom.learners.health import check_batch, check_start, check_update
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.policy import Policy
 from hierroom.learners.rollout import Batch, Rollout
@@ -69,10 +69,6 @@ from hierroom.learners.torch_backend import STATISTICS, TorchBackend
 UPDATE_STATISTICS = (*STATISTICS, "explained_variance", "learning_rate", "turns")
 """Names of the entries that `Learner.update` returns: means over the minibatches, then three numbers about the whole
 update."""
-
-
-N_TRIED = 16
-"""Sequences that new weights are tried on."""
 
 
 class Learner:
@@ -127,10 +123,7 @@ class Learner:
             self.network = (network or RecurrentActorCritic)(space, config.hidden_size)
         if not isinstance(self.network, PolicyNetwork):
             raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")
-        try:
-            check_health(self.network.state_dict().items(), "a network must start with finite weights")
-        except DivergenceError as error:
-            raise InputError(f"{type(self.network).__name__}: {error}") from error
+        check_start(self.network)
         # The exact type: a subclass may compute something else. Kernels run as plain Python would be far too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
         is_shipped = type(self.network) is RecurrentActorCritic
@@ -296,17 +289,7 @@ class Learner:
             raise RuntimeError("update() was called before bootstrap() for the environments without an open turn")
         config = self.config
         batch = self._rollout.take()
-        check_health([("rewards", batch.rewards)], "make the rewards smaller")
-        acted = {
-            "initial_states": "recurrent states",
-            "values": "values",
-            "next_values": "values",
-            "log_probs": "log_probs",
-        }
-        check_health(
-            ((name, getattr(batch, entry)) for entry, name in acted.items()),
-            "the network computed them from finite weights: look there",
-        )
+        check_batch(batch)
         advantages = generalized_advantages(
             batch.rewards,
             batch.values,
@@ -325,14 +308,7 @@ class Learner:
         ]
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
         means = self._backend.train(in_hindsight(batch, advantages), advantages, parts, learning_rate)
-        smaller = f"a learning_rate below {learning_rate:g}, or smaller weights of the losses, may help"
-        if not np.isfinite(means).all():
-            wrong = [f"{name} {x:g}" for name, x in zip(STATISTICS, means, strict=True) if not np.isfinite(x)]
-            raise DivergenceError(f"{', '.join(wrong)}; {smaller}")
-        check_health(((f"weights {name}", tensor) for name, tensor in self.network.state_dict().items()), smaller)
-        # Weights can be finite and what they give not; a turn of a few sequences tells before anything is saved.
-        outputs = self._backend.step(batch.features[-1, :N_TRIED], batch.initial_states[:N_TRIED])
-        check_health(zip(("logits", "values", "recurrent states"), outputs, strict=True), smaller)
+        check_update(means, self.network, self._backend, batch, learning_rate)
         target_variance = np.var(advantages + batch.values)
         return {
             **dict(zip(STATISTICS, means.tolist(), strict=True)),
