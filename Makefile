@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: train test compile lint bench clean
+.PHONY: train test test-random test-lowest compile lint bench constraints audit clean
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -21,6 +21,9 @@ test: compile ## everything CI runs
 	$(BIN)/pyright
 	$(BIN)/python -m pytest
 
+test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it
+	$(BIN)/python -m pytest -p randomly -n auto $(if $(SEED),--randomly-seed=$(SEED))
+
 lint: $(VENV)/.installed
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
@@ -29,5 +32,28 @@ bench: $(VENV)/.installed
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
 	$(BIN)/python benchmarks/world_speed.py
 
+TOOLS := $(VENV)-tools
+UV := $(TOOLS)/bin/uv
+# clients, ray, benchmarl and agilerl pin others so that they need environments of their own.
+COMPILE := $(UV) pip compile --quiet --universal --python-version 3.11 --no-annotate --extra dev --extra bench --extra video
+
+$(TOOLS)/.installed: Makefile
+	$(PYTHON) -m venv $(TOOLS)
+	$(TOOLS)/bin/pip install --quiet --disable-pip-version-check uv pip-audit cyclonedx-bom
+	touch $@
+
+constraints: $(TOOLS)/.installed ## every package's version, those of constraints.txt kept where they can be; UPGRADE=--upgrade renews all
+	$(COMPILE) --custom-compile-command "make constraints" $(UPGRADE) pyproject.toml -o constraints.txt
+
+test-lowest: $(TOOLS)/.installed ## the tests with the lowest versions that pyproject.toml allows
+	$(PYTHON) -m venv --clear $(VENV)-lowest
+	$(UV) pip install --quiet --python $(VENV)-lowest --resolution lowest-direct -e '.[dev]'
+	NUMBA_CACHE_DIR=$(VENV)-lowest/numba $(VENV)-lowest/bin/python -m pytest
+
+audit: $(VENV)/.installed $(TOOLS)/.installed ## a bill of materials (CycloneDX), and known vulnerabilities, which asks PyPI
+	$(BIN)/pip check
+	$(TOOLS)/bin/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible -o sbom.json $(BIN)/python
+	$(TOOLS)/bin/pip-audit --strict --skip-editable --path $$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
+
 clean:
-	rm -rf $(VENV)
+	rm -rf $(VENV) $(TOOLS) $(VENV)-lowest sbom.json

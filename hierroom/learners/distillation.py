@@ -30,6 +30,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from hierroom.errors import InputError
+from hierroom.learners.health import check_health
 from hierroom.learners.seeding import seeded_weights
 from hierroom.runtime.schema import RANDOM_STATE, Array, Exactly, Flag, Items, Table, Whole, like
 
@@ -108,7 +109,11 @@ class RandomNetworkDistillation:
         return errors / max(np.sqrt(squares / number), 1e-8)
 
     def learn(self) -> dict[str, float]:
-        """Train the predictor on the observations since the last call; returns its mean loss as ``curiosity_error``."""
+        """Train the predictor on the observations since the last call; returns its mean loss as ``curiosity_error``.
+
+        Raises:
+            DivergenceError: if the loss or a weight of the predictor is not finite, or far too large.
+        """
         features = np.concatenate(self._pending)
         self._pending = []
         self._counts += np.bincount((features + self._offsets).ravel(), minlength=len(self._counts))
@@ -122,6 +127,9 @@ class RandomNetworkDistillation:
                 self._adam.step()
                 losses.append(loss.item())
         self._has_learned = True
+        advice = "curiosity has diverged: another --seed, or a method without it, may help"
+        weights = ((f"predictor weights {name}", tensor) for name, tensor in self.predictor.state_dict().items())
+        check_health([("curiosity_error", np.array(losses)), *weights], advice)
         return {"curiosity_error": float(np.mean(losses))}
 
     def _errors(self, features: NDArray[np.uint8]) -> Tensor:

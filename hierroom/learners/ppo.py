@@ -62,6 +62,7 @@ from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
+from hierroom.learners.health import check_batch, check_start, check_update
 from hierroom.learners.learner_state import check_learner_state, weights_schema
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.policy import Policy
@@ -127,6 +128,7 @@ class Learner:
             self.network = (network or RecurrentActorCritic)(space, config.hidden_size)
         if not isinstance(self.network, PolicyNetwork):
             raise InputError(f"{type(self.network).__name__} lacks initial_state, step or sequence: see PolicyNetwork")
+        check_start(self.network)
         self._device = torch.device(device)
         # The exact type: a subclass may compute something else. Kernels run as plain Python would be far too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
@@ -267,7 +269,8 @@ class Learner:
 
         Raises:
             RuntimeError: if the learner is not `ready`, or a full sequence still needs `bootstrap`.
-            FloatingPointError: if a loss or gradient is not finite.
+            DivergenceError: if a number is not finite or far too large: of what was collected, from which nothing has
+                been learned then, of the losses and the gradient, or of the weights and what they give.
         """
         if not self.ready:
             raise RuntimeError("update() was called before enough sequences were full; check `ready` first")
@@ -275,6 +278,7 @@ class Learner:
             raise RuntimeError("update() was called before bootstrap() for the environments without an open turn")
         config = self.config
         batch, weights = self._renewed(self._rollout.take())
+        check_batch(batch)
         advantages = generalized_advantages(
             batch.rewards,
             batch.values,
@@ -293,9 +297,7 @@ class Learner:
         ]
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
         means = self._backend.train(batch, advantages, weights, parts, learning_rate)
-        if not np.isfinite(means).all():
-            found = ", ".join(f"{name} {value:g}" for name, value in zip(STATISTICS, means, strict=True))
-            raise FloatingPointError(f"training diverged ({found}); a smaller learning rate may help")
+        check_update(means, self.network, self._backend, batch, learning_rate)
         target_variance = np.var(advantages + batch.values)
         return {
             **dict(zip(STATISTICS, means.tolist(), strict=True)),

@@ -144,7 +144,8 @@ class Rollout:
         """
         columns, turns = self.columns[envs], self.turns[envs]
         slots = self.slots
-        slots.rewards[turns, columns] = rewards
+        with np.errstate(over="ignore"):  # what float32 cannot hold becomes infinite, which the update then reports
+            slots.rewards[turns, columns] = rewards
         slots.elapsed[turns, columns] = elapsed
         slots.terminated[turns, columns] = terminated
         slots.truncated[turns, columns] = truncated

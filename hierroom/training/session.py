@@ -12,7 +12,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.errors import InputError
+from hierroom.errors import DivergenceError, InputError
 from hierroom.meta import unsaved_memory
 from hierroom.options import META
 from hierroom.training import checkpoint
@@ -126,6 +126,9 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
     """Train until the end or an interrupt, with a progress bar, tables, TensorBoard events and checkpoints.
 
     What is written before a checkpoint is what a run that goes on from it has behind it: the checkpoint is the last.
+
+    Raises:
+        DivergenceError: if training diverges; the checkpoints are as they were.
     """
     config, sampler = trainer.config, trainer.turns.sampler
     schedule = Schedule(config.steps, config.evaluations)
@@ -153,7 +156,10 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
         is_last = trainer.is_done
         while not is_last:
             before = trainer.steps
-            trainer.advance()
+            try:
+                trainer.advance()
+            except DivergenceError as error:
+                raise DivergenceError(f"{error}. {_way_back(folder)}") from error
             is_last = trainer.is_done or interrupt.is_requested
             row = trainer.metrics()
             stage = f"stage {row['stage']:.0f} of {sampler.n_stages}, " if "stage" in row else ""
@@ -179,6 +185,13 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
 def _last_kept(trainer: Trainer) -> int:
     """The steps of the last rows that a session keeps; -1: none, as the first checkpoint was written before any row."""
     return trainer.steps or -1
+
+
+def _way_back(folder: RunFolder) -> str:
+    """What to do with a run that has diverged; resuming it as it is would repeat the same numbers."""
+    steps, path = folder.load_checkpoint()["steps"], shlex.quote(str(folder.path))
+    begin_again = f"--config {path}/config.json" + (f" --warm-start {path}" if steps else "")
+    return f"The checkpoint after {steps:,} steps is kept; begin again with {begin_again} and what is to change"
 
 
 def _try_out(trainer: Trainer) -> None:

@@ -11,7 +11,7 @@ import torch
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.compile.clock import compile_clock
-from hierroom.errors import InputError
+from hierroom.errors import DivergenceError, InputError
 from hierroom.files import to_json
 from hierroom.options import CONTROLLER, META
 from hierroom.runtime.schema import as_array, shown
@@ -68,7 +68,11 @@ class Trainer:
         return self.steps >= self.config.steps
 
     def advance(self) -> None:
-        """Act in every environment until the controller has learned once more (paper, Algorithm 1)."""
+        """Act in every environment until the controller has learned once more (paper, Algorithm 1).
+
+        Raises:
+            DivergenceError: if an agent's numbers are not finite any more, or far too large.
+        """
         clock = compile_clock()
         started, compiled, steps = time.perf_counter(), clock.seconds, self.steps
         self.log.begin_update()
@@ -99,7 +103,10 @@ class Trainer:
 
     def _learn(self, name: str) -> None:
         observation = self.turns.observe(name, self.turns.due(name))
-        self.agents[name].update(observation, min(self.steps / self.config.steps, 1.0))
+        try:
+            self.agents[name].update(observation, min(self.steps / self.config.steps, 1.0))
+        except DivergenceError as error:
+            raise DivergenceError(f"training diverged after {self.steps:,} steps in {name}'s {error}") from error
 
     def _warm_start(self, run: RunFolder) -> None:
         try:

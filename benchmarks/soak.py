@@ -1,0 +1,235 @@
+"""Memory, threads, open files and speed over an hour of everything at once, in one process.
+
+    python -m benchmarks.soak                # an hour
+    python -m benchmarks.soak --minutes 3    # a look
+
+A round plays in environments of every API, which it makes, resets, steps at random, renders and closes; goes on with
+two long trainings (HiPPO whose meta-controller learns, and curiosity), saves and reads their checkpoints; and at
+every tenth round takes a short run from `hierroom.train` to its pictures, loads it and plays. Each tenth of the time
+is a row: mean memory, the largest number of threads and of open files, and the speed of its fastest round per second
+of this process's own CPU time, because other work on the machine slows rounds down and never up. Exit code 1 if from
+the second tenth to the last memory grew by more than 5%, a thread or a file was added, or a speed fell by more than a
+tenth.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import io
+import os
+import resource
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import torch
+import tyro
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+import hierroom
+from hierroom.training.presets import find_preset
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
+
+N_ROWS = 10
+MAX_GROWTH, MAX_SLOWDOWN = 0.05, 0.1
+STEPS, VECTOR_STEPS, UPDATES, ROUNDS_PER_RUN = 300, 60, 2, 10
+
+
+@dataclass(frozen=True)
+class Options:
+    """Play and train for a while, and look whether memory, threads, open files or speed change.
+
+    Args:
+        minutes: how long.
+    """
+
+    minutes: float = 60.0
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What one round was like."""
+
+    seconds: float
+    """Since the start."""
+    memory: float
+    """Resident, in MiB."""
+    threads: int
+    files: int
+    api_speed: float
+    """Steps in the environments per CPU second."""
+    train_speed: float
+    """Steps of training per CPU second."""
+
+
+def play_apis(seed: int) -> int:
+    """Make, reset, step, render and close an environment of every API; returns the number of steps."""
+    rng = np.random.default_rng(seed)
+    aec = hierroom.env(graph="f", render_mode="rgb_array")
+    aec.reset(seed=seed)
+    for n, _ in enumerate(aec.agent_iter(STEPS)):
+        observation, _, termination, truncation, _ = aec.last()
+        has_ended = termination or truncation
+        aec.step(None if has_ended else int(rng.choice(np.flatnonzero(observation["action_mask"]))))
+        if n % 50 == 0:
+            aec.render()
+    aec.close()
+    parallel = hierroom.add_features(hierroom.parallel_env(graph="rooms:3", max_steps=50), ["goal-place"])
+    boxes = hierroom.box_view(hierroom.parallel_env(graph="c", max_steps=50))
+    for env in (parallel, boxes):
+        for n in range(STEPS):
+            if not env.agents:
+                env.reset(seed=seed + n)
+            env.step({agent: int(rng.integers(env.action_space(agent).n)) for agent in env.agents})
+        env.close()
+    single = gymnasium.make("hierroom/EscapeRoom-c-v0", render_mode="ansi")
+    minigrid = hierroom.minigrid_view(gymnasium.make("hierroom/EscapeRoom-d-v0", render_mode="rgb_array"))
+    for env in (single, minigrid):
+        has_ended = True
+        for n in range(STEPS):
+            if has_ended:
+                env.reset(seed=seed + n)
+            *_, terminated, truncated, _ = env.step(int(rng.integers(3)))
+            has_ended = terminated or truncated
+            if n % 50 == 0:
+                env.render()
+        env.close()
+    n_vector = 0
+    for num_envs, threads in ((16, 1), (1024, 2)):
+        envs = gymnasium.make_vec("hierroom/EscapeRoom-g-v0", num_envs=num_envs, threads=threads, meta="random")
+        envs.reset(seed=seed)
+        for _ in range(VECTOR_STEPS):
+            envs.step(rng.integers(5, size=num_envs))
+        envs.close()
+        n_vector += VECTOR_STEPS * num_envs
+    return 5 * STEPS + n_vector
+
+
+def train_on(trainer: Trainer, folder: RunFolder) -> int:
+    """Take some updates, write what a run writes, read the checkpoint again; returns the number of steps."""
+    before = trainer.steps
+    for _ in range(UPDATES):
+        trainer.advance()
+        folder.metrics.append([trainer.metrics()])
+    path = folder.save_checkpoint(trainer.state_dict())
+    trainer.load_state_dict(folder.load_checkpoint())
+    path.unlink()
+    return trainer.steps - before
+
+
+def short_run(path: Path, seed: int) -> None:
+    """Train a run of its own from the start to its pictures, load it and play."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        hierroom.train(
+            graph="a", size=11, num_envs=16, steps=8_000, evaluations=2, evaluation_episodes=20, seed=seed, out=path
+        )
+    for _ in hierroom.rollout(hierroom.load(path), episodes=20):
+        pass
+
+
+def sample(started: float, api: float, train: float) -> Sample:
+    """How this process stands now; collected garbage does not count."""
+    gc.collect()
+    status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
+    memory = int(status["VmRSS"].split()[0]) / 2**10
+    files = len(os.listdir("/proc/self/fd")) - 1  # the listing itself has one open
+    return Sample(time.monotonic() - started, memory, int(status["Threads"]), files, api, train)
+
+
+def rows(samples: list[Sample], seconds: float) -> list[Sample]:
+    """A row for each tenth of the time: mean memory, and the largest of the other numbers."""
+    parts = [[s for s in samples if int(N_ROWS * s.seconds / seconds) == n] for n in range(N_ROWS)]
+    parts[-1] += [s for s in samples if s.seconds >= seconds]
+    return [
+        Sample(
+            part[-1].seconds,
+            float(np.mean([s.memory for s in part])),
+            max(s.threads for s in part),
+            max(s.files for s in part),
+            max(s.api_speed for s in part),
+            max(s.train_speed for s in part),
+        )
+        for part in parts
+        if part
+    ]
+
+
+def problems(found: list[Sample]) -> list[str]:
+    """What grew or slowed down from the second row to the last; the first row warms up."""
+    first, last = found[1 if len(found) > 1 else 0], found[-1]
+    grown = [
+        f"memory grew from {first.memory:.0f} to {last.memory:.0f} MiB"
+        for _ in range(last.memory > first.memory * (1 + MAX_GROWTH))
+    ]
+    for name in ("threads", "files"):
+        if getattr(last, name) > getattr(first, name):
+            grown.append(f"{name} grew from {getattr(first, name)} to {getattr(last, name)}")
+    for name in ("api_speed", "train_speed"):
+        before, now = getattr(first, name), getattr(last, name)
+        if now < before * (1 - MAX_SLOWDOWN):
+            grown.append(f"{name} fell from {before:,.0f} to {now:,.0f} steps per CPU second")
+    return grown
+
+
+def main() -> int:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__)
+    torch.set_num_threads(1)
+    console = Console()
+    columns = (TextColumn("{task.percentage:3.0f}%"), BarColumn(), TextColumn("{task.fields[status]}"))
+    seconds, samples, n_steps = 60 * options.minutes, [], 0
+    with tempfile.TemporaryDirectory() as name, Progress(*columns, TimeRemainingColumn(), console=console) as bar:
+        presets = {
+            "learned": find_preset("learned").changed(num_envs=32, meta_start_success=0.0),
+            "rnd": find_preset("default").changed(method="ppo-rnd", num_envs=32),
+        }
+        trainings = []
+        for run, config in presets.items():
+            config = config.changed(graph="f", steps=10**12, threads=2)
+            trainings.append((Trainer(config), RunFolder.create(Path(name) / run, config)))
+        task = bar.add_task("", total=seconds, status="the first round compiles,")
+        started, rounds = time.monotonic(), 0
+        while time.monotonic() - started < seconds:
+            if rounds % ROUNDS_PER_RUN == 0:
+                path = Path(name) / f"short-{rounds}"
+                short_run(path, rounds)
+            times = [time.process_time()]
+            n_api = play_apis(rounds)
+            times.append(time.process_time())
+            n_train = sum(train_on(*training) for training in trainings)
+            times.append(time.process_time())
+            speeds = n_api / (times[1] - times[0]), n_train / (times[2] - times[1])
+            n_steps += n_api + n_train
+            rounds += 1
+            if rounds > 1:  # the first compiles
+                samples.append(sample(started, *speeds))
+                status = f"{samples[-1].memory:,.0f} MiB, {samples[-1].threads} threads, {samples[-1].files} files,"
+                bar.update(task, completed=min(samples[-1].seconds, seconds), status=status)
+    table = Table(*("minutes", "memory [MiB]", "threads", "files", "API steps / CPU s", "training steps / CPU s"))
+    for row in rows(samples, seconds):
+        numbers = (
+            f"{row.memory:.1f}",
+            str(row.threads),
+            str(row.files),
+            f"{row.api_speed:,.0f}",
+            f"{row.train_speed:,.0f}",
+        )
+        table.add_row(f"{row.seconds / 60:.1f}", *numbers)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
+    console.print(f"{os.cpu_count()} cores, {rounds} rounds, {n_steps:,} steps, peak memory {peak:.0f} MiB")
+    console.print(table)
+    found = problems(rows(samples, seconds))
+    console.print("; ".join(found) if found else "nothing grew and nothing slowed down")
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

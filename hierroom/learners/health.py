@@ -1,0 +1,94 @@
+"""Whether the numbers of a learner are such that it can go on learning from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor, nn
+
+from hierroom.errors import DivergenceError, InputError
+from hierroom.learners.policy import Stepper
+from hierroom.learners.rollout import Batch
+from hierroom.learners.torch_backend import STATISTICS
+
+LIMIT = 1e15
+"""The size from which on a number counts as diverged: its square, which the losses take, soon leaves float32."""
+
+N_TRIED = 16
+"""Sequences that new weights are tried on."""
+
+
+def check_health(numbers: Iterable[tuple[str, NDArray[np.floating] | Tensor]], advice: str) -> None:
+    """Check that arrays and tensors hold finite numbers below `LIMIT` in size; those of whole numbers always do.
+
+    Args:
+        numbers: what each is called, and the array or tensor of any shape, on any device.
+        advice: what to do where one does not, for the error message.
+
+    Raises:
+        DivergenceError: naming the first that holds another number.
+    """
+    for name, values in numbers:
+        tensor = values.detach() if isinstance(values, Tensor) else torch.from_numpy(values)
+        if not tensor.is_floating_point():
+            continue
+        flat = tensor.reshape(-1)
+        if float(torch.dot(flat, flat)) < LIMIT**2:  # so each is smaller; twice as fast as to look at each
+            continue
+        is_wrong = ~(flat.abs() < LIMIT)
+        if is_wrong.any():
+            raise DivergenceError(
+                f"{name} ({float(flat[is_wrong][0]):g} in {int(is_wrong.sum()):,} of {len(flat):,} numbers); {advice}"
+            )
+
+
+def check_start(network: nn.Module) -> None:
+    """Check the weights with which a network begins.
+
+    Raises:
+        InputError: if one is not healthy.
+    """
+    try:
+        check_health(network.state_dict().items(), "a network must start with finite weights")
+    except DivergenceError as error:
+        raise InputError(f"{type(network).__name__}: {error}") from error
+
+
+def check_batch(batch: Batch) -> None:
+    """Check what was collected, before anything is learned from it.
+
+    Raises:
+        DivergenceError: if a reward, or what the network gave, is not healthy.
+    """
+    check_health([("rewards", batch.rewards)], "make the rewards smaller")
+    acted = ("recurrent states", batch.initial_states), ("values", batch.values), ("values", batch.next_values)
+    advice = "the network computed them from finite weights: look there"
+    check_health([*acted, ("log_probs", batch.log_probs)], advice)
+
+
+def check_update(
+    means: NDArray[np.floating], network: nn.Module, stepper: Stepper, batch: Batch, learning_rate: float
+) -> None:
+    """Check what an update did, before it is used or saved.
+
+    Args:
+        means: [6] float, the mean of each of `STATISTICS` over the minibatches.
+        network: with the new weights.
+        stepper: the backend that computes with them.
+        batch: what was learned from.
+        learning_rate: Adam's step size.
+
+    Raises:
+        DivergenceError: if a statistic or a weight is not healthy, or something that the weights give.
+    """
+    advice = f"a learning_rate below {learning_rate:g}, or smaller weights of the losses, may help"
+    wrong = [f"{name} {mean:g}" for name, mean in zip(STATISTICS, means, strict=True) if not np.isfinite(mean)]
+    if wrong:
+        raise DivergenceError(f"{', '.join(wrong)}; {advice}")
+    check_health(((f"weights {name}", tensor) for name, tensor in network.state_dict().items()), advice)
+    # Weights can be finite and what they give not; a turn of a few sequences tells.
+    outputs = stepper.step(batch.features[-1, :N_TRIED], batch.initial_states[:N_TRIED])
+    check_health(zip(("logits", "values", "recurrent states"), outputs, strict=True), advice)
