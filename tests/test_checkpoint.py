@@ -142,7 +142,7 @@ HOLDS_ITSELF.append(HOLDS_ITSELF)
         *(object(), {1, 2}, np.array(["a"]), {"deep": [object()]}, {None: 1}, {(1, object()): 2}, HOLDS_ITSELF),
         *(np.zeros(2, "i4,f8"), np.zeros(2, np.longdouble), torch.zeros(2).to_sparse(), range(3), 1j),
     ],
-    ids=repr,
+    ids=[*"abcdefghijkl"],
 )
 def test_a_checkpoint_refuses_what_could_not_be_read_again(wrong, tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
