@@ -25,7 +25,7 @@ class _Line(NamedTuple):
         number: of the line, from 1.
         end: the place in the file after it, in bytes.
         content: the line itself.
-        entries: what it holds; None: it is unfinished, or no line of a CSV file.
+        entries: what it holds; None: it is torn, or no line of a CSV file.
         steps: how many the row begins with, -1 for the names of the columns; None: it is no row of this table.
     """
 
@@ -34,6 +34,11 @@ class _Line(NamedTuple):
     content: bytes
     entries: list[str] | None
     steps: int | None
+
+    @property
+    def is_torn(self) -> bool:
+        """Whether it is as a crash leaves one: unfinished, or with zeros in the place of what was not yet written."""
+        return not self.content.endswith(b"\n") or b"\0" in self.content
 
 
 class CSVTable:
@@ -134,20 +139,23 @@ class CSVTable:
         """The rows as text by column, none where there is no file. What a crash left after the last one is no row.
 
         Raises:
-            InputError: if something else stands before a row, such as a row that is too short or too long, or no line
-                names the columns.
+            InputError: if a row is too short or too long, something else is no row, or no line names the columns.
         """
-        names, rows, broken = None, [], None
+        names, rows, torn = None, [], None
         for line in self._lines():
-            if line.entries is None or line.steps is None:
-                broken = broken or line
-                if names is None and line.entries is not None:
-                    raise InputError(f"{self.path} is broken: line {line.number} does not name the columns")
-            elif broken is not None:
-                raise InputError(f"{self.path} is broken: line {broken.number} is no row as the first line names them")
-            elif names is None:
-                names = line.entries
-            else:
+            if line.entries is None and line.is_torn:
+                torn = torn or line
+                continue
+            if line.entries is None or torn is not None:
+                raise InputError(f"{self.path} is broken: line {(torn or line).number} is no row of text")
+            if names is None and line.steps != _HEADER:
+                raise InputError(f"{self.path} is broken: line {line.number} does not name the columns")
+            names = names or line.entries
+            if len(line.entries) != len(names):
+                raise InputError(
+                    f"{self.path} is broken: line {line.number} has not as many entries as the line that names them"
+                )
+            if line.steps != _HEADER:
                 rows.append(dict(zip(names, line.entries, strict=True)))
         return rows
 
