@@ -117,7 +117,7 @@ def test_no_module_of_the_package_knows_a_learner():
     assert run.stdout.strip() == "[]"
 
 
-def test_the_package_knows_goals_only():
+def test_the_package_knows_no_world():
     """Only the command line knows more: how commands end and graphs are given, and in a function what measures play."""
     allowed = {
         "hierroom.compile.kernel",
