@@ -16,7 +16,7 @@ from rich.table import Table
 
 from hierroom.cli import one_line_usage, program, run, words
 from hierroom.env_config import GRAPHS, GoalMaskName
-from hierroom.errors import InputError
+from hierroom.errors import require_number
 from hierroom.files import to_json
 from hierroom.goals import GraphSpecs
 
@@ -64,9 +64,8 @@ def main() -> int:
     argv = words()
     with one_line_usage(argv):
         arguments = tyro.cli(EvaluateArguments, prog=program("evaluate"), args=argv)
-    for name in ("episodes", "num_envs"):
-        if getattr(arguments, name) < 1:
-            raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
+    for name, most in (("episodes", 10**9), ("num_envs", 2**20)):
+        require_number(name, getattr(arguments, name), 1, most, is_whole=True)
     import torch  # it takes its time, and --help needs none of it
 
     from hierroom.training.evaluation import evaluate

@@ -16,7 +16,7 @@ from rich.progress import Progress
 
 from hierroom.cli import one_line_usage, program, run, words
 from hierroom.env_config import GRAPHS, GoalMaskName
-from hierroom.errors import InputError
+from hierroom.errors import InputError, require_number
 from hierroom.goals import GraphSpecs
 
 if TYPE_CHECKING:
@@ -75,8 +75,7 @@ def main(argv: list[str] | None = None) -> int:
     with one_line_usage(argv):
         arguments = tyro.cli(WatchArguments, prog=program("watch"), args=argv)
     for name in ("episodes", "most"):
-        if getattr(arguments, name) < 1:
-            raise InputError(f"{name} must be at least 1, not {getattr(arguments, name)}")
+        require_number(name, getattr(arguments, name), 1, 10**9, is_whole=True)
     import torch  # it takes its time, and --help needs none of it
 
     from hierroom.agents.playback import require_file, save_episodes

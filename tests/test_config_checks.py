@@ -24,7 +24,9 @@ SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512
 
 @pytest.fixture
 def run(tmp_path) -> RunFolder:
-    return session.begin(SMALL, tmp_path / "run")[1]
+    folder = session.begin(SMALL, tmp_path / "run")[1]
+    folder.lock.release()
+    return folder
 
 
 def edit(run: RunFolder, part: str | None, name: str, value: object) -> None:
@@ -52,7 +54,7 @@ def test_what_has_changed_since_training_is_told_and_refused(run, part, name, va
 @pytest.mark.parametrize(("name", "value"), [("steps", 1024), ("threads", 1), ("device", "cpu")])
 def test_what_may_change_may(run, name, value):
     edit(run, None, name, value)
-    session.resume(run.config(), run.path)
+    session.resume(run.config(), run.path)[1].lock.release()
 
 
 @pytest.mark.parametrize(

@@ -62,6 +62,7 @@ def run(tmp_path, monkeypatch) -> RunFolder:
     monkeypatch.setattr(sys, "argv", [*sys.argv])
     monkeypatch.setattr(sys, "path", [*sys.path])
     trainer, folder = session.begin(SMALL, Path("run"))
+    folder.lock.release()
     folder.evaluations.append(evaluation_rows(0, 0.0, trainer.evaluate()))
     for name in ("code.py", "run/code.py"):
         Path(name.replace("code", "planted")).write_text(CODE)

@@ -13,7 +13,7 @@ from rich.progress import Progress
 
 from hierroom.cli import one_line_usage, program, run
 from hierroom.compare.metric import METRICS, MetricName
-from hierroom.errors import InputError
+from hierroom.errors import InputError, require_number
 from hierroom.files import to_json, write_atomically
 
 if TYPE_CHECKING:
@@ -58,10 +58,8 @@ def main() -> int:
         arguments = tyro.cli(CompareArguments, prog=program("compare"))
     if not arguments.runs:
         raise InputError("give the folders of the runs to compare, or a folder that contains them")
-    if arguments.resamples < 100:
-        raise InputError(f"resamples must be at least 100, not {arguments.resamples}")
-    if arguments.seed < 0:
-        raise InputError(f"seed must be at least 0, not {arguments.seed}")
+    require_number("resamples", arguments.resamples, 100, 10**6, is_whole=True)
+    require_number("seed", arguments.seed, 0, 2**63 - 1, is_whole=True)
     _check_out(arguments.out)
     comparison, notes = _compared(arguments)
     report = _report(comparison, notes, arguments)

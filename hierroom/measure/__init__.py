@@ -31,7 +31,7 @@ from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.report import analyze
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
+from hierroom.errors import InputError, require_number
 from hierroom.goals import GoalGraph, GraphSpec
 from hierroom.training.trained_agent import load
 from hierroom.turns import Turns
@@ -168,8 +168,7 @@ def measure_named(
     Raises:
         InputError: if there is no such run, or an argument is not valid.
     """
-    if episodes < 1:
-        raise InputError(f"play at least one episode, not {episodes}")
+    require_number("episodes", episodes, 1, 10**9, is_whole=True)
     num_envs = min(MAX_ENVS, episodes)
     given = {"graph": graph, "size": size, "max_steps": max_steps}
     entries: dict[str, Any] = {entry: value for entry, value in given.items() if value is not None}
