@@ -24,7 +24,9 @@ SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512
 
 @pytest.fixture
 def run(tmp_path) -> RunFolder:
-    return session.begin(SMALL, tmp_path / "run")[1]
+    folder = session.begin(SMALL, tmp_path / "run")[1]
+    folder.lock.release()  # as the end of its session does
+    return folder
 
 
 def edit(run: RunFolder, part: str | None, name: str, value: object) -> None:
