@@ -26,6 +26,7 @@ COMMANDS: Mapping[str, str] = {
 _WORDS = {
     r"invalid literal for int\(\) with base 10:": "it must be a whole number, not",
     "could not convert string to float:": "it must be a number, not",
+    r"Could not parse arguments (\[.*\]) into tuple type typing\.Tuple\[[float, ]*\]": r"they must be numbers, not \1",
     r"no type matching \{None\}\|INT could be instantiated from \[(.*)\]": r"it must be a whole number or None, not \1",
 }
 """What Python and tyro say of a text that is no number, in words for who typed it."""

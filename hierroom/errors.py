@@ -35,7 +35,7 @@ def require_number(name: str, value: object, low: float, high: float = math.inf,
         bound = f"from {low} to {high}" if high < math.inf else f"at least {low}"
         if is_whole:
             bound = f"at least {low}" if value < low else f"at most {high}"  # pyright: ignore[reportOperatorIssue]
-        elif value == math.inf:
+        elif high == math.inf and not math.isfinite(value):  # pyright: ignore[reportArgumentType] - it is a number
             bound = "finite"
         raise InputError(f"{name} must be {bound}, not {value}")
 

@@ -128,7 +128,13 @@ def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
         (["--graph", "a", "b", "--from-play", "random"], "--from-play measures one goal graph"),
         (["--json", "--csv"], "choose one of --json, --csv, --latex, --markdown, not 2"),
         (["--draw", "x.png"], "--draw draws one graph"),
-        (["--graph", "a", "--seed", "3"], "--episodes, --seed, --size and --max-steps go with --from-play"),
+        (
+            ["--graph", "a", "--seed", "3"],
+            "--episodes, --seed, --size, --max-steps and --trust-run go with --from-play",
+        ),
+        (["--trust-run"], "--trust-run go with --from-play, which is missing"),
+        (["--walk", "a", "0.5", "0.5"], "--walk: they must be numbers, not ['a', '0.5', '0.5']"),
+        (["--walk=-0.5", "1", "0.5"], "the probability stay of a walk must be from 0 to 1, not -0.5"),
         (["--graph", "hitting_time:9"], "a set of goal graphs must be rooms:N, hitting_time:LOW..HIGH or"),
     ],
 )

@@ -25,7 +25,7 @@ SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512
 @pytest.fixture
 def run(tmp_path) -> RunFolder:
     folder = session.begin(SMALL, tmp_path / "run")[1]
-    folder.lock.release()
+    folder.lock.release()  # as the end of its session does
     return folder
 
 

@@ -28,7 +28,7 @@ TEXTS: Mapping[str, Callable[[list[ComplexityReport]], str]] = {
     "latex": latex_text,
     "markdown": markdown_text,
 }
-OF_PLAY = ("episodes", "size", "max_steps")
+OF_PLAY = ("episodes", "size", "max_steps", "trust_run")
 """Options of --from-play alone."""
 
 
@@ -109,7 +109,8 @@ def show(options: ComplexityArguments) -> None:
     has_seed = options.seed != ComplexityArguments.seed and not options.levels
     if has_seed or any(getattr(options, name) != getattr(ComplexityArguments, name) for name in OF_PLAY):
         raise InputError(
-            "--episodes, --seed, --size and --max-steps go with --from-play, which is missing, or --seed with --levels"
+            "--episodes, --seed, --size, --max-steps and --trust-run go with --from-play, which is missing, or --seed "
+            "with --levels"
         )
     if (options.levels or options.horizon is not None) and not options.measures:
         raise InputError("--levels and --horizon go with --measures, which is missing")
@@ -167,7 +168,7 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
     if several or options.csv or options.latex or options.markdown or options.sort:
         raise InputError(
             "--from-play measures one goal graph and allows only --graph, --drop, --walk, --reading, --json, --draw, "
-            "--size, --max-steps, --episodes and --seed"
+            "--size, --max-steps, --episodes, --seed and --trust-run"
         )
     from hierroom.measure import measure_named  # imported here, because it loads the world and the learners
 

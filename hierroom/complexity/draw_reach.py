@@ -31,10 +31,10 @@ def draw_reach(axes: Axes, chains: Mapping[str, Chain], last: int = 1000, goal: 
     """
     times = _times(last)
     for name, chain in chains.items():
-        axes.plot(times, chain.reach_probability(times, goal), label=name)
+        axes.plot(times, chain.reach_probability(times, goal), "--", label=name)
     axes.set_xlabel("steps")
     axes.set_ylabel(f"probability of {goal}")
-    axes.set_ylim(0, 1.02)
+    axes.set_ylim(-0.02, 1.02)  # a curve that stays at zero is seen
     axes.legend(frameon=False)
 
 

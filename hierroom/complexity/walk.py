@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, require_number
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Walk:
         restart: probability to return to the start node, from every node except the start, which stays instead.
 
     Raises:
-        InputError: if a probability is negative or not finite, or the three do not sum to one.
+        InputError: if a probability is no number from 0 to 1, or the three do not sum to one.
     """
 
     stay: float = 0.80
@@ -27,8 +27,8 @@ class Walk:
 
     def __post_init__(self) -> None:
         chances = (self.stay, self.move, self.restart)
-        if not all(math.isfinite(chance) and chance >= 0 for chance in chances):
-            raise InputError(f"the probabilities stay, move, restart of a walk must lie in 0..1, not {chances}")
+        for name, chance in zip(("stay", "move", "restart"), chances, strict=True):
+            require_number(f"the probability {name} of a walk", chance, 0, 1)
         if not math.isclose(sum(chances), 1.0, abs_tol=1e-9):
             raise InputError(f"the probabilities stay, move, restart of a walk must sum to 1, not {sum(chances):g}")
 

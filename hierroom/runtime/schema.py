@@ -190,7 +190,7 @@ class Table:
     Args:
         entries: what each of them is, by name.
         optional: names of those that may be missing.
-        is_open: whether there may be others, which nobody reads.
+        is_open: whether other entries are allowed; they are not checked.
     """
 
     entries: Mapping[Any, Schema]
@@ -226,7 +226,7 @@ def like(example: Any, low: Any = None, high: Any = None, *, is_finite: bool = T
     """The schema of arrays with the dtype and shape of another one.
 
     Args:
-        example: an array or a tensor; of what NumPy cannot hold, nothing is checked.
+        example: an array or a tensor; one that NumPy cannot hold allows any value.
         low: as for `Array`.
         high: likewise.
         is_finite: likewise.
@@ -250,7 +250,7 @@ RANDOM_STATE = Table(
 
 
 def require(rules: Mapping[str, NDArray[np.bool_] | np.bool_ | bool], what: str) -> None:
-    """Check what no single entry says.
+    """Check rules that relate several entries.
 
     Args:
         rules: each rule in words, and whether it holds: one answer, or one for each environment.

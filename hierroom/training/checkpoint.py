@@ -58,8 +58,8 @@ def from_bytes(content: bytes) -> dict[str, Any]:
         content: what `to_bytes` gave.
 
     Raises:
-        InputError: if a single bit of it is another, it holds something else than a state, or another version of
-            hierroom wrote it in another format; the message goes on from "the checkpoint so-and-so".
+        InputError: if the content does not match its digest, holds no state, or has the format of another version of
+            hierroom; the message completes a sentence that begins with "the checkpoint PATH".
     """
     content, last_line = content[:-_LENGTH], content[-_LENGTH:]
     if not last_line.startswith(_MARK):

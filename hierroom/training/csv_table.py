@@ -56,9 +56,9 @@ class CSVTable:
         self._names: list[str] | None = None
 
     def append(self, rows: Sequence[Mapping[str, object]]) -> None:
-        """Append rows; an entry that one lacks is NaN, and none write nothing. What a crash left of a row is dropped.
+        """Append rows, after dropping what a crash left of the last one; an empty sequence writes nothing.
 
-        An entry that no row had before makes a column, in which the rows before have NaN.
+        An entry that a row lacks is NaN. A new entry makes a new column, which is NaN in all earlier rows.
 
         Raises:
             InputError: if they cannot be written; the previous rows are still there.

@@ -36,7 +36,7 @@ class RunFolder:
             ``length``, ``length_over_shortest`` and the controller's ``return``.
         episodes: a row for each episode of training: the ``steps`` trained when it ended, ``env``, ``graph``,
             ``success`` (0 or 1), ``length``, the controller's ``return``, and the ``goals`` achieved in their order.
-        lock: held by who trains the run.
+        lock: held by the process that trains the run.
     """
 
     def __init__(self, path: str | Path):
@@ -51,7 +51,7 @@ class RunFolder:
         """Create the folder of a new run.
 
         Args:
-            path: the folder, new or empty, but for what is left if this is killed before it returns.
+            path: the folder: a new one, an empty one, or one that an earlier call left when it was killed.
             config: config of the run.
 
         Raises:
@@ -75,7 +75,7 @@ class RunFolder:
         return run
 
     def _refuse_content(self) -> None:
-        """Raise FileExistsError if there is more than what `create` leaves if it is killed."""
+        """Raise FileExistsError if the folder holds anything that a killed `create` does not leave."""
         for path in self.path.iterdir():
             is_ours = path == self.checkpoints and not path.is_symlink()
             is_empty = is_ours and all(map(is_unfinished, path.iterdir()))
@@ -157,7 +157,7 @@ class RunFolder:
                     path.unlink()
 
     def tidy(self) -> None:
-        """Delete what a killed process left: unfinished files, and checkpoints for which a later one stands.
+        """Delete what a killed process left: unfinished files, and interrupted checkpoints that a later one replaced.
 
         Raises:
             InputError: if a file cannot be deleted.

@@ -36,7 +36,7 @@ class RunLock:
             raise InputError(f"{self._folder} is being trained by another process; wait until that ends, or stop it")
 
     def try_acquire(self) -> bool:
-        """Whether it could be had, or was held by this object before.
+        """Try to hold the lock from now on; returns whether this object holds it.
 
         Raises:
             InputError: if the folder cannot be written.

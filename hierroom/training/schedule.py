@@ -32,9 +32,9 @@ class Schedule:
         return self._passes(CHECKPOINTS, before, now)
 
     def is_evaluation_due(self, before: int, now: int) -> bool:
-        """Whether the agents are to be evaluated; before training they are if it is from -1 to 0."""
+        """Whether the agents are to be evaluated; for the evaluation before training, ask from -1 to 0."""
         return any(before < point <= now for point in evaluation_points(self.steps, self.evaluations))
 
     def _passes(self, parts: int, before: int, now: int) -> bool:
-        """Whether one of the ends of so many equal parts of the run is after the one and not after the other."""
+        """Whether the run, cut into equal parts, has completed one of them since ``before``."""
         return before * parts // self.steps < now * parts // self.steps

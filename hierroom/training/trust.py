@@ -48,7 +48,7 @@ def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mappin
 
 
 def trust_option(config: TrainConfig) -> str:
-    """What a command on a run of this config takes besides, for its user to copy: `` --trust-run``, or nothing.
+    """The option that a printed command on a run of this config needs: `` --trust-run``, or an empty text.
 
     Args:
         config: of the run.
