@@ -19,7 +19,7 @@ test: compile ## everything CI runs
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2
 
 test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it
 	$(BIN)/python -m pytest -p randomly -n auto $(if $(SEED),--randomly-seed=$(SEED))

@@ -175,3 +175,52 @@ def test_one_clear_message_about_w(weights, message):
 def test_one_clear_message_about_a_node(node):
     with pytest.raises(InputError, match="a node must be a whole number from 0 to 1, not"):
         expected_visits(np.eye(2), node, 1)
+
+
+def test_variance_of_a_walk_that_hardly_ever_waits():
+    """The second moment less the squared mean would lose seven digits of it."""
+    up = np.full(50, 1 - 2.0**-20)
+    expected = ((1 - up) / up**2)[::-1].cumsum()[::-1]
+    np.testing.assert_allclose(first_passage_variance(birth_death(up, np.zeros(50)), 50)[:-1], expected, rtol=1e-13)
+
+
+def restarts(n):
+    """A walk that goes on or starts anew with equal chance: 2^(n + 1) - 2 steps on average, 2^(n - i) visits of i."""
+    w = np.zeros((n + 1, n + 1))
+    w[np.arange(n), np.arange(1, n + 1)] = w[1:n, 0] = 0.5
+    return w
+
+
+def test_variance_of_a_walk_that_restarts():
+    """That over the first step would lose ten digits of it: the means are large and lie close together."""
+    n = 40
+    mean = 2 ** (n + 1) - 2
+    means = [mean - 2 ** (i + 1) + 2 for i in range(n)] + [0]
+    # s_i = 2 m_i - 1 + s_{i + 1} / 2 + s_0 / 2, so that s_0 is the sum of (2 m_i - 1) 2^(n - i)
+    first = sum((2 * means[i] - 1) * 2 ** (n - i) for i in range(n))
+    moments = [first]
+    for i in range(n - 1):
+        moments.append(2 * moments[i] - first - 2 * (2 * means[i] - 1))
+    expected = [float(moments[i] - means[i] ** 2) for i in range(n)]
+    np.testing.assert_allclose(first_passage_variance(restarts(n), n)[:-1], expected, rtol=1e-13)
+
+
+def test_sensitivity_where_means_are_too_large_to_tell_apart():
+    slopes = passage_time_sensitivity(restarts(60), 0, 60)
+    assert slopes[0, 1] == pytest.approx(-(2.0**61), rel=1e-12)  # 2^60 visits of 0, two steps saved by each
+
+
+def test_sensitivity_has_the_edges_that_are_walked_and_no_others():
+    w = np.zeros((5, 5))
+    w[0, 1], w[0, 2], w[1, 3], w[2, 3], w[4, 0] = 0.25, 0.75, 1, 0.5, 1
+    slopes = passage_time_sensitivity(w, 0, 3)
+    edges = slopes.tocoo()
+    assert set(zip(edges.row, edges.col, strict=True)) == {(0, 1), (0, 2), (1, 3), (2, 3)}
+    # m = 2.75, 1, 2, 0 and v = 1, 0.25, 1.5
+    assert [slopes[e] for e in ((0, 1), (0, 2), (1, 3), (2, 3))] == pytest.approx([-1.75, -0.75, -0.25, -3])
+
+
+def test_sensitivity_where_the_target_may_be_missed():
+    w = np.zeros((3, 3))
+    w[0, 1] = w[0, 2] = 0.5
+    assert np.isnan(passage_time_sensitivity(w, 0, 2).data).all()

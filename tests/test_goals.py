@@ -68,6 +68,7 @@ def test_graphs_are_values():
     assert hash(graph) == hash(NAMED_GRAPHS["c"])
     with pytest.raises(AttributeError):
         graph.exit_room = 1  # type: ignore[misc]
+    assert repr(GoalGraph((0, 1), 2, "mine")) == "GoalGraph(key_rooms=(0, 1), exit_room=2)"
 
 
 @pytest.mark.parametrize(
@@ -84,6 +85,7 @@ def test_graphs_are_values():
         ((0, 0.5), 1, "key_rooms takes whole numbers"),
         ("01", 1, "key_rooms takes whole numbers"),
         ((True,), 1, "key_rooms takes whole numbers"),
+        (None, 1, r"key_rooms takes whole numbers \(rooms\), not None"),
         ((0,), "1", "exit_room takes whole numbers"),
         ((0,), None, "exit_room takes whole numbers"),
     ],
@@ -300,7 +302,8 @@ def test_the_dependency_graph_as_the_paper_draws_it():
         ("start", "key 1"), ("key 1", "door 1"), ("start", "key 2"), ("key 2", "door 2"),
         ("door 1", "key 3"), ("key 3", "door 3"), ("door 2", "exit"),
     }  # fmt: skip
-    assert nx.get_node_attributes(graph, "room")["exit"] == 2
+    rooms = nx.get_node_attributes(graph, "room")
+    assert (rooms["start"], rooms["exit"]) == (0, 2)
 
 
 def test_a_toml_file_that_cannot_be_written_is_one_clear_line(tmp_path):

@@ -69,3 +69,8 @@ def test_lambda_one_is_the_discounted_return_minus_the_value():
     found = advantages(rewards, values, [0.2, 0.1, 0.0], elapsed=elapsed, terminated=[2], gamma=0.9, gae_lambda=1)
     returns = [1 + 0.9**2 * (2 + 0.9**3 * 3), 2 + 0.9**3 * 3, 3]
     np.testing.assert_allclose(found, np.subtract(returns, values))
+
+
+def test_one_turn_alone():
+    # 1 + .5*4 - 2
+    np.testing.assert_allclose(advantages([1], [2], [4], gamma=0.5, gae_lambda=0.5), [1])

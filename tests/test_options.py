@@ -8,9 +8,10 @@ import hierroom
 from hierroom.env_config import NOVELTY_BONUS
 from hierroom.goals import EXIT_GOAL, N_GOALS, GoalGraph
 from hierroom.meta import make_meta
-from hierroom.options import Ledger
+from hierroom.options import LEDGER, META, Ledger, transitions
 from hierroom.rewards import REWARDS, make_reward
-from hierroom.step import OTHER, REACHED, TIMED_OUT, Step
+from hierroom.step import OTHER, REACHED, STEP, TIMED_OUT, Step
+from hierroom.turn_kernels import begin_turns
 from hierroom.world.layout import OUTCOME
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.world import World
@@ -165,3 +166,17 @@ def test_the_rewards_of_options_add_up_to_those_of_steps():
         np.testing.assert_array_equal(elapsed[step.option_ended], t)
         assert (step.meta_elapsed <= 5).all()
     assert of_steps.sum() > 0
+
+
+def test_a_ledger_at_reset_is_what_the_kernel_writes_where_an_episode_begins():
+    records = np.full(1, 1, LEDGER)
+    begin_turns(records[0], 5)
+    assert Ledger.at_reset(1, 5).records[0] == records[0]
+
+
+def test_an_option_whose_episode_is_terminated_is_not_truncated_too():
+    steps = np.zeros(3, STEP)
+    steps["option_ended"], steps["terminated"], steps["truncated"] = True, [True, False, True], [False, True, True]
+    meta = transitions(Step(steps), lambda agent, envs: None)[META]  # type: ignore[arg-type]
+    assert meta.terminated.tolist() == [True, False, True]
+    assert meta.truncated.tolist() == [False, True, False]
