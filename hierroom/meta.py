@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeGuard, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.options import Transition
 from hierroom.plugins import in_one_line, load_plugin
@@ -181,7 +181,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
         InputError: if there is no such meta-controller, it cannot be made, or it has no method ``choose``.
     """
     if not isinstance(spec, str):
-        return _checked(LevelMeta(spec) if _is_function(spec) else spec, repr(spec))
+        return _checked(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))
     if spec == LEARNED:
         raise InputError("the learned meta-controller is made in training: give that of a trained run")
     known = (*META_CONTROLLERS, LEARNED)

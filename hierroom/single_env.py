@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.env_config import EnvConfig, fresh_seed
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.goals import GOAL_VECTORS, NO_GOAL
 from hierroom.meta import MetaController, show_step
 from hierroom.options import AGENTS, CONTROLLER, META
 from hierroom.registered_env import checked_options
-from hierroom.runtime.schema import shown
 from hierroom.step import STEP, Step
 from hierroom.turns import Turns
 from hierroom.world.observations import compiled_one, empty_parts

@@ -6,11 +6,15 @@ from fuzz.steps import CASES, N_GRAPHS, Play
 from hierroom import InputError
 
 
+def step_often(play, n_steps):
+    for _ in range(n_steps):
+        play.step()
+
+
 @pytest.mark.parametrize(("number", "case"), [*enumerate(CASES)], ids=str)
 def test_every_rule_holds_after_every_step(number, case):
     play = Play(*case, num_envs=256, seed=number)
-    for _ in range(200):
-        play.step()
+    step_often(play, 200)
     assert play.events.sum() > (30 if case[0] == 63 else 300)
     assert len(play.graphs) > N_GRAPHS / 3
 
@@ -31,10 +35,8 @@ BREAKS = {
 def test_a_broken_rule_is_noticed(name):
     field, change, rule = BREAKS[name]
     play = Play(11, False, False, num_envs=256, seed=0)
-    for _ in range(60):
-        play.step()
+    step_often(play, 60)
     levels = play.turns.world.state.levels
     levels[field] = change(levels[field])
     with pytest.raises((AssertionError, InputError), match=rule):  # the latter from the check of whole states
-        for _ in range(9):
-            play.step()
+        step_often(play, 9)

@@ -249,8 +249,8 @@ def main() -> None:
                 f"{play.name}: {n_each * options.num_envs:,} steps, {len(play.graphs)} of {N_GRAPHS} graphs", flush=True
             )
     print(
-        f"{n_steps:,} steps in {episodes:,} episodes, {escapes:,} of them to the exit; {events[:6].sum():,} keys picked "
-        f"up and {events[6:12].sum():,} doors opened; every rule held"
+        f"{n_steps:,} steps in {episodes:,} episodes, {escapes:,} of them to the exit; {events[:6].sum():,} keys "
+        f"picked up and {events[6:12].sum():,} doors opened; every rule held"
     )
 
 
