@@ -17,7 +17,7 @@ def test_wrong_uses_end_in_one_line(name):
 
 
 def test_aec_and_parallel_environment_agree_whatever_is_called():
-    apis.play_side_by_side(12)
+    apis.play_side_by_side(8)
 
 
 @pytest.mark.parametrize("api", [hierroom.raw_env, hierroom.parallel_env, EscapeRoom, EscapeRooms])

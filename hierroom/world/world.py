@@ -33,8 +33,6 @@ def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
     if isinstance(seed, np.ndarray):
         return seed.ndim > 0
     return isinstance(seed, Sequence) and not isinstance(seed, str)
-        isinstance(seed, np.ndarray) and seed.ndim > 0
-    )
 
 
 class World:
