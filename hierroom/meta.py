@@ -257,7 +257,7 @@ def _is_function(thing: Any) -> TypeGuard[Callable[[Level], Any]]:
 def _checked(meta: Any, name: str) -> MetaController:
     if isinstance(meta, type):
         raise InputError(f"a meta-controller is an object, not a class: make one of {meta.__name__}")
-    if not callable(getattr(meta, "choose", None)):
+    if isinstance(meta, (np.ndarray, np.generic)) or not callable(getattr(meta, "choose", None)):  # NumPy's is another
         raise InputError(f"a meta-controller has a method choose(observations, legal, situation); {name} has none")
     if hasattr(meta, "for_training") and not hasattr(meta, "for_play"):
         raise InputError(
