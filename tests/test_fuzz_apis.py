@@ -50,6 +50,7 @@ def test_odd_arguments_are_one_clear_line(api, arguments, said):
         (lambda: EscapeRooms(2).reset(seed=np.array(0.5)), "a seed must be a whole number from 0 to 2**63 - 1"),
         (lambda: EscapeRooms(2, autoreset_mode=np.ones(2)), "autoreset_mode must be one of NextStep, SameStep, Dis"),
         (lambda: EscapeRooms(2, copy=np.zeros(2)), "copy must be True or False, not a ndarray"),
+        (lambda: EscapeRooms(2, meta=np.zeros(2)), "a meta-controller has a method choose(observations, legal, situ"),
         (lambda: EscapeRooms(2, flat="no"), "flat must be True or False, not 'no'"),
     ],
 )
