@@ -6,8 +6,8 @@ It is data alone, and loads neither the world nor torch, so that a command can e
 from __future__ import annotations
 
 import inspect
-import math
 import secrets
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import wraps
@@ -103,7 +103,7 @@ class EnvConfig:
         is_horizon = horizon is None or _is_whole(horizon, 1)
         self._require("subgoal_horizon", is_horizon, "a whole number of at least 1 or None")
         bonus = self.novelty_bonus
-        is_bonus = isinstance(bonus, (int, float, np.number)) and 0 <= bonus < math.inf
+        is_bonus = isinstance(bonus, (int, float, np.number)) and 0 <= bonus <= sys.float_info.max
         self._require("novelty_bonus", is_bonus, "a number of at least 0")
         require_name("goal_mask is one of", self.goal_mask, get_args(GoalMaskName))
         require_name("levels are", self.levels, (*get_args(LevelsName), None))
