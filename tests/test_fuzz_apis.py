@@ -48,6 +48,8 @@ def test_odd_arguments_are_one_clear_line(api, arguments, said):
         (lambda: hierroom.parallel_env().step({}), "reset the environment before its first step"),
         (lambda: began(hierroom.parallel_env()).step([0, 1]), "actions are a dict by agent, not a list"),
         (lambda: hierroom.parallel_env().reset(np.array(3)), "a seed must be a whole number from 0 to 2**63 - 1"),
+        (lambda: EscapeRoom().reset(seed=[1]), "a seed must be a whole number from 0 to 2**63 - 1, not a list"),
+        (lambda: EscapeRooms(1).reset(seed=b"a"), "a seed must be a whole number from 0 to 2**63 - 1, not b'a'"),
         (lambda: EscapeRooms(2).reset(seed=np.array(0.5)), "a seed must be a whole number from 0 to 2**63 - 1"),
         (lambda: EscapeRooms(2, autoreset_mode=np.ones(2)), "autoreset_mode must be one of NextStep, SameStep, Dis"),
         (lambda: EscapeRooms(2, copy=np.zeros(2)), "copy must be True or False, not a ndarray"),

@@ -32,7 +32,7 @@ def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
     """Whether it is one seed for each environment."""
     if isinstance(seed, np.ndarray):
         return seed.ndim > 0
-    return isinstance(seed, Sequence) and not isinstance(seed, str)
+    return isinstance(seed, Sequence) and not isinstance(seed, (str, bytes))
 
 
 class World:
