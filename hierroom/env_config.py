@@ -6,8 +6,8 @@ It is data alone, and loads neither the world nor torch, so that a command can e
 from __future__ import annotations
 
 import inspect
-import math
 import secrets
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import wraps
@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args
 import numpy as np
 import tyro
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, require_name, shown
 from hierroom.goals import GraphSpecs, graph_specs, spec_names
 
 RewardName = Literal["extrinsic", "bonus", "intrinsic", "novelty"]
@@ -103,16 +103,14 @@ class EnvConfig:
         is_horizon = horizon is None or _is_whole(horizon, 1)
         self._require("subgoal_horizon", is_horizon, "a whole number of at least 1 or None")
         bonus = self.novelty_bonus
-        is_bonus = isinstance(bonus, (int, float, np.number)) and 0 <= bonus < math.inf
+        is_bonus = isinstance(bonus, (int, float, np.number)) and 0 <= bonus <= sys.float_info.max
         self._require("novelty_bonus", is_bonus, "a number of at least 0")
-        if self.goal_mask not in get_args(GoalMaskName):
-            raise InputError(f"goal_mask is one of {', '.join(get_args(GoalMaskName))}, not {self.goal_mask!r}")
-        if self.levels not in (None, *get_args(LevelsName)):
-            raise InputError(f"levels are {', '.join(get_args(LevelsName))} or None, not {self.levels!r}")
+        require_name("goal_mask is one of", self.goal_mask, get_args(GoalMaskName))
+        require_name("levels are", self.levels, (*get_args(LevelsName), None))
 
     def _require(self, name: str, is_right: bool, allowed: str) -> None:
         if not is_right:
-            raise InputError(f"{name} must be {allowed}, not {getattr(self, name)!r}")
+            raise InputError(f"{name} must be {allowed}, not {shown(getattr(self, name))}")
 
     @classmethod
     def of_arguments(cls, arguments: Mapping[str, Any]) -> EnvConfig:

@@ -91,7 +91,7 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
             options: ``{"complexity": True}`` puts the complexity report into the info; other keys are ignored.
         """
         infos = self.single.reset(seed, options)
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else int(seed))  # Gymnasium takes no number of NumPy's
         self.single.ask(self.meta)
         return self.single.observe(CONTROLLER), infos[CONTROLLER]
 

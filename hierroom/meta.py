@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeGuard, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.options import Transition
 from hierroom.plugins import in_one_line, load_plugin
@@ -181,7 +181,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
         InputError: if there is no such meta-controller, it cannot be made, or it has no method ``choose``.
     """
     if not isinstance(spec, str):
-        return _checked(LevelMeta(spec) if _is_function(spec) else spec, repr(spec))
+        return _checked(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))
     if spec == LEARNED:
         raise InputError("the learned meta-controller is made in training: give that of a trained run")
     known = (*META_CONTROLLERS, LEARNED)
@@ -257,7 +257,7 @@ def _is_function(thing: Any) -> TypeGuard[Callable[[Level], Any]]:
 def _checked(meta: Any, name: str) -> MetaController:
     if isinstance(meta, type):
         raise InputError(f"a meta-controller is an object, not a class: make one of {meta.__name__}")
-    if not callable(getattr(meta, "choose", None)):
+    if isinstance(meta, (np.ndarray, np.generic)) or not callable(getattr(meta, "choose", None)):  # NumPy's is another
         raise InputError(f"a meta-controller has a method choose(observations, legal, situation); {name} has none")
     if hasattr(meta, "for_training") and not hasattr(meta, "for_play"):
         raise InputError(

@@ -10,13 +10,15 @@ Version history: v0, the first.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
 from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, GoalMaskName, LevelsName, known_arguments
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.global_state import global_state, state_space
 from hierroom.goals import GraphSpecs
 from hierroom.options import AGENTS, META
@@ -112,10 +114,14 @@ class parallel_env(ParallelEnv):
             (observations, rewards, terminations, truncations, infos), each a dict by agent.
 
         Raises:
-            InputError: if an agent has no action, or one that is not a whole number.
+            InputError: if an agent has no action, or one that is not a whole number, or before the first reset.
         """
         if not self.agents:
+            if not self.single.turns.world.has_begun:
+                raise InputError("reset the environment before its first step")
             return {}, {}, {}, {}, {}
+        if not isinstance(actions, Mapping):
+            raise InputError(f"actions are a dict by agent, not {shown(actions)}")
         missing = [agent for agent in AGENTS if agent not in actions]
         if missing:
             raise InputError(f"a step needs an action of each agent, and has none of {' and '.join(missing)}")

@@ -12,9 +12,8 @@ from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
 from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.options import CONTROLLER
-from hierroom.runtime.schema import shown
 
 
 def checked_options(options: Any) -> dict[str, Any]:

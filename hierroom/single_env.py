@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.env_config import EnvConfig, fresh_seed
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.goals import GOAL_VECTORS, NO_GOAL
 from hierroom.meta import MetaController, show_step
 from hierroom.options import AGENTS, CONTROLLER, META
 from hierroom.registered_env import checked_options
-from hierroom.runtime.schema import shown
+from hierroom.runtime.schema import Whole
 from hierroom.step import STEP, Step
 from hierroom.turns import Turns
 from hierroom.world.observations import compiled_one, empty_parts
@@ -70,6 +70,8 @@ class SingleEnv:
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
         """Begin an episode: the first one of a seed, or without a seed the next one; returns its first infos."""
+        if seed is not None:
+            Whole(0, 2**63 - 1).check(seed, "a seed")  # a batch of one would take a list of one
         asks_complexity = checked_options(options).get("complexity")
         self.turns.reset(fresh_seed() if seed is None and not self._is_seeded else seed)
         self._is_seeded = True

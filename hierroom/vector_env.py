@@ -18,7 +18,7 @@ from hierroom.env_config import (
     fresh_seed,
     known_arguments,
 )
-from hierroom.errors import InputError
+from hierroom.errors import InputError, require_name, shown
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta, show_step
 from hierroom.options import CONTROLLER
@@ -102,11 +102,11 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         config = EnvConfig.of_arguments(locals())
         modes = [mode.value for mode in AutoresetMode]
         mode = getattr(autoreset_mode, "value", autoreset_mode)
-        if mode not in modes:
-            raise InputError(f"autoreset_mode must be one of {', '.join(modes)}, not {autoreset_mode!r}")
-        if render_mode not in (*VECTOR_RENDER_MODES, None):
-            modes = ", ".join(VECTOR_RENDER_MODES)
-            raise InputError(f"render_mode of many environments must be one of {modes} or None, not {render_mode!r}")
+        require_name("autoreset_mode must be one of", mode, modes)
+        require_name("render_mode of many environments must be one of", render_mode, (*VECTOR_RENDER_MODES, None))
+        for name, value in (("flat", flat), ("copy", copy)):
+            if not isinstance(value, (bool, np.bool_)):
+                raise InputError(f"{name} must be True or False, not {shown(value)}")
         self.autoreset_mode = AutoresetMode(mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self._is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP

@@ -12,11 +12,11 @@ from hierroom.agents.curiosity import Curiosity
 from hierroom.agents.features import Features
 from hierroom.agents.warm_up import WarmUp
 from hierroom.controller import Observation
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.learners.policy import Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.options import Transition
-from hierroom.runtime.schema import AnyMapping, Exactly, Real, Table, shown
+from hierroom.runtime.schema import AnyMapping, Exactly, Real, Table
 from hierroom.situation import Situation
 from hierroom.turns import Turns
 

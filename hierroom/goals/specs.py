@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph
 
 SET_KINDS = ("rooms", "hitting_time", "expected_steps")
@@ -32,12 +32,19 @@ def as_goal_graph(graph: GraphSpec) -> GoalGraph:
         return GoalGraph.from_dict(graph)
     if isinstance(graph, str) and graph in NAMED_GRAPHS:
         return NAMED_GRAPHS[graph]
-    if isinstance(graph, (str, Path)) and (Path(graph).suffix == ".toml" or Path(graph).is_file()):
+    if isinstance(graph, (str, Path)) and (Path(graph).suffix == ".toml" or _is_file(graph)):
         return GoalGraph.from_toml(graph)
     raise InputError(
         "a graph must be a letter from a to g, a GoalGraph or a path to a .toml file (where several are taken, also "
-        f"rooms:N, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH), not {graph!r}"
+        f"rooms:N, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH), not {shown(graph)}"
     )
+
+
+def _is_file(path: str | Path) -> bool:
+    try:
+        return Path(path).is_file()
+    except (OSError, ValueError):  # no name of a file: too long, or with a character that none has
+        return False
 
 
 def is_graph_set(spec: object) -> bool:

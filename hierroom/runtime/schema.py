@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown, text_of
 
 
 class Schema(Protocol):
@@ -129,7 +129,7 @@ class Exactly:
 
     def check(self, value: Any, name: str) -> None:
         """Check an entry; see `Schema`."""
-        if type(value) is not type(self.value) or _text(value) != _text(self.value):
+        if type(value) is not type(self.value) or text_of(value) != text_of(self.value):
             raise InputError(f"{name} must be {shown(self.value)}, not {shown(value)}")
 
 
@@ -279,22 +279,7 @@ def as_array(value: Any, name: str) -> NDArray:
         raise InputError(f"{name} must be an array, not {shown(value)}") from None
 
 
-def shown(value: Any) -> str:
-    """A value in a few words, on one line."""
-    if isinstance(value, (str, bytes, int, float, type(None))) or not hasattr(value, "__len__"):
-        text = _text(value)
-        return text if len(text) <= 60 else f"{text[:57]}..."
-    return f"a {type(value).__name__}"
-
-
 def _power(number: int) -> str:
     """A number in digits, or where it is a large power of two less one as that."""
     bits = number.bit_length()
     return f"2**{bits} - 1" if bits > 20 and number == 2**bits - 1 else str(number)
-
-
-def _text(value: Any) -> str:
-    try:
-        return " ".join(repr(value).split())
-    except (ValueError, RecursionError):  # a number of thousands of digits; lists in lists in lists ...
-        return f"a huge {type(value).__name__}"

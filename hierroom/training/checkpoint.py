@@ -13,9 +13,9 @@ from typing import Any
 
 import torch
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.options import AGENTS
-from hierroom.runtime.schema import AnyMapping, Anything, Exactly, Real, Schema, Table, Whole, shown
+from hierroom.runtime.schema import AnyMapping, Anything, Exactly, Real, Schema, Table, Whole
 from hierroom.training.plain_state import plain_state
 
 CHECKPOINT_FORMAT = 7

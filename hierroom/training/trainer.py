@@ -11,10 +11,10 @@ import torch
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.compile.clock import compile_clock
-from hierroom.errors import DivergenceError, InputError
+from hierroom.errors import DivergenceError, InputError, shown
 from hierroom.files import to_json
 from hierroom.options import CONTROLLER, META
-from hierroom.runtime.schema import as_array, shown
+from hierroom.runtime.schema import as_array
 from hierroom.training.assembly import evaluation_seed, freeze, make_agents, make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import EpisodeLog

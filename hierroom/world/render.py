@@ -12,7 +12,7 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, require_name
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
 from hierroom.world import batch_kernels, kernels
 from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR, MARGIN, N_TILES, OPEN_DOOR, UNSEEN, VIEW, WALL
@@ -115,8 +115,7 @@ class Screen:
     """
 
     def __init__(self, render_mode: str | None):
-        if render_mode is not None and render_mode not in RENDER_MODES:
-            raise InputError(f"render_mode must be one of {', '.join(RENDER_MODES)} or None, not {render_mode!r}")
+        require_name("render_mode must be one of", render_mode, (*RENDER_MODES, None))
         self.render_mode = render_mode
         self._window = Window() if render_mode == "human" else None
 

@@ -30,7 +30,9 @@ INT64 = np.dtype(np.int64)
 
 def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
     """Whether it is one seed for each environment."""
-    return isinstance(seed, (Sequence, np.ndarray)) and not isinstance(seed, str)
+    if isinstance(seed, np.ndarray):
+        return seed.ndim > 0
+    return isinstance(seed, Sequence) and not isinstance(seed, (str, bytes))
 
 
 class World:

@@ -1,0 +1,183 @@
+"""Fuzzing of the environments' APIs: wrong arguments, seeds, options and actions end in one line, or in play.
+
+``python -m tests.fuzz.apis --examples 2000`` tries so many on every API, and so many plays of the state machine of
+`api_machine`; the seed fixes the former.
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import math
+import os
+import random
+import traceback
+import warnings
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from hypothesis import HealthCheck, settings
+from hypothesis.stateful import run_state_machine_as_test
+from pettingzoo import AECEnv, ParallelEnv
+from rich.progress import track
+
+import hierroom
+from hierroom.errors import InputError
+from hierroom.gym_env import EscapeRoom
+from hierroom.vector_env import EscapeRooms
+
+from .api_machine import Faces
+
+ID = "hierroom/EscapeRoom-v0"
+APIS = {
+    "env": hierroom.env,
+    "raw_env": hierroom.raw_env,
+    "parallel_env": hierroom.parallel_env,
+    "EscapeRoom": EscapeRoom,
+    "EscapeRooms": EscapeRooms,
+    "gymnasium.make": partial(gymnasium.make, ID),
+    "gymnasium.make_vec": partial(gymnasium.make_vec, ID),
+}
+SIGNATURES = {"gymnasium.make": EscapeRoom, "gymnasium.make_vec": EscapeRooms}
+"""Whose arguments Gymnasium passes on."""
+OF_LIBRARIES: Mapping[str, tuple[type[Exception], ...]] = {
+    "env": (AssertionError,),  # of PettingZoo's wrappers: an action outside of its space
+    "gymnasium.make": (gymnasium.error.Error, AssertionError),  # of Gymnasium's checkers
+    "gymnasium.make_vec": (gymnasium.error.Error,),
+}
+"""What the wrappers of the API's own library raise before the environment hears of it."""
+
+THINGS = (
+    *(None, True, False, 0, 1, 2, 5, 6, 13, 14, -1, 7.5, 0.0, -0.0, math.nan, math.inf, 1e300, 2**31, 2**62, 2**63 - 1),
+    *(2**63, 10**30, -(2**63) - 1, 10**5000, 1j, "", "a", "x", "rooms:3", "two\nlines", "[/b]", "9" * 5000, "\udcff"),
+    *(b"a", [], (), {}, set(), [1], ["a", None], [[0]], {"a": 1}, {"complexity": 1}, {"reset_mask": 1}, object(), int),
+    *(
+        range(3),
+        np.int8(3),
+        np.uint64(2**64 - 1),
+        np.float64(0.5),
+        np.str_("a"),
+    ),
+    *(np.zeros(0), np.zeros(1), np.zeros(2, np.int64), np.ones(2, bool), np.zeros((2, 7, 7, 3)), np.array(3)),
+    *(np.array("a"), np.array([None, 1]), np.array(math.nan), np.ma.masked, {"reset_mask": np.ones(2, bool)}),
+    *({"key_rooms": [0], "exit_room": 1}, {"key_rooms": [5], "exit_room": 1}, "training", "extrinsic", "none", "seen"),
+    *("ansi", "rgb_array", "oracle", "random", "fixed-dfs", "nowhere:X", "c.toml", "/", ".", 11, 19, 63),
+)
+"""What is given where something else may be meant."""
+N_ENVS = 2
+
+
+def problems(name: str, count: int, seed: int) -> Iterator[tuple[str, str | None]]:
+    """What was tried on an API, and what is wrong with how it ended, or None.
+
+    Args:
+        name: of the API, in `APIS`.
+        count: how many are tried.
+        seed: fixes them.
+    """
+    rng = random.Random(f"{seed} {name}")
+    parameters = [p for p in inspect.signature(SIGNATURES.get(name, APIS[name])).parameters if p != "num_envs"]
+    right = {"graph": "a", "size": 11, "max_steps": 5}
+    if name in ("EscapeRooms", "gymnasium.make_vec"):
+        right["num_envs"] = N_ENVS
+    for _ in range(count):
+        arguments = {**right, **{rng.choice(parameters): rng.choice(THINGS) for _ in range(rng.choice((0, 1, 1, 2)))}}
+        if rng.random() < 0.05:
+            arguments[rng.choice(("num_envs", "pay", "self", "room_index"))] = rng.choice((0, -1, True, 1.5, "2", None))
+        calls: list[Any] = [arguments]
+        try:
+            with warnings.catch_warnings(), np.errstate(all="ignore"):
+                warnings.simplefilter("ignore")
+                _play(APIS[name](**arguments), calls, rng)
+            problem = None
+        except InputError as error:
+            said = str(error)
+            problem = None if said.isprintable() and len(said) < 1100 else f"not one line: {said!r:.3000}"
+        except OF_LIBRARIES.get(name, ()):
+            problem = None
+        except Exception as error:
+            problem = traceback.format_exc() if _is_ours(error) else None
+        yield f"{name}: {_described(calls)}", problem
+
+
+def _is_ours(error: Exception) -> bool:
+    """Whether it went through our code: what the library refuses before is its own affair."""
+    ours = str(Path(hierroom.__file__).parent)
+    return any(frame.filename.startswith(ours) for frame in traceback.extract_tb(error.__traceback__))
+
+
+def _described(calls: list[Any]) -> str:
+    try:
+        return f"{calls!r:.1500}"
+    except ValueError:  # Python writes no number of thousands of digits
+        return "a huge number"
+
+
+def _play(env: Any, calls: list[Any], rng: random.Random) -> None:
+    """Reset and step with now and then a wrong argument, which is noted in ``calls``."""
+    n_envs = getattr(env, "num_envs", None)
+    for _ in range(rng.randrange(1, 12)):
+        wrong = rng.choice(THINGS)
+        kind = rng.randrange(12)
+        calls.append((kind, wrong))
+        if kind == 0 or len(calls) == 2:
+            env.reset(**rng.choice(({}, {"seed": 1}, {"seed": wrong}, {"seed": 1, "options": wrong})))
+        elif isinstance(env, AECEnv):
+            if env.agents:
+                has_ended = env.terminations[env.agent_selection] or env.truncations[env.agent_selection]
+                env.step(None if has_ended else wrong if kind < 3 else rng.randrange(5))
+        elif isinstance(env, ParallelEnv):
+            env.step(wrong if kind == 1 else {"meta_0": wrong if kind == 2 else 13, "controller_0": rng.randrange(5)})
+        else:
+            right = rng.randrange(5) if n_envs is None else [rng.randrange(5) for _ in range(n_envs)]
+            env.step(wrong if kind < 3 else right)
+        if kind == 11:
+            env.render()
+    env.close()
+
+
+def play_side_by_side(examples: int, steps: int = 30) -> None:
+    """Let the state machine play so many times, always the same.
+
+    Raises:
+        AssertionError: or whatever else goes wrong, with the calls that lead there.
+    """
+    run_state_machine_as_test(
+        Faces,
+        settings=settings(
+            max_examples=examples,
+            stateful_step_count=steps,
+            deadline=None,
+            derandomize=True,
+            database=None,
+            suppress_health_check=list(HealthCheck),
+        ),
+    )
+
+
+def main() -> int:
+    """Print what goes wrong; returns 1 if anything does."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--examples", type=int, default=500, help="wrong uses of each API, and plays side by side")
+    parser.add_argument("--seed", type=int, default=0, help="fixes the wrong uses")
+    options = parser.parse_args()
+    os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
+    n_wrong = 0
+    for name in APIS:
+        tries = problems(name, options.examples, options.seed)
+        for tried, problem in track(tries, f"{name:<18}", options.examples):
+            if problem is not None:
+                n_wrong += 1
+                print(f"\n{tried}\n{problem[-2000:]}", flush=True)
+    print(f"{options.examples} wrong uses of each of {len(APIS)} APIs (seed {options.seed}): {n_wrong} ended otherwise")
+    play_side_by_side(options.examples)
+    print(f"{options.examples} plays of the AEC and the parallel environment side by side: the same, always")
+    return int(n_wrong > 0)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
