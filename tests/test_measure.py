@@ -150,7 +150,7 @@ def test_from_play_on_the_command_line(capsys):
         (ComplexityArguments(from_play="random", graph="hitting_time:8..9"), "measures one goal graph"),
         (ComplexityArguments(from_play="random", graph=("a", "b")), "measures one goal graph"),
         (ComplexityArguments(from_play="random", graph="a", exclude="b"), "measures one goal graph"),
-        (ComplexityArguments(from_play="random", episodes=0), "at least one episode, not 0"),
+        (ComplexityArguments(from_play="random", episodes=0), "episodes must be at least 1, not 0"),
     ],
 )
 def test_one_clear_message(options, message):

@@ -63,7 +63,7 @@ def _typed(kind: Any, value: Any) -> Any:
     elif get_origin(kind) is Literal:
         if isinstance(value, str) and value in members:
             return value
-    elif get_origin(kind) is tuple and isinstance(value, list):
+    elif get_origin(kind) is tuple and isinstance(value, (list, tuple)):
         return tuple(_typed(members[0], one) for one in value)
     elif kind is NoneType and value in (None, "None"):
         return None
