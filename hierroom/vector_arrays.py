@@ -148,7 +148,7 @@ def _by_name(infos: Iterable[NDArray], told: NDArray[np.bool_]) -> dict[str, NDA
     """Infos by name, with Gymnasium's entries that say which environments they tell of."""
     named = {}
     for name, values in zip(INFOS, infos, strict=True):
-        named[name], named[f"_{name}"] = values, told
+        named[name], named[f"_{name}"] = values, told.copy()
     return named
 
 

@@ -72,7 +72,7 @@ def test_choices_are_shown_and_options_grouped():
     assert "--method {ppo,ppo-bonus," in text
     assert "--goal-mask {reachable,existing,seen,none}" in text
     assert "--reward REWARD" in text
-    assert "--preset {default,long,large,learned,paper}" in text
+    assert "--preset {default,long,large,learned,paper,algorithm1}" in text
 
 
 @pytest.mark.parametrize("name", [name for name in COMMANDS if name != "paper"])

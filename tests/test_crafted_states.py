@@ -87,7 +87,6 @@ def change(path, value):
     [
         (put("features", 0, 255), "learner.rollout.arrays.features must be at most 4, not 255"),
         (put("actions", 5, 10**7), "learner.rollout.arrays.actions must be at most 3, not 10000000"),
-        (put("hindsight_actions", 5, -2), "learner.rollout.arrays.hindsight_actions must be at least -1, not -2"),
         (put("elapsed", 0, 0), "learner.rollout.arrays.elapsed must be at least 1, not 0"),
         (put("rewards", 0, torch.inf), "learner.rollout.arrays.rewards must be finite everywhere, not inf"),
         (put("columns", 0, 12), "learner.rollout.arrays.columns must be at most 11, not 12"),
@@ -102,7 +101,7 @@ def change(path, value):
         (change("rollout.full", [True]), "learner.rollout.full[0] must be a whole number from 0 to 11, not True"),
         (put("states", 0, torch.nan), "learner.states must be finite everywhere, not nan"),
         (change("states", torch.zeros(6, 15)), "learner.states must be an array of float32 and shape (6, 16), not of"),
-        (change("logits", torch.zeros(6, 4).to_sparse()), "learner.logits must be an array, not a Tensor"),
+        (change("states", torch.zeros(6, 4).to_sparse()), "learner.states must be an array, not a Tensor"),
         (change("starts_episode", [True]), "learner.starts_episode must be an array, not a list"),
         (change("backend.n_steps", -1), "learner.backend.n_steps must be a whole number from 0 to "),
         (change("backend.means", torch.zeros(1)), "learner.backend.means must be an array of float32 and shape"),

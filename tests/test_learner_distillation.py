@@ -185,7 +185,7 @@ def test_a_single_observation_is_learned_from():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"curiosity_weight": -1.0}, "curiosity_weight must be a number"),
+        ({"curiosity_weight": -1.0}, "curiosity_weight must be at least 0, not -1.0"),
         ({"features": ("previous-action",)}, "none at"),
     ],
 )

@@ -167,7 +167,7 @@ def test_as_json_with_labels():
     assert table["return"] == sum(table["rewards"])
     assert table["success"] is episode.success
     assert set(table["subgoals"][0]) == {"goal", "name", "label", "first_step", "steps", "outcome"}
-    assert "graph a, seed 1000000, environment 0, episode 0" in repr(episode)
+    assert "graph a, seed 0, environment 0, episode 0" in repr(episode)
 
 
 def test_in_any_environment_of_ours(run):

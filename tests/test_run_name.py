@@ -98,7 +98,7 @@ CHANGES = st.fixed_dictionaries(
         "learning_rate": st.floats(1e-300, 1e300),
         "drop_key": st.booleans(),
         "num_envs": st.integers(1, 10**6),
-        "hidden_size": st.integers(1, 10**6),
+        "hidden_size": st.integers(1, 2**16),
         "meta_ppo": st.floats(0, 1).map(lambda gamma: replace(META_PPO, gamma=gamma)),
         "features": st.lists(st.sampled_from(FEATURES), unique=True).map(tuple),
         "threads": st.integers(1, 64),

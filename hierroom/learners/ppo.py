@@ -277,8 +277,9 @@ class Learner:
         if (self._rollout.awaiting >= 0).any():
             raise RuntimeError("update() was called before bootstrap() for the environments without an open turn")
         config = self.config
-        batch, weights = self._renewed(self._rollout.take())
-        check_batch(batch)
+        taken = self._rollout.take()
+        check_batch(taken)
+        batch, weights = self._renewed(taken)
         advantages = generalized_advantages(
             batch.rewards,
             batch.values,
