@@ -48,12 +48,11 @@ class VectorArrays:
         self._no_step = np.zeros(self._n, STEP)
 
     def _empty_results(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        """Arrays of rewards, ends and infos, and the infos by name; all that say of whom they tell are one array."""
+        """Arrays of rewards, ends and infos, and of which environments infos tell."""
         n = self._n
         rewards, terminated, truncated = np.empty(n), np.empty(n, _BOOL), np.empty(n, _BOOL)
         infos = np.empty(n, _BOOL), *(np.empty(n, _INT64) for _ in INFOS[1:])
-        told = np.ones(n, _BOOL)
-        return (rewards, terminated, truncated, *infos, told), _by_name(infos, told)
+        return (rewards, terminated, truncated, *infos, np.ones(n, _BOOL)), {}
 
     def _empty_observations(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
         """Arrays of observations, and where they are several those by name."""
@@ -82,9 +81,10 @@ class VectorArrays:
         Returns:
             observations (a dict of arrays, or one array [N, K] of rows), rewards, terminated, truncated, infos.
         """
-        results, infos = self._results.take()
+        results, _ = self._results.take()
         observations = self._write(step.records, begins_anew, results)
-        return observations, results[0], results[1], results[2], infos.copy()
+        rewards, terminated, truncated, *infos, told = results
+        return observations, rewards, terminated, truncated, _by_name(infos, told)
 
     def at_reset(self, where: NDArray[np.bool_]) -> tuple[Any, dict[str, Any]]:
         """What the controller observes everywhere, and the infos of the environments whose episode begins."""

@@ -88,7 +88,7 @@ def test_nothing_in_a_checkpoint_is_executed(tmp_path):
         ({"format": 99}, f"has format 99, this hierroom reads {CHECKPOINT_FORMAT}"),
         ([1, 2], f"has format None, this hierroom reads {CHECKPOINT_FORMAT}"),
         ({"format": True}, f"has format True, this hierroom reads {CHECKPOINT_FORMAT}"),
-        ({"format": CHECKPOINT_FORMAT}, "cannot be used: its state does not hold what it should: it lacks 'config', 'turns', "),
+        ({"format": CHECKPOINT_FORMAT}, "cannot be used: its state does not hold what it should: it lacks 'config', "),
         (
             {"format": CHECKPOINT_FORMAT, **state_after(1), "steps": -1},
             "cannot be used: its state.steps must be a whole number from 0 to ",
