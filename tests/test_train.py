@@ -53,7 +53,7 @@ def without_clock(state: dict) -> dict:
 def trained(tmp_path_factory) -> Path:
     """The folder of a short run."""
     out = tmp_path_factory.mktemp("trained") / "run"
-    assert train([*FLAGS, "--steps", "4096", "--max-steps", "200", "--out", str(out)]) == 0  # some episodes escape
+    assert train([*FLAGS, "--steps", "4096", "--out", str(out)]) == 0
     return out
 
 
@@ -63,7 +63,7 @@ def test_a_run_leaves_everything_it_promises(trained):
         assert entry in summary
     assert summary["steps"] == 4096
     assert RunFolder.open(trained).config() == TrainConfig(
-        EnvConfig("a", size=11, max_steps=200), num_envs=8, steps=4096, ppo=SMALL.ppo
+        EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=4096, ppo=SMALL.ppo
     )
     assert len(list(trained.glob("events.out.tfevents.*"))) == 1
     rows = RunFolder.open(trained).metrics.numbers()
@@ -147,7 +147,7 @@ def test_a_run_killed_in_the_middle_ends_with_the_episodes_and_evaluations_of_on
     assert train(["--resume", str(out)]) == 0
     assert folder.episodes.path.read_bytes() == whole.episodes.path.read_bytes()
     assert evaluations(folder) == evaluations(whole)
-    assert len(whole.episodes.read()) > 15
+    assert len(whole.episodes.read()) > 50
     assert len(evaluations(whole)) > 10
 
 

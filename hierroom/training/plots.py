@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 from pathlib import Path
 
+import numpy as np
+
 from hierroom.files import write_atomically
 from hierroom.training.episode_log import WINDOW
 from hierroom.training.learning_curve import LearningCurve
@@ -37,7 +39,8 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
         axes.set_xlabel("primitive steps (millions)")
         axes.grid(alpha=0.3)
     panels[0].set(ylim=(-2, 102), ylabel="success (%)", title="reached the exit")
-    panels[1].set(ylim=(0, None), ylabel="steps", title="episode length")
+    longest = np.nanmax([1, *windows[1], *(() if curve is None else curve.length)])  # nan: no episode has ended yet
+    panels[1].set(ylim=(0, 1.05 * longest), ylabel="steps", title="episode length")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     figure.suptitle(run.path.name)
     picture = io.BytesIO()
