@@ -119,7 +119,7 @@ def test_the_digest_knows_what_decides_a_row_and_nothing_else():
 
 
 def test_a_row_of_an_older_preset_is_made_again_and_others_stay(tmp_path):
-    table = SweepTable(tmp_path / "sweep.csv")
+    table = SweepTable(tmp_path)
     (old,), (new,) = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.8", "seed=0").runs()
     (other,) = plan("gamma=0.9", "seed=1").runs()
     for run in (old, other):
@@ -136,7 +136,7 @@ def test_a_table_of_something_else_is_refused(tmp_path):
     path = tmp_path / "sweep.csv"
     path.write_text("a,b\n1,2\n")
     with pytest.raises(InputError, match="is no table of a sweep"):
-        SweepTable(path).read()
+        SweepTable(tmp_path).read()
 
 
 def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
@@ -152,6 +152,11 @@ def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
         assert row["command"] == "made so"
         for name in ("summary.json", "learning_curve.png", "evaluations.csv", "provenance.json"):
             assert (folder.path / name).is_file()
+    curves = sweep.table.curves()
+    for row in rows:
+        points = curves[row["digest"]]
+        assert [point["steps"] for point in points][::2] == ["0", row["steps"]]
+        assert {"success_rate", "length", "achieved_key_1", "steps_to_exit"} <= points[0].keys()
     before = (tmp_path / "out" / "sweep.csv").read_bytes()
     assert sweep.fill(processes=2).failures == ()
     assert (tmp_path / "out" / "sweep.csv").read_bytes() == before, "there was nothing to do"

@@ -91,7 +91,7 @@ class Job:
             numbers |= _columns(f"{meta}_", self._evaluate(trainer, pair))
         for goal, (share, step) in sampled.steps_to_goals.items():
             name = goal.replace(" ", "_")
-            numbers |= {f"reached_{name}": share, f"steps_to_{name}": step}
+            numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}
         return numbers | {"version": hierroom.__version__, "command": self.command}
 
     def _evaluate(self, trainer: Trainer, player) -> Evaluation:

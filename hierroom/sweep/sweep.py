@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
@@ -58,7 +59,7 @@ class Sweep:
     @property
     def table(self) -> SweepTable:
         """The rows of the runs that are done."""
-        return SweepTable(self.out / "sweep.csv")
+        return SweepTable(self.out)
 
     def rows(self) -> list[Row]:
         """The rows of the plan's runs that are done."""
@@ -95,6 +96,7 @@ class Sweep:
         from hierroom.sweep.events import Event, Failed, Finished
         from hierroom.sweep.job import Job
         from hierroom.training.interrupt import Interrupt
+        from hierroom.training.run_folder import RunFolder
 
         folder = self.out / "runs"
         try:
@@ -103,26 +105,28 @@ class Sweep:
             raise InputError(f"cannot create the folder {folder}: {error.strerror}") from error
         jobs = [Job(run, folder / run.name, self.plan.episodes, self.plan.metas, command) for run in missing]
         failures: list[tuple[PlannedRun, str]] = []
-        is_interrupted = False
         work: Callable[[Interrupt], Iterator[Event]]
         if ray is None:
             from hierroom.sweep.pool import work_here
 
-            n = processes or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-            work = lambda interrupt: work_here(jobs, n, interrupt)  # noqa: E731
+            work = partial(work_here, jobs, processes or _n_cores())
         else:
             from hierroom.sweep.cluster import work_on_cluster
 
-            work = lambda interrupt: work_on_cluster(jobs, ray, interrupt)  # noqa: E731
+            work = partial(work_on_cluster, jobs, ray)
         with Interrupt() as interrupt, Display(jobs, console or Console(stderr=True)) as display:
             for event in work(interrupt):
                 if isinstance(event, Finished):
-                    self.table.add(event.job.run, event.numbers)
+                    self.table.add(event.job.run, event.numbers, RunFolder(event.job.folder).evaluations.read())
                 elif isinstance(event, Failed):
                     failures.append((event.job.run, event.reason))
                 display.show(event)
-            is_interrupted = interrupt.is_requested
-        return SweepOutcome(tuple(failures), is_interrupted)
+        return SweepOutcome(tuple(failures), interrupt.is_requested)
+
+
+def _n_cores() -> int:
+    """The cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True)

@@ -46,6 +46,9 @@ def _columns(score: Score) -> dict[str, object]:
         "length_over_shortest": score.length_over_shortest,
         "return": score.mean_return,
     }
+    for goal, (share, step) in score.steps_to_goals.items():
+        name = goal.replace(" ", "_")
+        numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}
     return {"episodes": score.episodes, **{name: round(value, 6) for name, value in numbers.items()}}
 
 
