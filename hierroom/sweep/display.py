@@ -47,27 +47,27 @@ class Display:
         self._started = time.monotonic()
 
     def __enter__(self) -> Display:
-        self._live.__enter__()
+        if self._console.is_terminal:
+            self._live.__enter__()
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self._at_work.clear()
         self._update()
-        self._live.__exit__(kind, error, trace)  # pyright: ignore[reportArgumentType]
+        if self._console.is_terminal:
+            self._live.__exit__(kind, error, trace)  # pyright: ignore[reportArgumentType]
 
     def show(self, event: Event) -> None:
         """Show what has happened."""
         job = event.job
         name, digest = job.run.name, job.run.digest
+        before = self._at_work.pop(digest, (0, ""))[0]
         if isinstance(event, Progressed):
-            before = self._at_work.get(digest, (event.steps, ""))[0]
-            self._trained_here += max(0, event.steps - before)
+            self._trained_here += event.steps - before if before else 0  # a resumed run begins with what it had
             self._at_work[digest] = (event.steps, event.words)
-        else:
-            self._at_work.pop(digest, None)
         if isinstance(event, Finished):
             success, length = event.numbers["success_rate"], event.numbers["length"]
-            self._say(f"{name}: success {success:.1%}, length {length:.0f}")
+            self._say(f"{self._n_done + 1}/{len(self._jobs)} {name}: success {success:.1%}, length {length:.0f}")
         elif isinstance(event, Failed):
             self._say(f"failed: {name}: {event.reason}")
         elif isinstance(event, Retried):
