@@ -13,6 +13,7 @@ import pytest
 from hierroom.errors import InputError
 from hierroom.sweep.__main__ import SweepArguments
 from hierroom.sweep.plan import Plan, read_plan
+from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Shard, Sweep
 from hierroom.sweep.table import SweepTable
 from hierroom.training.config import TrainConfig
@@ -137,6 +138,25 @@ def test_a_table_of_something_else_is_refused(tmp_path):
     path.write_text("a,b\n1,2\n")
     with pytest.raises(InputError, match="is no table of a sweep"):
         SweepTable(tmp_path).read()
+
+
+def test_a_summary_has_medians_and_their_spread():
+    runs = plan("method=hippo,ppo", "gamma=0.9", seeds=3).runs()
+    numbers = {"steps_to_50": "", "length": "40", "length_over_shortest": "1.5", "greedy_success_rate": "0.5"}
+    found = {"hippo": ("0.5", "1200000"), "ppo": ("0.25", "")}
+    rows = []
+    for run in runs:
+        success, to_95 = found[run.config.agents.method]
+        steps = "900000" if run.config.seed == 1 and to_95 else to_95
+        rows.append({**run.identity, **numbers, "success_rate": success, "steps_to_95": steps, "digest": run.digest})
+    summary = summarise(runs, rows[:-1])
+    assert summary.markdown().splitlines() == [
+        "| method | runs | steps to 50% | steps to 95% | success | length | / shortest | greedy |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| hippo | 3 | - | 1.20M (900k to 1.20M) | 50.0% | 40 | 1.50 | 50.0% |",
+        "| ppo | 2 | - | - | 25.0% | 40 | 1.50 | 50.0% |",
+    ]
+    assert summary.table().row_count == 2
 
 
 def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
