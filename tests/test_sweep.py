@@ -1,6 +1,8 @@
 """Sweeps: what is planned, what is recognised, what is made again, and what becomes of killed processes."""
 
 import csv
+import hashlib
+import json
 import os
 import signal
 import subprocess
@@ -11,8 +13,9 @@ from pathlib import Path
 import pytest
 
 from hierroom.errors import InputError
+from hierroom.files import to_json
 from hierroom.sweep.__main__ import SweepArguments
-from hierroom.sweep.plan import Plan, read_plan
+from hierroom.sweep.plan import RESULTS_VERSION, Plan, read_plan
 from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Shard, Sweep
 from hierroom.sweep.table import SweepTable
@@ -247,3 +250,12 @@ def test_a_plan_holds_configs_as_training_does():
     (run,) = plan("seed=0").runs()
     assert isinstance(run.config, TrainConfig)
     assert run.config.env.size == 11
+
+
+def test_an_entry_that_is_new_leaves_digests_as_they_are_and_another_default_does_not():
+    """If this fails: an entry with another default needs another RESULTS_VERSION; for a new entry renew the text."""
+    defaults = json.dumps(json.loads(to_json(TrainConfig(threads=1).to_dict())), sort_keys=True)
+    assert (RESULTS_VERSION, hashlib.sha256(defaults.encode()).hexdigest()[:16]) == (1, "d1bed226f5e7516e")
+    (run,) = plan("seed=0", "stagger_clocks=true").runs()
+    assert run.digest == plan("seed=0").runs()[0].digest
+    assert run.digest != plan("seed=0", "stagger_clocks=false").runs()[0].digest
