@@ -16,7 +16,7 @@ import variants  # noqa: E402
 
 def test_a_sequence_of_the_plain_network_is_its_steps_with_resets():
     torch.manual_seed(0)
-    space = AgentSpace((30,) * 49 + (4, 7), 5)
+    space = AgentSpace((22,) * 49 + (4, 7), 5)
     network, generator = variants.PlainLSTM(space, 16), torch.Generator().manual_seed(1)
     top = torch.tensor(space.cardinalities)
     features = (torch.rand(6, 3, 51, generator=generator) * top).to(torch.uint8)
