@@ -1,0 +1,149 @@
+"""What the docs show is true: their Python runs, their commands are understood, their files can be read."""
+
+import argparse
+import importlib.util
+import re
+import runpy
+import shlex
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import tyro
+from doc_pages import BLOCKS, PAGES, ROOT, commands, lines_of
+
+import hierroom
+from hierroom.sweep.plan import read_plan
+from hierroom.train import parse
+from hierroom.training.config import TrainConfig
+from hierroom.training.config_file import read_config
+from hierroom.training.run_folder import RunFolder
+
+COMMANDS = [(page, command) for page, found in commands().items() for command in found]
+PYTHON = [block for block in BLOCKS if block.language == "python" and block.page not in ("README.md", "architecture.md")]
+TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+
+
+class Understood(BaseException):
+    """Raised in the place of what a command does once its options are read."""
+
+
+def test_blocks_are_of_known_kinds():
+    """No language: commands, one a line; text: what something prints or looks like."""
+    assert {block.language for block in BLOCKS} <= {"", "python", "toml", "text", "mermaid"}
+    for block in BLOCKS:
+        if block.language == "":
+            for line in lines_of(block):
+                assert re.match(r"(python|make|pip|pytest|mkdocs) ", line), (block.page, line)
+
+
+@pytest.mark.parametrize("block", PYTHON, ids=[f"{block.page}-{n}" for n, block in enumerate(PYTHON)])
+def test_python_runs(block, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(ROOT / "examples")
+    exec(compile(block.text, block.page, "exec"), {"__name__": "page"})
+
+
+def test_the_loop_shown_is_the_trainer_s():
+    shown = next(block.text for block in BLOCKS if block.page == "architecture.md" and block.language == "python")
+    source = (ROOT / "hierroom" / "training" / "trainer.py").read_text()
+
+    def code(text):
+        return [line.split("  #")[0].strip() for line in text.splitlines() if line.strip()]
+
+    lines = code(source)
+    at = lines.index(code(shown)[0])
+    assert lines[at : at + len(code(shown))] == code(shown)
+
+
+def test_the_innermost_wrapper_holds_a_view():
+    shown = next(block.text for block in BLOCKS if "class Innermost" in block.text)
+    names = {}
+    exec(shown, names)
+    env = names["Innermost"](hierroom.box_view(hierroom.parallel_env(size=11)))
+    assert env.unwrapped is env
+    assert set(env.observation_spaces) == {"meta_0", "controller_0"}
+
+
+@pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "toml"], ids=lambda block: block.page)
+def test_toml_is_read_by_what_it_is_for(block, tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(block.text)
+    entries = tomllib.loads(block.text)
+    if "key_rooms" in entries:
+        assert hierroom.env(graph=path).unwrapped.complexity.expected_steps > 0
+    elif "seeds" in entries:
+        assert len(read_plan(path, []).runs()) > 1
+    else:
+        assert read_config(path).steps > 0
+
+
+@pytest.mark.parametrize(("page", "command"), COMMANDS, ids=[f"{page}: {command}" for page, command in COMMANDS])
+def test_command_is_understood(page, command, tmp_path, monkeypatch):
+    program, *words = shlex.split(command)
+    if program == "make":
+        assert set(words) <= TARGETS
+    elif program == "pytest":
+        assert all((ROOT / word).is_file() for word in words if word.startswith("tests/"))
+    elif program == "mkdocs":
+        assert words[0] == "build"
+    elif program == "pip":
+        assert words[0] in ("install", "check")
+    else:
+        monkeypatch.chdir(_folder(tmp_path, words))
+        _understand(words, monkeypatch)
+
+
+def _folder(folder: Path, words: list[str]) -> Path:
+    """A folder with the runs and files that the words name."""
+    for word in words:
+        run = word.removesuffix("/config.json")
+        if (word.startswith("runs/") or word == "RUN") and "*" not in word and not (folder / run).exists():
+            RunFolder.create(folder / run, TrainConfig())
+        if word.startswith("own") and word.endswith(".toml"):
+            (folder / word).write_text("seed = 1\n")
+    return folder
+
+
+def _understand(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Start the command, and stop it once it has read its options."""
+    if words in (["-m"], ["aec.py"]):  # of which the page says in general what they do
+        return
+    monkeypatch.syspath_prepend(ROOT)  # for tests.fuzz and benchmarks
+    if words[0] == "-m":
+        start, name, words = runpy.run_module, words[1], words[2:]
+        source = importlib.util.find_spec(name)
+        if source.submodule_search_locations is not None:
+            source = importlib.util.find_spec(f"{name}.__main__")
+        path = Path(source.origin)
+    else:
+        start, name, words = runpy.run_path, str(ROOT / words[0]), words[1:]
+        path = Path(name)
+        monkeypatch.syspath_prepend(path.parent)
+    if name == "hierroom.train":
+        assert parse(words).config.steps > 0
+    elif not re.search(r"\btyro\b|\bargparse\b", path.read_text()):
+        assert not words, f"{path.name} takes no options"
+    else:
+        monkeypatch.setattr(sys, "argv", [str(path), *words])
+        for module, function in ((tyro, "cli"), (tyro._cli, "cli"), (argparse.ArgumentParser, "parse_args")):
+            monkeypatch.setattr(module, function, _stop_after(getattr(module, function)))
+        with pytest.raises(Understood):
+            start(name, run_name="__main__")
+
+
+def _stop_after(read):
+    def read_only(*args, **kwargs):
+        read(*args, **kwargs)
+        raise Understood
+
+    return read_only
+
+
+def test_every_page_has_a_heading_and_lists_stand_apart():
+    """Markdown as the site reads it: a list that follows a paragraph without an empty line is no list there."""
+    for page, text in PAGES.items():
+        assert text.startswith("# "), page
+        outside = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+        assert not re.search(r"^(?![-|\s#]|\d+\. )[^\n]+\n- ", outside, re.MULTILINE), page
