@@ -106,6 +106,7 @@ def test_a_shell_completes_the_options_of_the_script(name):
         "evaluate": "--goal-mask",
         "watch": "--failures",
         "compare": "--metric",
+        "report": "--replays",
         "complexity": "--graph",
         "paper": "table2",
         "compile": "--help",

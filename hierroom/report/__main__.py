@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -106,15 +107,20 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     notes += [*curves.notes, *too_large]
     if 0 < len(chosen) < len(runs):
         notes.append(f"episodes were played by {len(chosen)} of {len(runs)} runs; --replays N plays more")
-    goals = [{"run": one.name, "group": curves.group_of[str(one.path)], **row} for one, (row, _) in _both(chosen, played)]
+    goals = [
+        {"run": one.name, "group": curves.group_of[str(one.path)], **row} for one, (row, _) in _both(chosen, played)
+    ]
     replays = [{"run": one.name, "episodes": episodes} for one, (_, episodes) in _both(chosen, played)]
     points = learning_points(curves)
     data = {
         "tiles": TILES,
         "groups": [
-            {"label": label, "colour": COLOURS[n % len(COLOURS)], "dash": _dash(n)} for n, label in enumerate(curves.labels)
+            {"label": label, "colour": COLOURS[n % len(COLOURS)], "dash": _dash(n)}
+            for n, label in enumerate(curves.labels)
         ],
-        "metrics": [{"name": name, "label": metric.label, "is_rate": metric.is_rate} for name, metric in METRICS.items()],
+        "metrics": [
+            {"name": name, "label": metric.label, "is_rate": metric.is_rate} for name, metric in METRICS.items()
+        ],
         "curves": curve_rows(curves),
         "runs": run_rows(runs, curves),
         "measures": dict(MEASURES),
@@ -158,10 +164,11 @@ def _summary(runs: Sequence[ReportedRun], curves: Curves) -> str:
 
 def _chosen(runs: Sequence[ReportedRun], curves: Curves, most: int) -> list[ReportedRun]:
     """The first run of each group on each graph, as many as are to be played."""
-    firsts: dict[tuple[int, tuple[str, ...]], ReportedRun] = {}
+    firsts: dict[int, dict[tuple[str, ...], ReportedRun]] = {}
     for one in runs:
-        firsts.setdefault((curves.group_of[str(one.path)], tuple(one.graphs)), one)
-    return [*firsts.values()][:most]
+        firsts.setdefault(curves.group_of[str(one.path)], {}).setdefault(tuple(one.graphs), one)
+    in_turn = zip_longest(*(of_group.values() for of_group in firsts.values()))
+    return [one for group in in_turn for one in group if one is not None][:most]
 
 
 def _play(one: ReportedRun, arguments: ReportArguments, notes: list[str]) -> tuple[dict[str, Any], list[Any]] | None:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.compare.caveats import caveats
-from hierroom.compare.comparison import Comparison, compare
+from hierroom.compare.comparison import ALL, Comparison, GroupSummary, compare
 from hierroom.compare.evaluated_run import EvaluatedRun
 from hierroom.compare.figure import MAX_GROUPS
 from hierroom.compare.grouping import Group, differing_entries, group_runs
@@ -30,19 +30,20 @@ class Curves:
     Args:
         labels: the groups' names.
         group_of: for each run, by its path, the number of its group.
-        comparisons: the groups compared, by each metric; none where they cannot be.
+        by: the entries that make the groups; none where each run is one.
+        comparisons: the groups compared, by each metric: on the graphs that all have, and on each other graph those
+            that have it.
         notes: lines that go with them.
     """
 
     labels: list[str]
     group_of: dict[str, int]
+    by: tuple[str, ...] = ()
     comparisons: list[Comparison] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
 
-def compare_runs(
-    runs: Sequence[ReportedRun], by: str | None, progress: Callable[[], object] = lambda: None
-) -> Curves:
+def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable[[], object] = lambda: None) -> Curves:
     """Group the runs and estimate their curves; where they cannot be compared, each run is a group of its own.
 
     Args:
@@ -60,14 +61,12 @@ def compare_runs(
     try:
         names = tuple(by.replace("-", "_").split(",")) if by else differing_entries(evaluated)
         groups = group_runs(evaluated, names)
-        if by is None and len(groups) == 1 and len({tuple(run.curves) for run in evaluated}) > 1:
-            groups = group_runs(evaluated, names := (*names, "graph"))
-        groups, tasks = _with_tasks(groups, evaluated, names)
         if len(groups) > MAX_GROUPS:
             raise InputError(f"by {', '.join(names)} there are {len(groups)} groups; at most {MAX_GROUPS} can be shown")
+        parts = _parts(groups)
         comparisons = []
         for metric in METRICS:
-            comparisons.append(compare(groups, tasks, metric, RESAMPLES, 0))
+            comparisons += [compare(members, part, metric, RESAMPLES, 0) for members, part in parts]
             progress()
     except InputError as error:
         if by is not None:
@@ -80,37 +79,44 @@ def compare_runs(
         if str(run.path) not in group_of:
             group_of[str(run.path)] = len(labels)
             labels.append(run.name)
-    return Curves(labels, group_of, comparisons, caveats(comparisons[0]) if len(evaluated) > 1 else [])
+    notes = caveats(comparisons[0]) if len(evaluated) > 1 else []
+    return Curves(labels, group_of, names, comparisons, [note for note in notes if not note.startswith("left out")])
 
 
-def _with_tasks(
-    groups: list[Group], runs: Sequence[EvaluatedRun], names: tuple[str, ...]
-) -> tuple[list[Group], Tasks]:
-    """The groups and what they are compared on; where they have no graph in common they are told apart by it."""
-    try:
-        return groups, Tasks.common(groups)
-    except InputError:
-        if "graph" in names:
-            raise
-        groups = group_runs(runs, (*names, "graph"))
-        return groups, Tasks.common(groups)
+def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
+    """What is compared: all groups on the graphs that all have, and on each other graph those that have it."""
+    by_group = [{graph for run in group.runs for graph in run.curves} for group in groups]
+    shared = set.intersection(*by_group)
+    parts: list[tuple[Sequence[Group], Tasks]] = [(groups, Tasks.common(groups))] if shared else []
+    for graph in sorted(set.union(*by_group) - shared):
+        parts.append(([group for group, own in zip(groups, by_group, strict=True) if graph in own], Tasks((graph,))))
+    return parts
+
+
+def drawn(curves: Curves) -> list[tuple[int, str, GroupSummary]]:
+    """The number of its group and the metric of each curve that is drawn: that over all graphs where there are some."""
+    return [
+        (curves.labels.index(summary.group.label), comparison.metric, summary)
+        for comparison in curves.comparisons
+        for summary in comparison.summaries
+        if summary.graph != ALL or len(comparison.tasks.graphs) > 1
+    ]
 
 
 def curve_rows(curves: Curves) -> list[dict[str, Any]]:
     """The groups' curves, for the page: one for each group, graph and metric."""
     return [
         {
-            "group": comparison.groups.index(summary.group),
+            "group": group,
             "graph": summary.graph,
-            "metric": comparison.metric,
+            "metric": metric,
             "n": summary.n_runs,
             "steps": rounded(summary.steps),
             "values": rounded(summary.curve.values),
             "lows": rounded(summary.curve.lows),
             "highs": rounded(summary.curve.highs),
         }
-        for comparison in curves.comparisons
-        for summary in comparison.summaries
+        for group, metric, summary in drawn(curves)
     ]
 
 
@@ -144,4 +150,6 @@ def _number(text: str | None) -> float:
 
 def rounded(values: Sequence[float] | NDArray, digits: int = 5) -> list[float | None]:
     """Numbers with so many significant digits, so that the page stays small; what is not finite is None."""
-    return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in np.asarray(values, float).tolist()]
+    return [
+        float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in np.asarray(values, float).tolist()
+    ]

@@ -9,7 +9,7 @@ from hierroom.compare.comparison import ALL, SUCCESS_LEVELS
 from hierroom.complexity.report import analyze
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
-from hierroom.report.curves import Curves, rounded
+from hierroom.report.curves import Curves, drawn, rounded
 from hierroom.report.runs import ReportedRun
 
 MEASURES: Mapping[str, str] = {
@@ -53,17 +53,14 @@ def learning_points(curves: Curves) -> list[dict[str, Any]]:
     Returns:
         for each group and graph: numbers by level of success, and the ``last`` step that was looked at.
     """
-    if not curves.comparisons:
-        return []
-    comparison = curves.comparisons[0]
     return [
         {
-            "group": comparison.groups.index(summary.group),
+            "group": group,
             "graph": summary.graph,
             "n": summary.n_runs,
             "steps_to": {f"{100 * level:.0f}": rounded([summary.steps_to[level]])[0] for level in SUCCESS_LEVELS},
             "last": float(summary.steps[-1]),
         }
-        for summary in comparison.summaries
-        if summary.graph != ALL
+        for group, metric, summary in drawn(curves)
+        if metric == "success_rate" and summary.graph != ALL
     ]

@@ -34,7 +34,7 @@ def script_json(value: Any) -> Markup:
     text = to_json(value, indent=None)
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
-    return Markup(text)  # noqa: S704 - JSON without any character that HTML knows
+    return Markup(text)
 
 
 def _plotly() -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 from typing import Any
 
 import numpy as np
@@ -104,8 +104,7 @@ def replay(
         "colours": first.colours[: n_rooms - 1].tolist(),
         "tiles": _letters(tiles[0]),
         "changes": [
-            [[int(cell), int(now[cell])] for cell in np.flatnonzero(before != now)]
-            for before, now in zip(tiles[:-1], tiles[1:], strict=True)
+            [[int(cell), int(now[cell])] for cell in np.flatnonzero(before != now)] for before, now in pairwise(tiles)
         ],
         "views": [_letters(view_of(state).ravel()) for state in states],
         "rows": (levels["row"] - MARGIN).tolist(),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -40,21 +40,16 @@ class ReportedRun:
         """The name of its folder."""
         return self.path.resolve().name
 
-    @property
+    @cached_property
     def graphs(self) -> dict[str, GoalGraph]:
         """The goal graphs it trained on, by their names, the easiest first."""
         env = self.config.env
-        return _graphs(env.graph, env.exclude, env.drop_key)
+        return {graph.name: graph for graph in GraphSampler(env.graph, env.exclude, env.drop_key, 1).everything}
 
     @property
     def meta(self) -> str:
         """Its meta-controller."""
         return str(self.config.resolved_method.meta)
-
-
-@lru_cache(maxsize=256)
-def _graphs(graph: Any, exclude: Any, drop_key: bool) -> dict[str, GoalGraph]:
-    return {one.name: one for one in GraphSampler(graph, exclude, drop_key, 1).everything}
 
 
 def read_runs(paths: Iterable[Path]) -> tuple[list[ReportedRun], list[str]]:

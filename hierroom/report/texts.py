@@ -6,8 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from hierroom.compare.evaluated_run import flat_entries
 from hierroom.compare.figure import COLOURS
 from hierroom.compare.grouping import shortened
+from hierroom.meta import LEARNED
 from hierroom.report.curves import Curves
 from hierroom.report.difficulty import MEASURES
 from hierroom.report.runs import ReportedRun
@@ -15,8 +17,6 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.learning_curve import LearningCurve
 from hierroom.training.run_folder import RunFolder
 
-_ALWAYS_SHOWN = ("seed",)
-_NOT_TOLD = ("graph", "threads", "device", "preset")
 _ORIGIN = ("started", "command", "python", "cpu", "platform")
 
 
@@ -38,17 +38,21 @@ def page_texts(
         points: rows of `learning_points`.
         notes: lines on what a reader must know.
     """
-    names = list(runs[0].entries)
+    names = _told(runs)
     differing = [name for name in names if len({_text(run.entries.get(name)) for run in runs}) > 1]
-    shown = [name for name in names if name in differing and name not in _NOT_TOLD or name in _ALWAYS_SHOWN]
+    shown = [*(name for name in curves.by if name in differing and name != "graph"), "seed"]
     default = _entries_of_default()
     steps_of: dict[tuple[str, int], Any] = {(p["graph"], p["group"]): p["steps_to"].get("95") for p in points}
     groups = sorted({point["group"] for point in points})
     return {
-        "runs": [_run(run, curves, shown) for run in runs],
+        "runs": [_run(run, curves, shown, differing) for run in runs],
         "differing": shown,
         "common": [
-            {"name": name, "value": _text(runs[0].entries[name]), "is_other": default.get(name) != runs[0].entries[name]}
+            {
+                "name": name,
+                "value": _text(runs[0].entries[name]),
+                "is_other": default.get(name) != runs[0].entries[name],
+            }
             for name in names
             if name not in differing
         ],
@@ -67,18 +71,20 @@ def page_texts(
     }
 
 
-def _entries_of_default() -> Mapping[str, Any]:
-    from hierroom.compare.evaluated_run import flat_entries
+def _told(runs: Sequence[ReportedRun]) -> list[str]:
+    """The names of the entries that are told: not those of a learner that no run has."""
+    has_meta = any(run.meta == LEARNED for run in runs)
+    return [name for name in runs[0].entries if has_meta or not name.startswith("meta_ppo.")]
 
+
+def _entries_of_default() -> Mapping[str, Any]:
     return flat_entries(TrainConfig())
 
 
-def _run(run: ReportedRun, curves: Curves, shown: Sequence[str]) -> dict[str, Any]:
-    curve = None
-    if run.evaluated is not None:
-        rows = RunFolder(run.path).evaluations.read()
-        curve = LearningCurve.of_rows(rows)
-    last = {name: "-" for name in ("steps", "success", "interval", "length")}
+def _run(run: ReportedRun, curves: Curves, shown: Sequence[str], differing: Sequence[str]) -> dict[str, Any]:
+    last: dict[str, str] = dict.fromkeys(("steps", "success", "interval", "length"), "-")
+    rows = RunFolder(run.path).evaluations.read() if run.evaluated is not None else []
+    curve = LearningCurve.of_rows(rows)
     if curve is not None:
         final = [row for row in rows if float(row["steps"]) == curve.steps[-1]]
         last = {
@@ -92,7 +98,8 @@ def _run(run: ReportedRun, curves: Curves, shown: Sequence[str]) -> dict[str, An
         "path": str(run.path),
         "graph": shortened([*run.graphs], 3),
         "colour": COLOURS[curves.group_of[str(run.path)] % len(COLOURS)],
-        "differing": [_text(run.entries.get(name)) for name in shown],
+        "differing": [run.evaluated.choice(name) if run.evaluated else _text(run.entries.get(name)) for name in shown],
+        "others": ", ".join(f"{name} {_text(run.entries.get(name))}" for name in differing if name not in shown),
         "origin": _origin(run),
         **last,
     }
@@ -143,4 +150,4 @@ def _number(value: float | None) -> str:
 
 
 def _text(value: Any) -> str:
-    return ", ".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
+    return (", ".join(map(str, value)) or "none") if isinstance(value, (list, tuple)) else str(value)

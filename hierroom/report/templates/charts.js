@@ -19,7 +19,7 @@
   const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
   const faded = (colour, alpha) => colour + Math.round(255 * alpha).toString(16).padStart(2, "0");
   const isNarrow = () => innerWidth < 640;
-  const CONFIG = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d"] };
+  const CONFIG = { responsive: true, displaylogo: false, modeBarButtons: [["zoom2d", "pan2d", "zoomIn2d", "zoomOut2d", "resetScale2d", "toImage"]] };
 
   function draw(id, traces, xaxis, yaxis, legend = true) {
     const [ink, line] = [colourOf("ink"), colourOf("line")];
@@ -27,13 +27,17 @@
     for (const chart of byId(id).querySelectorAll(".loading")) chart.remove();
     Plotly.react(byId(id), traces, {
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: ink, size: 13, family: "system-ui, sans-serif" },
-      margin: { l: 56, r: 12, t: 28, b: 44 }, height: isNarrow() ? 380 : 430, hovermode: "closest", showlegend: legend,
-      legend: isNarrow() || traces.length > 12 ? { orientation: "h", y: -.22, font: { size: 11 } } : { font: { size: 12 } },
-      barmode: "group", uirevision: `${xaxis.type}${xaxis.title}${yaxis.title}`,
+      margin: { l: 56, r: 12, t: 40, b: isNarrow() ? 70 + 16 * traces.filter((trace) => trace.showlegend !== false).length : 44 }, height: isNarrow() ? 380 + 16 * traces.filter((trace) => trace.showlegend !== false).length : 430, hovermode: "closest", showlegend: legend,
+      legend: isNarrow() || traces.length > 12 ? { orientation: "h", yref: "container", yanchor: "bottom", y: 0, font: { size: 11 } } : { font: { size: 12 } },
+      modebar: { bgcolor: "rgba(0,0,0,0)", color: colourOf("faint"), activecolor: colourOf("accent") }, barmode: "group", uirevision: `${xaxis.type}${xaxis.title}${yaxis.title}`,
       xaxis: { ...axis, ...xaxis, title: { text: xaxis.title } }, yaxis: { ...axis, ...yaxis, title: { text: yaxis.title } },
       hoverlabel: { namelength: -1 },
     }, CONFIG);
   }
+
+  /** Names of goals: key 1, door 1, key 2, ... exit. */
+  const place = (name) => name === "exit" ? 1e9 : 2 * Number(name.split(" ")[1]) + name.startsWith("door");
+  const inOrder = (names) => [...new Set(names)].sort((one, other) => place(one) - place(other));
 
   function listen(ids, act) {
     for (const id of ids) byId(id).addEventListener("change", act);
@@ -44,8 +48,8 @@
   if (byId("learning-chart")) {
     fill(byId("metric"), DATA.metrics.map((metric) => [metric.name, metric.label]));
     const graphs = [...new Set([...DATA.curves.map((curve) => curve.graph), ...DATA.runs.flatMap((run) => Object.keys(run.graphs))])];
-    const single = graphs.filter((graph) => graph !== "all").length < 2;
-    fill(byId("curve-graph"), graphs.filter((graph) => !(single && graph === "all")).map((graph) => [graph, graph === "all" ? "all together" : graph === "own" ? "each run's own" : graph]));
+    const shown = graphs.length > 1 && !graphs.includes("all") && !DATA.curves.length ? ["all", ...graphs] : graphs;
+    fill(byId("curve-graph"), shown.map((graph) => [graph, graph === "all" ? "all together" : graph]));
     byId("single").checked = !DATA.curves.length;
     listen(["metric", "curve-graph", "over", "bands", "single"], () => {
       const metric = DATA.metrics.find((one) => one.name === byId("metric").value);
@@ -67,7 +71,7 @@
       }
       const isLonely = DATA.runs.length === 1;
       if (byId("single").checked || over === "seconds" || !n || isLonely) for (const run of DATA.runs) {
-        const names = graph === "all" || graph === "own" ? Object.keys(run.graphs) : [graph].filter((name) => name in run.graphs);
+        const names = graph === "all" ? Object.keys(run.graphs) : [graph].filter((name) => name in run.graphs);
         for (const name of names) {
           const own = run.graphs[name], x = over === "seconds" ? own.seconds : own.steps, key = `${run.name} ${name}`;
           if (metric.name === "success_rate" && (isLonely || !n && DATA.runs.length <= 6)) band(x, own.success_low, own.success_high, run.group, key);
@@ -90,18 +94,18 @@
       byId("goal-run-label").hidden = !isTraining;
       if (isTraining) {
         const row = DATA.goals[byId("goal-run").value];
-        const shares = row.training ? Object.entries(row.training.shares) : [];
-        const paints = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8c6d5a"];
-        draw("goal-chart", shares.map(([name, values], index) => ({ x: row.training.steps, y: values.map((value) => 100 * value), name, mode: "lines", line: { color: name === "exit" ? colourOf("good") : paints[Math.floor(index / 2) % paints.length], dash: name.startsWith("door") ? "dash" : "solid", width: 2 } })),
+        const shares = row.training ? inOrder(Object.keys(row.training.shares)).map((name) => [name, row.training.shares[name]]) : [];
+        const paints = ["#0072B2", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9", "#8c6d5a"];
+        draw("goal-chart", shares.map(([name, values]) => ({ x: row.training.steps, y: values.map((value) => 100 * value), name, mode: "lines", line: { color: name === "exit" ? colourOf("good") : paints[(Number(name.split(" ")[1]) - 1) % paints.length], dash: name.startsWith("door") ? "dash" : "solid", width: 2 } })),
           { title: "training steps" }, { title: "episodes that achieve it (%)", range: [-2, 103] });
         byId("goal-said").textContent = row.training ? "Episodes of training, as they were played: each point is a fortieth of them." : "This run has no table of its training's episodes.";
         return;
       }
-      draw("goal-chart", DATA.goals.map((row) => ({
-        type: "bar", name: plain(row.run), x: row.goals.map((goal) => goal.name), marker: { color: faded(DATA.groups[row.group].colour, .85) },
+      draw("goal-chart", DATA.goals.map((row, index) => ({
+        type: "bar", name: plain(row.run), x: row.goals.map((goal) => goal.name), marker: { color: faded(DATA.groups[row.group].colour, Math.max(.3, .95 - .14 * DATA.goals.filter((other, at) => at < index && other.group === row.group).length)) },
         y: row.goals.map((goal) => mode === "share" ? 100 * goal.share : goal.mean_step),
         hovertext: row.goals.map((goal) => `${plain(row.run)}<br>${goal.name}: ${goal.mean_step === null ? "never" : goal.mean_step.toFixed(1) + " steps"}, ${(100 * goal.share).toFixed(1)}% of episodes`), hoverinfo: "text",
-      })), { title: "" }, mode === "share" ? { title: "episodes that achieve it (%)", range: [0, 103] } : { title: "mean step of those that achieve it", rangemode: "tozero" });
+      })), { title: "", categoryorder: "array", categoryarray: inOrder(DATA.goals.flatMap((row) => row.goals.map((goal) => goal.name))) }, mode === "share" ? { title: "episodes that achieve it (%)", range: [0, 103] } : { title: "mean step", rangemode: "tozero" });
       byId("goal-said").textContent = `Played for this report by the newest checkpoints with sampled actions, ${DATA.goals[0].episodes} episodes each, on levels that training never sees.`;
     });
   }
@@ -123,7 +127,9 @@
           hovertext: points.map((point) => `${plain(label)}, graph ${plain(point.graph)}, ${point.n} runs<br>${isOpen(point) ? "not reached in " + count(point.last) : count(point.steps_to[level])} steps`), hoverinfo: "text",
         }];
       });
-      draw("complexity-chart", traces, { title: DATA.measures[measure], rangemode: "tozero" }, { title: `steps to ${level}% success`, type: byId("log-steps").checked ? "log" : "linear" });
+      const heights = traces.flatMap((trace) => trace.y), isLog = byId("log-steps").checked;
+      const scale = isLog ? { type: "log", dtick: "D2", tickformat: "~s", range: [Math.log10(Math.min(...heights) / 1.6), Math.log10(1.6 * Math.max(...heights))] } : { rangemode: "tozero" };
+      draw("complexity-chart", traces, { title: DATA.measures[measure], rangemode: "tozero" }, { title: `steps to ${level}% success`, ...scale });
     });
   }
   document.documentElement.dataset.charts = "drawn";
