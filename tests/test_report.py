@@ -262,14 +262,16 @@ def test_steps_per_goal_are_those_of_an_evaluation(page, runs):
 
 def test_goals_while_training(tmp_path):
     folder = RunFolder.create(tmp_path / "run", hierroom.TrainConfig())
-    goals = ["", "key 1", "key 1 > door 1", "key 1 > door 1 > exit"] * 20
+    goals = ["", "key 1", "key 1 > door 1", "key 1 > door 1 > exit"] * 200
     columns = {"env": 0, "graph": "a", "success": 0, "length": 5, "return": 0.0}
     folder.episodes.append([{"steps": 10 * n, **columns, "goals": goal} for n, goal in enumerate(goals)])
     found = training_goals(folder)
     assert list(found["shares"]) == ["key 1", "door 1", "exit"]
-    assert found["steps"][:2] == [5, 25]  # bins of two episodes
-    assert found["shares"]["key 1"][:4] == [0.5, 1, 0.5, 1]
-    assert found["shares"]["exit"][:4] == [0, 0.5, 0, 0.5]
+    assert found["steps"][:2] == [95, 295]  # 40 bins of 20 episodes
+    assert found["shares"] == {"key 1": [0.75] * 40, "door 1": [0.5] * 40, "exit": [0.25] * 40}
+    few = RunFolder.create(tmp_path / "few", hierroom.TrainConfig())
+    few.episodes.append([{"steps": n, **columns, "goals": "key 1" if n > 10 else ""} for n in range(25)])
+    assert training_goals(few)["shares"] == {"key 1": [0.15385, 1]}
     assert training_goals(RunFolder(tmp_path / "none")) is None
 
 

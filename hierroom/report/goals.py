@@ -13,8 +13,8 @@ from hierroom.report.curves import rounded
 from hierroom.training.evaluation import Evaluation
 from hierroom.training.run_folder import RunFolder
 
-N_BINS = 40
-"""Points of the curve of what training's episodes achieved."""
+N_BINS, LEAST_IN_BIN = 40, 10
+"""Most points of the curve of what training's episodes achieved, and the fewest episodes that make one."""
 
 
 def goal_row(evaluation: Evaluation) -> dict[str, Any]:
@@ -36,7 +36,8 @@ def goal_row(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def training_goals(folder: RunFolder) -> dict[str, Any] | None:
-    """The share of training's episodes that achieved each goal, over the steps; None where there is no such table.
+    """The share of training's episodes that achieved each goal, over the steps; None where there is no such
+    table, or hardly a row in it.
 
     Returns:
         ``steps`` of the middle of each bin of episodes, and for each goal the ``shares``.
@@ -47,9 +48,9 @@ def training_goals(folder: RunFolder) -> dict[str, Any] | None:
         achieved = [set(row["goals"].split(" > ")) for row in rows]
     except (InputError, OSError, KeyError, ValueError):
         return None
-    if len(rows) < 2:
+    if len(rows) < 2 * LEAST_IN_BIN:
         return None
-    bins = np.array_split(np.arange(len(rows)), min(N_BINS, len(rows)))
+    bins = np.array_split(np.arange(len(rows)), min(N_BINS, len(rows) // LEAST_IN_BIN))
     names = [name for name in ROOM_GOAL_NAMES if any(name in goals for goals in achieved)]
     return {"steps": rounded([steps[part].mean() for part in bins]), "shares": _shares(names, achieved, bins)}
 
