@@ -105,6 +105,7 @@ def test_a_shell_completes_the_options_of_the_script(name):
         "train": "--method",
         "evaluate": "--goal-mask",
         "watch": "--failures",
+        "play": "--fog",
         "compare": "--metric",
         "report": "--replays",
         "complexity": "--graph",

@@ -36,8 +36,7 @@ def goal_row(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def training_goals(folder: RunFolder) -> dict[str, Any] | None:
-    """The share of training's episodes that achieved each goal, over the steps; None where there is no such
-    table, or hardly a row in it.
+    """The share of training's episodes that achieved each goal, over the steps; None where hardly any are told of.
 
     Returns:
         ``steps`` of the middle of each bin of episodes, and for each goal the ``shares``.

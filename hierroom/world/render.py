@@ -52,7 +52,7 @@ def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: st
     if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
         raise InputError(f"tile_size must be a whole number of at least 1, not {tile_size!r}")
     tiles, level, size = _tiles(state), state.levels[0], state.size
-    is_seen = _seen(state)
+    is_seen = seen_cells(state)
     agent = level.row - MARGIN, level.col - MARGIN
     frame = np.empty((size, tile_size, size, tile_size, 3), np.uint8)
     for row, col in np.ndindex(size, size):
@@ -157,7 +157,7 @@ def view_of(state: State) -> NDArray[np.uint8]:
     return outcomes["tiles"][0]
 
 
-def _seen(state: State) -> NDArray[np.bool_]:
+def seen_cells(state: State) -> NDArray[np.bool_]:
     """Which cells of the grid are in the agent's current view: [size, size] bool."""
     level = state.levels[0]
     ahead = kernels.ROW_STEP[level.direction], kernels.COL_STEP[level.direction]
