@@ -27,7 +27,7 @@ MAX_PANELS = 12
 
 _COLUMN, _PAGE = 3.3, 6.8
 """Inches: the width of a column and of a page of a paper in two columns."""
-_STYLE: dict[Any, Any] = {
+STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,  # TrueType: editors and publishers refuse type 3
     "font.size": 8,
     "axes.linewidth": 0.6,
@@ -37,6 +37,7 @@ _STYLE: dict[Any, Any] = {
     "ytick.major.width": 0.6,
     "legend.frameon": False,
 }
+"""Settings of matplotlib for figures in papers."""
 
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
@@ -53,7 +54,7 @@ def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
         InputError: if they cannot be written.
     """
     paths = []
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         figure = _figure(comparison)
         for suffix, metadata in (("pdf", {"CreationDate": None}), ("png", None)):  # without a date: the same every time
             picture = io.BytesIO()
