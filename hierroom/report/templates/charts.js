@@ -76,7 +76,7 @@
           const own = run.graphs[name], x = over === "seconds" ? own.seconds : own.steps, key = `${run.name} ${name}`;
           if (metric.name === "success_rate" && (isLonely || !n && DATA.runs.length <= 6)) band(x, own.success_low, own.success_high, run.group, key);
           const title = names.length > 1 ? `${run.name}, graph ${name}` : run.name;
-          traces.push({ x, y: scaled(own[metric.name]), name: plain(title), legendgroup: key, mode: "lines+markers", marker: { size: 4 }, line: { color: faded(group(run.group).colour, n && !isLonely ? .45 : 1), width: n ? 1 : 2 }, showlegend: !isLonely || !n || names.length > 1 });
+          traces.push({ x, y: scaled(own[metric.name]), name: plain(title), legendgroup: key, mode: "lines+markers", marker: { size: 4 }, line: { color: faded(group(run.group).colour, n && !isLonely ? .45 : 1), width: n ? 1 : 2 }, showlegend: n ? DATA.runs.length <= 8 && (!isLonely || names.length > 1) : true });
         }
       }
       const xaxis = over === "seconds" ? { title: "seconds of training" } : { title: "training steps", type: over === "log" ? "log" : "linear" };
