@@ -1,6 +1,8 @@
 """Sweeps: what is planned, what is recognised, what is made again, and what becomes of killed processes."""
 
 import csv
+import hashlib
+import json
 import os
 import signal
 import subprocess
@@ -11,8 +13,10 @@ from pathlib import Path
 import pytest
 
 from hierroom.errors import InputError
+from hierroom.files import to_json
 from hierroom.sweep.__main__ import SweepArguments
-from hierroom.sweep.plan import Plan, read_plan
+from hierroom.sweep.plan import RESULTS_VERSION, Plan, read_plan
+from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Shard, Sweep
 from hierroom.sweep.table import SweepTable
 from hierroom.training.config import TrainConfig
@@ -139,6 +143,25 @@ def test_a_table_of_something_else_is_refused(tmp_path):
         SweepTable(tmp_path).read()
 
 
+def test_a_summary_has_medians_and_their_spread():
+    runs = plan("method=hippo,ppo", "gamma=0.9", seeds=3).runs()
+    numbers = {"steps_to_50": "", "length": "40", "length_over_shortest": "1.5", "greedy_success_rate": "0.5"}
+    found = {"hippo": ("0.5", "1200000"), "ppo": ("0.25", "")}
+    rows = []
+    for run in runs:
+        success, to_95 = found[run.config.agents.method]
+        steps = "900000" if run.config.seed == 1 and to_95 else to_95
+        rows.append({**run.identity, **numbers, "success_rate": success, "steps_to_95": steps, "digest": run.digest})
+    summary = summarise(runs, rows[:-1])
+    assert summary.markdown().splitlines() == [
+        "| method | runs | steps to 50% | steps to 95% | success | length | / shortest | greedy |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| hippo | 3 | - | 1.20M (900k to 1.20M) | 50.0% | 40 | 1.50 | 50.0% |",
+        "| ppo | 2 | - | - | 25.0% | 40 | 1.50 | 50.0% |",
+    ]
+    assert summary.table().row_count == 2
+
+
 def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
     sweep = Sweep(plan("method=hippo,ppo", seeds=1, metas=("random",)), tmp_path / "out")
     assert sweep.fill(processes=2, command="made so").failures == ()
@@ -227,3 +250,12 @@ def test_a_plan_holds_configs_as_training_does():
     (run,) = plan("seed=0").runs()
     assert isinstance(run.config, TrainConfig)
     assert run.config.env.size == 11
+
+
+def test_an_entry_that_is_new_leaves_digests_as_they_are_and_another_default_does_not():
+    """If this fails: an entry with another default needs another RESULTS_VERSION; for a new entry renew the text."""
+    defaults = json.dumps(json.loads(to_json(TrainConfig(threads=1).to_dict())), sort_keys=True)
+    assert (RESULTS_VERSION, hashlib.sha256(defaults.encode()).hexdigest()[:16]) == (1, "d1bed226f5e7516e")
+    (run,) = plan("seed=0", "stagger_clocks=true").runs()
+    assert run.digest == plan("seed=0").runs()[0].digest
+    assert run.digest != plan("seed=0", "stagger_clocks=false").runs()[0].digest

@@ -33,7 +33,7 @@ def cluster():
 
 def test_no_cluster_is_one_line(tmp_path):
     pytest.importorskip("ray", reason="the extra ray is not installed")
-    with pytest.raises(InputError, match="there is no Ray cluster at '127.0.0.1:1'"):
+    with pytest.raises(InputError, match=r"there is no Ray cluster at '127\.0\.0\.1:1'"):
         Sweep(plan("seed=0"), tmp_path).fill(ray="127.0.0.1:1")
 
 

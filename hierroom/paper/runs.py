@@ -69,9 +69,8 @@ class PaperRuns:
         chosen = [graph for graph in graphs if graph in self.graphs]
         unknown = [graph for graph in self.graphs if graph not in "abcdefg"]
         if unknown or not chosen:
-            raise InputError(
-                f"the graphs of the paper are a to g, and this needs {', '.join(graphs)}; not {self.graphs}"
-            )
+            needed, given = ", ".join(graphs), " ".join(self.graphs)
+            raise InputError(f"the paper has the graphs a to g, of which this needs one of {needed}, not {given!r}")
         sweep = self.sweep(chosen, methods)
         command = shlex.join(["python", "-m", "hierroom.paper", *sys.argv[1:]])
         outcome = sweep.fill(processes=self.processes, ray=self.ray, command=command, console=Console(stderr=True))

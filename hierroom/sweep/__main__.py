@@ -14,6 +14,7 @@ from rich.console import Console
 from hierroom.cli import one_line_usage, program, run, words
 from hierroom.errors import InputError, require_number
 from hierroom.sweep.plan import Plan, PlannedRun, read_plan
+from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Shard, Sweep
 
 
@@ -25,8 +26,8 @@ class SweepArguments:
     command goes on with what is missing; a run whose config has changed since, as with another preset, is made again.
 
     Args:
-        what: entries of training with the values to try, method=hippo,ppo-bonus gamma=0.9,0.99 steps=200_000, and
-            before them, if you like, a TOML file of them (docs/sweeps.md); an entry that is itself a list is given as
+        what: entries of training, each with the values to try (method=hippo,ppo-bonus gamma=0.9,0.99 steps=200_000),
+            and before them, if you like, a TOML file of such entries. An entry that is itself a list is given as
             'features=[["view","goal"],["view"]]'.
         out: the folder to write to, or to go on with.
         graphs: goal graphs or sets of them, such as a b rooms:4, on each of which there is a run of its own.
@@ -37,9 +38,10 @@ class SweepArguments:
         shard: a part of the runs, such as 3/8 for the third of eight machines that share no more than OUT or nothing.
         ray: address of a Ray cluster on whose machines the runs are done: auto, HOST:6379 or ray://HOST:10001.
         list: list the runs, and which of them are done, and train nothing.
+        markdown: print the table of medians in Markdown, of the runs that are done, and train nothing.
     """
 
-    what: tyro.conf.Positional[tuple[str, ...]] = ()
+    what: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="[PLAN.toml] [ENTRY=VALUES ...]")] = ()
     out: Path = Path("sweep")
     graphs: tuple[str, ...] = ()
     seeds: int | None = None
@@ -49,6 +51,7 @@ class SweepArguments:
     shard: str = "1/1"
     ray: str | None = None
     list: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    markdown: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 
     def plan(self) -> Plan:
         """The plan that they mean."""
@@ -74,12 +77,13 @@ def main() -> int:
     if arguments.list:
         _list(runs, sweep, console)
         return 0
+    if arguments.markdown:
+        print(summarise(runs, sweep.table.of(runs), sweep.plan.metas).markdown())
+        return 0
     command = shlex.join(["python", "-m", "hierroom.sweep", *sys.argv[1:]])
     outcome = sweep.fill(processes=arguments.processes, ray=arguments.ray, shard=shard, command=command)
-    from hierroom.sweep.summary import summary_table
-
     rows = sweep.table.of(runs)
-    console.print(summary_table(runs, rows))
+    console.print(summarise(runs, rows, sweep.plan.metas).table())
     for failed, reason in outcome.failures:
         console.print(f"failed: {failed.name}: {reason}", markup=False, highlight=False, soft_wrap=True)
     if outcome.is_interrupted:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import socket
 import tarfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -34,6 +35,7 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
         import ray  # pyright: ignore[reportMissingImports] - an extra
     except ImportError as error:
         raise InputError("--ray needs Ray: pip install 'hierroom[ray]'") from error
+    _require_listener(address)
     try:
         ray.init(address=address, ignore_reinit_error=True, logging_level="error", log_to_driver=False)
     except Exception as error:  # it fails in many ways
@@ -58,6 +60,16 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
         for reference in waiting:
             ray.cancel(reference, force=True)
         ray.shutdown()
+
+
+def _require_listener(address: str) -> None:
+    """Refuse an address where nobody listens, which Ray would try for many minutes."""
+    host, is_given, port = address.removeprefix("ray://").rpartition(":")
+    if is_given and port.isdecimal():
+        try:
+            socket.create_connection((host.strip("[]"), int(port)), timeout=10).close()
+        except (OSError, OverflowError) as error:
+            raise InputError(f"there is no Ray cluster at {address!r}: {error}") from error
 
 
 def _work_elsewhere(job: Job) -> tuple[dict[str, object], bytes]:

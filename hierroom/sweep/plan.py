@@ -23,7 +23,8 @@ from hierroom.training.run_name import run_name
 from hierroom.training.typed_value import entry_types, typed_value
 
 RESULTS_VERSION = 1
-"""Raised whenever the same config gives other results than before ('Results change' in CHANGELOG.md)."""
+"""Raised whenever the same config gives other results than before ('Results change' in CHANGELOG.md), and whenever an
+entry gets another default. An entry that is new, with a default that does what was done before, leaves it as it is."""
 
 _META_PPO = "meta_ppo"
 _OWN_KEYS = ("graphs", "seeds", "episodes", "metas", "variants")
@@ -131,9 +132,10 @@ class Plan:
         return PlannedRun(config, identity, self._digest(config))
 
     def _digest(self, config: TrainConfig) -> str:
-        table = config.to_dict()
+        usual = _flat(TrainConfig().to_dict())
+        table = {name: value for name, value in _flat(config.to_dict()).items() if value != usual[name]}
         for name in CHANGED_WHEN_RESUMED - {"steps", "warm_start"}:
-            del table[name]
+            table.pop(name, None)
         decides = [RESULTS_VERSION, table, self.episodes, list(self.metas)]
         return hashlib.sha256(json.dumps(json.loads(to_json(decides)), sort_keys=True).encode()).hexdigest()[:16]
 
@@ -216,6 +218,14 @@ def _typed(table: Mapping[str, Any], where: str) -> dict[str, list[Any]]:
             raise InputError(f"{where}{name} needs at least one value")
         typed[name] = [typed_value(f"{where}{name}", types[name], value) for value in several]
     return typed
+
+
+def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """The entries of a config's tables side by side, their table's name in front; a goal graph is one entry."""
+    flat: dict[str, Any] = {}
+    for name, value in table.items():
+        flat |= _flat(value, f"{name}.") if isinstance(value, dict) else {f"{before}{name}": value}
+    return flat
 
 
 def _text(value: Any) -> str:
