@@ -54,18 +54,18 @@
     listen(["metric", "curve-graph", "over", "bands", "single"], () => {
       const metric = DATA.metrics.find((one) => one.name === byId("metric").value);
       const graph = byId("curve-graph").value, over = byId("over").value, hasBands = byId("bands").checked;
-      const scale = metric.is_rate ? 100 : 1, traces = [];
+      const scale = metric.is_rate ? 100 : 1, traces = [], single = [];  // single runs lie below
       const scaled = (values) => values.map((value) => value === null ? null : value * scale);
       const group = (number) => DATA.groups[number];
-      const band = (x, lows, highs, number, key) => {
+      const band = (x, lows, highs, number, key, into) => {
         if (!hasBands || !lows.some((low) => low !== null)) return;
         const shared = { x, legendgroup: key, showlegend: false, hoverinfo: "skip", mode: "lines", line: { width: 0 } };
-        traces.push({ ...shared, y: scaled(lows) }, { ...shared, y: scaled(highs), fill: "tonexty", fillcolor: faded(group(number).colour, .18) });
+        into.push({ ...shared, y: scaled(lows) }, { ...shared, y: scaled(highs), fill: "tonexty", fillcolor: faded(group(number).colour, .18) });
       };
       let n = 0;
       for (const curve of over === "seconds" ? [] : DATA.curves.filter((one) => one.metric === metric.name && one.graph === graph)) {
         const { label, colour, dash } = group(curve.group), key = `group${curve.group}`;
-        band(curve.steps, curve.lows, curve.highs, curve.group, key);
+        band(curve.steps, curve.lows, curve.highs, curve.group, key, traces);
         traces.push({ x: curve.steps, y: scaled(curve.values), name: plain(`${label} (${curve.n} run${curve.n === 1 ? "" : "s"})`), legendgroup: key, mode: "lines", line: { color: colour, dash, width: 2.5 } });
         n += 1;
       }
@@ -74,13 +74,14 @@
         const names = graph === "all" ? Object.keys(run.graphs) : [graph].filter((name) => name in run.graphs);
         for (const name of names) {
           const own = run.graphs[name], x = over === "seconds" ? own.seconds : own.steps, key = `${run.name} ${name}`;
-          if (metric.name === "success_rate" && (isLonely || !n && DATA.runs.length <= 6)) band(x, own.success_low, own.success_high, run.group, key);
+          if (metric.name === "success_rate" && (isLonely || !n && DATA.runs.length <= 6)) band(x, own.success_low, own.success_high, run.group, key, single);
           const title = names.length > 1 ? `${run.name}, graph ${name}` : run.name;
-          traces.push({ x, y: scaled(own[metric.name]), name: plain(title), legendgroup: key, mode: "lines+markers", marker: { size: 4 }, line: { color: faded(group(run.group).colour, n && !isLonely ? .45 : 1), width: n ? 1 : 2 }, showlegend: n ? DATA.runs.length <= 8 && (!isLonely || names.length > 1) : true });
+          const isFew = DATA.runs.length <= 8;
+          single.push({ x, y: scaled(own[metric.name]), name: plain(title), legendgroup: key, mode: isFew ? "lines+markers" : "lines", marker: { size: 4 }, line: { color: faded(group(run.group).colour, isLonely || !n ? 1 : isFew ? .45 : .25), width: n ? 1 : 2 }, showlegend: n ? isFew && (!isLonely || names.length > 1) : true });
         }
       }
       const xaxis = over === "seconds" ? { title: "seconds of training" } : { title: "training steps", type: over === "log" ? "log" : "linear" };
-      draw("learning-chart", traces, xaxis, { title: metric.is_rate ? `${metric.label} (%)` : metric.label, ...(metric.is_rate ? { range: [-2, 103] } : {}) });
+      draw("learning-chart", [...single, ...traces], xaxis, { title: metric.is_rate ? `${metric.label} (%)` : metric.label, ...(metric.is_rate ? { range: [-2, 103] } : {}) });
       byId("learning-said").textContent = isLonely
         ? "The band is the 95% interval (Wilson) of the success rate from the episodes of each evaluation."
         : n ? "Thick lines are interquartile means over the runs of a group, bands their 95% stratified bootstrap intervals; a single run has none." : "Each line is a run.";
