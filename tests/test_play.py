@@ -326,6 +326,13 @@ def test_what_cannot_be_used_is_one_line(run, monkeypatch, tmp_path):
     ):
         with pytest.raises(InputError, match=message):
             main(argv)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
+    monkeypatch.setattr(pygame.display, "init", lambda: None)
+    with pytest.raises(InputError, match="play needs a screen, and there is none here"):
+        main(["--graph", "a"])
+    monkeypatch.undo()
     monkeypatch.setenv("SDL_VIDEODRIVER", "no such driver")
     with pytest.raises(InputError, match=r"cannot open a window .*: play needs a screen"):
         main(["--graph", "a"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import pygame
 
 from hierroom.errors import InputError
@@ -10,6 +12,8 @@ from hierroom.play.game import Game
 from hierroom.world.kernels import DROP, FORWARD, LEFT, RIGHT
 
 FRAMES_PER_SECOND, STEPS_PER_SECOND = 30, 6
+NOWHERE = ("dummy", "offscreen", "evdev")
+"""What SDL falls back on where there is no screen: it would play unseen, and for ever."""
 MOVES = {
     pygame.K_UP: FORWARD,
     pygame.K_w: FORWARD,
@@ -40,6 +44,9 @@ class App:
         self._wait, self._waited = 1000 / steps_per_second, 0.0
         try:
             pygame.display.init()
+            if pygame.display.get_driver() in NOWHERE and "SDL_VIDEODRIVER" not in os.environ:
+                pygame.display.quit()
+                raise InputError("play needs a screen, and there is none here; watch and report need none")
             self.surface = pygame.display.set_mode(window_size(game.state.size))
         except pygame.error as error:
             raise InputError(f"cannot open a window ({error}): play needs a screen") from error
