@@ -43,6 +43,10 @@ TEX = str.maketrans({
 })  # fmt: skip
 
 
+FIELDS = ("key_rooms", "exit_room", "drop_key", *COLUMNS)
+"""The columns of `rows_of`."""
+
+
 def rows_of(reports: Iterable[ComplexityReport]) -> list[dict[str, Any]]:
     """Each report as one row: what its goal graph is, and the columns of the list, in full precision."""
     return [
@@ -60,7 +64,7 @@ def csv_text(reports: Iterable[ComplexityReport]) -> str:
     """The list as CSV, with a line of headings, in full precision."""
     text = io.StringIO()
     rows = rows_of(reports)
-    writer = csv.DictWriter(text, ["key_rooms", "exit_room", "drop_key", *COLUMNS], lineterminator="\n")
+    writer = csv.DictWriter(text, FIELDS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()
@@ -101,7 +105,7 @@ def to_frame(reports: ComplexityReport | Iterable[ComplexityReport]) -> pandas.D
     except ImportError as error:
         raise InputError("to_frame needs pandas, which is not installed: pip install pandas") from error
     several = [reports] if isinstance(reports, ComplexityReport) else list(reports)
-    return pd.DataFrame(rows_of(several)).set_index("graph")
+    return pd.DataFrame(rows_of(several), columns=list(FIELDS)).set_index("graph")
 
 
 def _cell(column: Column, report: ComplexityReport) -> str:
