@@ -43,7 +43,7 @@ TEX = str.maketrans({
 })  # fmt: skip
 
 
-FIELDS = ("key_rooms", "exit_room", "drop_key", *COLUMNS)
+FIELDS: tuple[str, ...] = ("key_rooms", "exit_room", "drop_key", *COLUMNS)
 """The columns of `rows_of`."""
 
 
