@@ -184,8 +184,9 @@ class PlayedChain:
         notes = self._test_notes()
         if not self.counts.escaped.any():
             notes.append("nobody escaped, so the times to the exit are infinite")
-        if self.counts.step_limit < max(self.times, default=0):
-            notes.append(f"-: not observed, as episodes were truncated after {self.counts.step_limit:.0f} steps")
+        if any(np.isnan(interval.value) for interval in self.observed.values()):
+            cut = f"episodes were truncated after {self.counts.step_limit:.0f} steps"
+            notes.append(f"-: not observed, as {cut if self.counts.is_cut else 'one episode has no deviation'}")
         if any(np.isnan(interval.low) for interval in self.intervals.values()):
             notes.append("none: the episodes are too few, or too much alike, for an interval")
         return notes
