@@ -2,8 +2,9 @@
 
     python benchmarks/measure_speed.py
 
-Each time is the median of some repeats after a warm-up, with the spread from the least to the greatest; for a set of
-graphs it is the sum over the graphs. Levels are measured once each.
+Each time is CPU time of one thread, so that other processes do not lengthen it: the median of some repeats after a
+warm-up, with the spread from the least to the greatest; for a set of graphs it is the sum over the graphs. Levels are
+measured once each.
 """
 
 from __future__ import annotations
@@ -91,9 +92,9 @@ OF_WALK: dict[str, Callable[[ComplexityReport], object]] = {
 
 
 def seconds(run: Callable[[], object]) -> float:
-    started = time.perf_counter()
+    started = time.process_time()
     run()
-    return time.perf_counter() - started
+    return time.process_time() - started
 
 
 def total(measure: Callable, items: Sequence, repeats: int) -> str:
@@ -108,8 +109,8 @@ def time_graphs(options: Options) -> Table:
     sets["up to 5 rooms"] = GraphSet(("rooms:2", "rooms:3", "rooms:4", "rooms:5")).graphs
     reports = {name: [analyze(graph) for graph in graphs] for name, graphs in sets.items()}
     table = Table(
-        title=f"{platform.processor() or platform.machine()}, one thread, Python {platform.python_version()}; horizon "
-        f"{options.horizon}; median of {options.repeats} (least-greatest)"
+        title=f"{platform.processor() or platform.machine()}, CPU time of one thread, Python "
+        f"{platform.python_version()}; horizon {options.horizon}; median of {options.repeats} (least-greatest)"
     )
     table.add_column("measure")
     for name, its in reports.items():
@@ -125,7 +126,7 @@ def time_graphs(options: Options) -> Table:
 def time_levels(options: Options) -> Table:
     graphs: list[GoalGraph] = list(NAMED_GRAPHS.values())
     measures = of_mdp(options.level_horizon, LEVEL_POLICIES, GORP_RUNS)
-    table = Table(title=f"one level of each graph, horizon {options.level_horizon}; seconds, measured once")
+    table = Table(title=f"one level of each graph, horizon {options.level_horizon}; CPU seconds, measured once")
     for heading in ("graph", "states", "enumeration", *measures):
         table.add_column(heading, justify="right")
     for run in measures.values():  # compile
