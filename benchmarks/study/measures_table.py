@@ -34,7 +34,6 @@ from hierroom.measure.levels import GORP_RUNS, LEVEL_POLICIES, MAX_LEVEL_STATES,
 from hierroom.turns import Turns
 
 OUT = Path("benchmarks/results/study/measures.csv")
-LEVEL_HORIZON = 1000
 
 
 @dataclass(frozen=True)
@@ -49,6 +48,7 @@ class Settings:
         chain_episodes: long episodes of random play, from which the chain is measured.
         chain_steps: steps after which a long episode is truncated.
         levels: levels of each graph that are measured by their exact states; takes minutes for each.
+        level_horizon: steps of an episode in them.
         seed: of levels and actions.
     """
 
@@ -59,6 +59,7 @@ class Settings:
     chain_episodes: int = 200
     chain_steps: int = 20_000
     levels: int = 0
+    level_horizon: int = 1000
     seed: int = 0
 
 
@@ -186,7 +187,9 @@ def _of_levels(graph: GoalGraph, settings: Settings) -> dict[str, float | int | 
     names = ("random_success", "planning_window", "horizon_bound", "effective_horizon", "covering_high", "pic", "poic")
     if any(mdp.n_states > MAX_LEVEL_STATES for mdp in mdps):
         return {f"level_{name}": "" for name in ("states", *names)}
-    measures = [measure_mdp(mdp, LEVEL_HORIZON, n_policies=LEVEL_POLICIES, gorp_runs=GORP_RUNS) for mdp in mdps]
+    measures = [
+        measure_mdp(mdp, settings.level_horizon, n_policies=LEVEL_POLICIES, gorp_runs=GORP_RUNS) for mdp in mdps
+    ]
     return {f"level_{name}": float(np.median([getattr(one, name) for one in measures])) for name in ("states", *names)}
 
 
