@@ -76,10 +76,18 @@ def test_levels_are_measured_where_they_are_asked_for(module):
     assert row["level_states"] > 100
 
 
-@pytest.mark.parametrize("text", ["graph\na\n", "graph,settings\na\n", "graph,settings\n,x\n", '"graph\n'])
-def test_another_table_is_refused(module, tmp_path, text):
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("graph\na\n", "row 1 names no graph or no settings"),
+        ("graph,settings\na,x\n,x\n", "row 2 names no graph or no settings"),
+        ("graph,settings\na\n", "row 1 of .* has another number of columns"),
+        ('"graph\n', "cannot read the table"),
+    ],
+)
+def test_another_table_is_refused(module, tmp_path, text, message):
     path = tmp_path / "measures.csv"
     path.write_text(text)
-    with pytest.raises(InputError, match=r"no table of measures|cannot read the table") as caught:
-        module("measures_table").read_rows(path)
+    with pytest.raises(InputError, match=message) as caught:
+        module("tables").read_measures(path)
     assert "\n" not in str(caught.value)

@@ -126,14 +126,14 @@ def test_the_bootstrap_draws_graphs_and_seeds(module):
 def test_intervals_hold_the_truth_about_as_often_as_they_say(module):
     """In a population of graphs with Pearson's correlation 0.7, Spearman's is 6 / pi asin(0.7 / 2) = 0.683."""
     rng, held = np.random.default_rng(2), 0
-    for seed in range(40):
+    for seed in range(30):
         x = rng.normal(size=50)
         y = 0.7 * x + np.sqrt(1 - 0.7**2) * rng.normal(size=50)
         trained = trained_of(module, {f"g{i}": [1e6 + 1e5 * v] * 2 for i, v in enumerate(y)})
         goals = np.repeat([5.0, 7.0], 25)
-        found = module("correlations").estimates(trained, {"x": x}, goals, n_resamples=60, level=0.9, seed=seed)
+        found = module("correlations").estimates(trained, {"x": x}, goals, n_resamples=40, level=0.9, seed=seed)
         held += found["x", "spearman"].low <= 0.683 <= found["x", "spearman"].high
-    assert 30 <= held <= 40  # 36 expected; fewer than 30 has a chance of one in a hundred, and the seeds are fixed
+    assert held >= 22  # 27 expected; fewer than 22 has a chance of one in a hundred, and the seeds are fixed
 
 
 def test_seeds_are_drawn_of_their_own_graph_and_none_is_made_up(module):

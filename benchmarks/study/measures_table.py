@@ -21,19 +21,17 @@ from rich.console import Console
 from rich.progress import track
 
 from benchmarks.study.graphs import study_graphs, twins
+from benchmarks.study.tables import MEASURES_PATH, read_measures
 from hierroom.agents.player import make_player
 from hierroom.cli import run
 from hierroom.complexity import analyze
 from hierroom.complexity.measures import graph_mdp, measure_mdp, measure_walk
 from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.files import write_atomically
 from hierroom.goals import GoalGraph
 from hierroom.measure import MAX_ENVS, measure
 from hierroom.measure.levels import GORP_RUNS, LEVEL_POLICIES, MAX_LEVEL_STATES, level_mdp
 from hierroom.turns import Turns
-
-OUT = Path("benchmarks/results/study/measures.csv")
 
 
 @dataclass(frozen=True)
@@ -77,7 +75,7 @@ class Options:
     settings: Settings = field(default_factory=Settings)
     sampled: int = 20
     graphs_seed: int = 0
-    out: Path = OUT
+    out: Path = MEASURES_PATH
 
 
 def measured_row(graph: GoalGraph, settings: Settings, twin_of: str = "") -> dict[str, Any]:
@@ -129,7 +127,7 @@ def make_table(graphs: Mapping[str, tuple[GoalGraph, str]], settings: Settings, 
         InputError: if the file cannot be read or written, or is no such table.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    rows = {row["graph"]: row for row in read_rows(path) if row["settings"] == settings_text(settings)}
+    rows = {row["graph"]: row for row in read_measures(path) if row["settings"] == settings_text(settings)}
     missing = [name for name in graphs if name not in rows]
     console = Console(stderr=True)
     for name in track(missing, "measuring", console=console, transient=True, disable=not console.is_terminal):
@@ -138,25 +136,6 @@ def make_table(graphs: Mapping[str, tuple[GoalGraph, str]], settings: Settings, 
         others = [row for name, row in rows.items() if name not in graphs]
         _write(path, [*(rows[one] for one in graphs if one in rows), *others])
     return [rows[name] for name in graphs]
-
-
-def read_rows(path: Path) -> list[dict[str, str]]:
-    """The rows of a table of measures; none where there is no file.
-
-    Raises:
-        InputError: if it cannot be read, or is no such table.
-    """
-    try:
-        with path.open(newline="") as file:
-            rows = list(csv.DictReader(file, strict=True))
-    except FileNotFoundError:
-        return []
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"cannot read the table {path}: {error}") from error
-    for number, row in enumerate(rows, start=2):
-        if not row.get("graph") or None in row or None in row.values() or "settings" not in row:
-            raise InputError(f"{path} is no table of measures: line {number} is cut off, or names no graph or settings")
-    return rows
 
 
 def _of_play(graph: GoalGraph, settings: Settings) -> dict[str, float]:

@@ -21,8 +21,8 @@ from rich.console import Console
 from rich.progress import Progress
 
 from benchmarks.study.correlations import Estimate, estimates, noise_of_halves, noise_of_twins, twin_factor
-from benchmarks.study.measures_table import OUT, read_rows
-from benchmarks.study.trained import Outcome, Row, Trained, measures_of, read_trained
+from benchmarks.study.tables import MEASURES_PATH, Row, read_measures, read_rows
+from benchmarks.study.trained import Outcome, Trained, measures_of, read_trained
 from hierroom.cli import run
 from hierroom.errors import InputError, require_number
 from hierroom.files import write_atomically
@@ -45,7 +45,7 @@ class Options:
     """
 
     table: tyro.conf.Positional[Path]
-    measures: Path = OUT
+    measures: Path = MEASURES_PATH
     outcome: Outcome = "steps_to_95"
     resamples: int = 2000
     level: float = 0.95
@@ -137,33 +137,16 @@ def csv_text(results: list[Result], outcome: Outcome) -> str:
     return text.getvalue()
 
 
-def read_table(path: Path) -> list[Row]:
-    """The rows of a table of training runs; a first line that begins with # is a comment.
-
-    Raises:
-        InputError: if it cannot be read.
-    """
-    try:
-        lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
-        rows = list(csv.DictReader(lines, strict=True))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"cannot read the table {path}: {error}") from error
-    for number, row in enumerate(rows, start=1):
-        if None in row or None in row.values():
-            raise InputError(f"run {number} of {path} has another number of columns than its headings")
-    return rows
-
-
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
     require_number("resamples", options.resamples, 2, 10**6, is_whole=True)
     if not 0 < options.level < 1:
         raise InputError(f"the level must be between 0 and 1, not {options.level}")
-    measured = read_rows(options.measures)
+    measured = read_measures(options.measures)
     if not measured:
         raise InputError(f"{options.measures} holds no measures; make it: python -m benchmarks.study.measures_table")
-    results = study(read_table(options.table), measured, options)
+    results = study(read_rows(options.table), measured, options)
     print("\n\n".join(markdown(result, options.outcome) for result in results))
     if options.out is not None:
         write_atomically(options.out, csv_text(results, options.outcome).encode())

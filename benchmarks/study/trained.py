@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.study.tables import Row
 from hierroom.errors import InputError
 
-Row = Mapping[str, str]
 Outcome = Literal["steps_to_50", "steps_to_90", "steps_to_95", "steps_to_99", "success_rate"]
 
 FEWEST_GRAPHS = 4
