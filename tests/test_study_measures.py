@@ -79,8 +79,7 @@ def test_levels_are_measured_where_they_are_asked_for(module):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("graph\na\n", "row 1 names no graph or no settings"),
-        ("graph,settings\na,x\n,x\n", "row 2 names no graph or no settings"),
+        ("graph,twin_of,goals,settings\na,,3,x\n", "no table of measures: it has no column rooms"),
         ("graph,settings\na\n", "row 1 of .* has another number of columns"),
         ('"graph\n', "cannot read the table"),
     ],

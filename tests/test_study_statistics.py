@@ -62,8 +62,16 @@ def test_correlations_by_hand(module):
     assert table["x", "minus goals"] == pytest.approx(0.9 - count)
     assert table["x", "given goals"] == pytest.approx((0.9 - count**2) / (1 - count**2))
     assert table["goals", "minus goals"] == 0
+    assert np.isnan(table["x", "minus hitting time"])
     assert np.isnan(table["goals", "given goals"])
     assert np.isnan(table["x", "at fixed goals"])  # no four graphs have as many
+
+
+def test_against_the_hitting_time(module):
+    x, y = np.array([1.0, 2, 3, 4, 5]), np.array([1.0, 2, 3, 5, 4])
+    table = module("correlations").correlations(x, {"x": x, "hitting_time": y}, np.array([3.0, 3, 5, 5, 5]))
+    assert table["x", "minus hitting time"] == pytest.approx(1 - 0.9)
+    assert table["hitting_time", "minus hitting time"] == 0
 
 
 def test_never_reached_ranks_last_and_alike(module):
@@ -200,7 +208,7 @@ def test_methods_are_told_apart_by_what_differs(module):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda rows: [], "no rows with graph, method, seed, steps_to_95"),
+        (lambda rows: [], "no runs with graph, method, seed, steps_to_95"),
         (lambda rows: [{**row, "graph": row["graph"] * 2} for row in rows], "4 graphs are in no row .* such as 'aa'"),
         (lambda rows: rows + rows[:1], "seed 0 of hippo on a stands in the table twice"),
         (lambda rows: [{**row, "steps_to_95": "many"} for row in rows], "steps_to_95 of hippo on a is no number"),
@@ -225,14 +233,13 @@ def tables(tmp_path):
     steps = {graph: (1000 * i + 1000 + rng.integers(0, 900, 3)).tolist() for i, graph in enumerate(graphs)}
     steps["g9"] = [None, None, 20_000]
     steps |= {f"g{i}-twin": steps[f"g{i}"] for i in range(5)}
-    measures = measured_rows(
-        graphs,
-        graphs[:5],
-        settings=["x"] * 10,
-        goals=[5] * 5 + [7] * 5,
-        expected_steps=range(10),
-        width=rng.permutation(10),
-    )
+    known = {
+        "settings": ["x"] * 10,
+        "rooms": [3] * 5 + [4] * 5,
+        "goals": [5] * 5 + [7] * 5,
+        "expected_steps": range(10),
+    }
+    measures = measured_rows(graphs, graphs[:5], **known, width=rng.permutation(10))
     for name, rows in (("runs", run_rows(steps)), ("measures", measures)):
         with (tmp_path / f"{name}.csv").open("w") as file:
             file.write("# the command\n" * (name == "runs"))
@@ -257,6 +264,10 @@ def test_the_command_prints_a_table_and_writes_every_number(module, tables, monk
     assert float(rows["expected_steps", "at 5 goals"]["value"]) == pytest.approx(1)
     assert rows["goals", "given goals"]["value"] == ""
     assert (rows["twins", "spearman"]["graphs"], rows["width", "kendall"]["graphs"]) == ("5", "10")
+    monkeypatch.setattr(sys, "argv", ["statistics", *words, "--rooms", "4"])
+    assert module("statistics").main() == 0
+    assert "5 goal graphs, 3 seeds" in capsys.readouterr().out
+    assert "minus hitting time" not in {statistic for _, statistic in rows if rows[_, statistic]["value"]}
 
 
 @pytest.mark.parametrize(
@@ -266,6 +277,7 @@ def test_the_command_prints_a_table_and_writes_every_number(module, tables, monk
         (["none.csv", "--measures", "measures.csv"], "cannot read the table"),
         (["runs.csv", "--measures", "measures.csv", "--resamples", "1"], "resamples must be at least 2"),
         (["runs.csv", "--measures", "measures.csv", "--level", "95"], "between 0 and 1, not 95"),
+        (["runs.csv", "--measures", "measures.csv", "--rooms", "9"], "no runs with .*, or none of such graphs"),
     ],
 )
 def test_the_command_refuses_in_one_line(module, tables, monkeypatch, words, message):

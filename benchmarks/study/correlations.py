@@ -10,6 +10,7 @@ With y the difficulty, x a measure, z the number of goals and r Spearman's rank 
 | `at N goals` | r_xy over the graphs of N goals |
 | `at fixed goals` | mean of these, each weighted by its number of graphs |
 | `minus goals` | r_xy - r_zy: how much better than the plain count |
+| `minus hitting time` | the same against the paper's hitting time, where that is one of the measures |
 
 Intervals are percentiles of a hierarchical bootstrap: graphs are drawn with replacement, and of each graph drawn its
 seeds (Davison and Hinkley, Bootstrap Methods and their Application, 1997, section 3.8). All measures are computed of
@@ -64,13 +65,14 @@ def correlations(
     strata = [goals == n for n in np.unique(goals)]
     strata = [graphs for graphs in strata if graphs.sum() >= FEWEST_GRAPHS]
     fixed = [_spearman(columns[graphs])[0] for graphs in strata]
+    paper = with_difficulty[2 + [*measures].index("hitting_time")] if "hitting_time" in measures else np.nan
     for i, (name, values) in enumerate(measures.items(), start=2):
         r_xy, r_xz = with_difficulty[i], with_goals[i]
         left = (1 - r_xz**2) * (1 - count**2)
         table[name, "spearman"] = r_xy
         table[name, "kendall"] = float(kendalltau(values, difficulty).statistic)
         table[name, "given goals"] = (r_xy - r_xz * count) / np.sqrt(left) if left > 1e-12 else np.nan
-        table[name, "minus goals"] = r_xy - count
+        table[name, "minus goals"], table[name, "minus hitting time"] = r_xy - count, r_xy - paper
         own = [(row[i], int(graphs.sum())) for row, graphs in zip(fixed, strata, strict=True) if not np.isnan(row[i])]
         weight = sum(n for _, n in own)
         table[name, "at fixed goals"] = sum(r * n for r, n in own) / weight if own else np.nan

@@ -27,7 +27,7 @@ from hierroom.cli import run
 from hierroom.errors import InputError, require_number
 from hierroom.files import write_atomically
 
-PRINTED = ("spearman", "kendall", "given goals", "at fixed goals", "minus goals")
+PRINTED = ("spearman", "kendall", "given goals", "at fixed goals", "minus goals", "minus hitting time")
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,7 @@ class Options:
         table: the training runs.
         measures: the measures of their goal graphs.
         outcome: what says how hard a graph was.
+        rooms: only goal graphs of so many rooms; all by default.
         resamples: of the bootstrap.
         level: confidence level of the intervals.
         seed: of the resamples.
@@ -47,6 +48,7 @@ class Options:
     table: tyro.conf.Positional[Path]
     measures: Path = MEASURES_PATH
     outcome: Outcome = "steps_to_95"
+    rooms: tuple[int, ...] = ()
     resamples: int = 2000
     level: float = 0.95
     seed: int = 0
@@ -81,9 +83,17 @@ class Result:
 def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result]:
     """Every statistic of each method of a table.
 
+    Args:
+        rows: of the table of training runs.
+        measured: of the table of measures.
+        options: outcome, rooms, and how intervals are computed.
+
     Raises:
         InputError: as `read_trained`.
     """
+    if options.rooms:
+        chosen = {row["graph"] for row in measured if int(row["rooms"]) in options.rooms}
+        rows = [row for row in rows if row["graph"] in chosen]
     results = []
     goals_of = {row["graph"]: float(row["goals"]) for row in measured}
     console = Console(stderr=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 from hierroom.errors import InputError
 
 MEASURES_PATH = Path("benchmarks/results/study/measures.csv")
+NEEDED = {"graph", "twin_of", "rooms", "goals", "settings"}
 Row = Mapping[str, str]
 
 
@@ -19,9 +20,9 @@ def read_measures(path: Path) -> list[Row]:
         InputError: if it cannot be read, or is no such table.
     """
     rows = read_rows(path) if path.exists() else []
-    for number, row in enumerate(rows, start=1):
-        if not row.get("graph") or "settings" not in row:
-            raise InputError(f"{path} is no table of measures: row {number} names no graph or no settings")
+    missing = NEEDED.difference(*rows[:1]) if rows else ()
+    if missing:
+        raise InputError(f"{path} is no table of measures: it has no column {', '.join(sorted(missing))}")
     return rows
 
 

@@ -102,7 +102,7 @@ def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome)
     """
     missing = {"graph", "method", "seed", outcome}.difference(*rows[:1])
     if missing:
-        raise InputError(f"this is no table of training runs: it has no rows with {', '.join(sorted(missing))}")
+        raise InputError(f"there are no runs with {', '.join(sorted(missing))} in this table, or none of such graphs")
     twin_of = {row["graph"]: row["twin_of"] for row in measured}
     unknown = sorted({row["graph"] for row in rows} - twin_of.keys())
     if unknown:
