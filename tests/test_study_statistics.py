@@ -132,16 +132,37 @@ def test_the_bootstrap_draws_graphs_and_seeds(module):
 
 
 def test_intervals_hold_the_truth_about_as_often_as_they_say(module):
-    """In a population of graphs with Pearson's correlation 0.7, Spearman's is 6 / pi asin(0.7 / 2) = 0.683."""
-    rng, held = np.random.default_rng(2), 0
-    for seed in range(30):
+    """In a population of graphs with Pearson's correlation r, Spearman's is 6 / pi asin(r / 2).
+
+    The median of five normal seeds with deviation 1 has a variance of 0.2868, so r is 0.8 / sqrt(1.2868).
+    """
+    truth = 6 / np.pi * np.arcsin(0.8 / np.sqrt(1.2868) / 2)
+    rng, correlations, held = np.random.default_rng(2), module("correlations"), 0
+    for _ in range(30):
         x = rng.normal(size=50)
-        y = 0.7 * x + np.sqrt(1 - 0.7**2) * rng.normal(size=50)
-        trained = trained_of(module, {f"g{i}": [1e6 + 1e5 * v] * 2 for i, v in enumerate(y)})
-        goals = np.repeat([5.0, 7.0], 25)
-        found = module("correlations").estimates(trained, {"x": x}, goals, n_resamples=40, level=0.9, seed=seed)
-        held += found["x", "spearman"].low <= 0.683 <= found["x", "spearman"].high
-    assert held >= 22  # 27 expected; fewer than 22 has a chance of one in a hundred, and the seeds are fixed
+        y = 0.8 * x + 0.6 * rng.normal(size=50)
+        outcomes = y[:, None] + rng.normal(size=(50, 5))
+        found = []
+        for _ in range(60):
+            graphs = rng.integers(50, size=50)
+            drawn = module("trained").medians(correlations.resampled(outcomes[graphs], rng))
+            found.append(spearmanr(x[graphs], drawn)[0])
+        value = spearmanr(x, module("trained").medians(outcomes))[0]
+        _, low, high = correlations.interval(value, found, 0.8)
+        held += low <= truth <= high
+    assert held >= 19  # 24 expected; fewer than 19 has a chance of 1%, and the seed is fixed
+
+
+def test_an_interval_is_moved_by_what_its_resamples_are_off(module):
+    """The resamples 0.50, 0.51, ... 0.70 have a mean of 0.60, and their 5% and 95% points are 0.51 and 0.69."""
+    interval = module("correlations").interval
+    resamples = np.linspace(0.5, 0.7, 21)
+    assert interval(0.6, resamples, 0.9) == pytest.approx((0.6, 0.51, 0.69))
+    assert interval(0.8, resamples, 0.9) == pytest.approx((0.8, 0.71, 0.89))
+    assert interval(0.95, resamples, 0.9) == pytest.approx((0.95, 0.86, 1))
+    assert interval(0.95, resamples, 0.9, bound=2) == pytest.approx((0.95, 0.86, 1.04))
+    few = np.where(np.arange(21) < 3, np.nan, resamples)
+    assert np.isnan(interval(0.6, few, 0.9)[1:]).all()
 
 
 def test_seeds_are_drawn_of_their_own_graph_and_none_is_made_up(module):
