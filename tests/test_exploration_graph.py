@@ -1,5 +1,7 @@
 """Chains of any exploration graph: networkx, matrices, trajectories, Gymnasium environments."""
 
+from dataclasses import replace
+
 import gymnasium
 import networkx as nx
 import numpy as np
@@ -93,6 +95,22 @@ def test_a_target_never_reached():
     assert "nobody escaped" in str(played)
     with pytest.warns(UserWarning, match="no episode reaches the target 5; nodes seen are '0', '1', '2'"):
         assert measure_env(Corridor(), cell, 5, lambda observation: 1, episodes=2, max_steps=9).success_rate == 0
+
+
+def test_each_dash_is_explained():
+    assert "-: not observed, as one episode has no deviation" in str(measure_trajectories([["a", "b"]], "b"))
+    cut = measure_trajectories([["a", "b"], ["a", "a"]], "b")
+    assert "-: not observed, as episodes were truncated after 1 steps" in str(cut)
+    both = str(measure_trajectories([["a", "b"], ["a", "a", "b"]], "b"))
+    assert "not observed" not in both
+
+
+def test_a_chain_of_counts_needs_a_label_for_each_node():
+    played = measure_trajectories([["a", "b"]], "b")
+    with pytest.raises(InputError, match="counts over 2 nodes need 2 labels, not 1"):
+        replace(played, labels=("a",))
+    with pytest.raises(InputError, match="level between 0 and 1"):
+        replace(played, level=95)
 
 
 def test_random_play_in_a_gymnasium_environment():

@@ -161,8 +161,10 @@ def test_an_interval_is_moved_by_what_its_resamples_are_off(module):
     assert interval(0.8, resamples, 0.9) == pytest.approx((0.8, 0.71, 0.89))
     assert interval(0.95, resamples, 0.9) == pytest.approx((0.95, 0.86, 1))
     assert interval(0.95, resamples, 0.9, bound=2) == pytest.approx((0.95, 0.86, 1.04))
+    assert str(interval(-0.001, resamples - 0.601, 0.9)) == "0.00 [-0.09, 0.09]"
     few = np.where(np.arange(21) < 3, np.nan, resamples)
-    assert np.isnan(interval(0.6, few, 0.9)[1:]).all()
+    assert str(interval(0.6, few, 0.9)) == "0.60"
+    assert str(interval(np.nan, resamples, 0.9)) == "-"
 
 
 def test_seeds_are_drawn_of_their_own_graph_and_none_is_made_up(module):

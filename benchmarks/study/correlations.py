@@ -45,9 +45,8 @@ class Estimate(NamedTuple):
     high: float
 
     def __str__(self) -> str:
-        if np.isnan(self.value):
-            return "-"
-        return f"{self.value:.2f}" + ("" if np.isnan(self.low) else f" [{self.low:.2f}, {self.high:.2f}]")
+        value, low, high = (f"{round(number, 2) + 0.0:.2f}" for number in self)  # no -0.00
+        return "-" if np.isnan(self.value) else value if np.isnan(self.low) else f"{value} [{low}, {high}]"
 
 
 def correlations(

@@ -67,10 +67,9 @@ class PlayedChain:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if len(self.labels) != self.counts.n_nodes:
-            raise InputError(
-                f"the counts are over {self.counts.n_nodes} nodes, but there are {len(self.labels)} labels"
-            )
+        n = self.counts.n_nodes
+        if len(self.labels) != n:
+            raise InputError(f"counts over {n} nodes need {n} labels, not {len(self.labels)}")
         if not 0 < self.level < 1 or self.n_resamples < 2:
             raise InputError(
                 "intervals need a level between 0 and 1 and at least 2 resamples, "
