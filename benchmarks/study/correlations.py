@@ -60,12 +60,12 @@ def correlations(
         goals: [G] the number of goals of each graph.
     """
     columns = np.column_stack([difficulty, goals, *measures.values()])
-    with_difficulty, with_goals = _spearman(columns)[:2]
+    with_difficulty, with_goals = rank_correlations(columns)[:2]
     count = with_difficulty[1]
     table: Table = {}
     strata = [goals == n for n in np.unique(goals)]
     strata = [graphs for graphs in strata if graphs.sum() >= FEWEST_GRAPHS]
-    fixed = [_spearman(columns[graphs])[0] for graphs in strata]
+    fixed = [rank_correlations(columns[graphs])[0] for graphs in strata]
     paper = with_difficulty[2 + [*measures].index("hitting_time")] if "hitting_time" in measures else np.nan
     for i, (name, values) in enumerate(measures.items(), start=2):
         r_xy, r_xz = with_difficulty[i], with_goals[i]
@@ -153,8 +153,8 @@ def noise_of_halves(trained: Trained, *, n_splits: int = 1000, level: float = 0.
         mixed = np.take_along_axis(trained.outcomes, order.argsort(axis=1), axis=1)
         pair = np.column_stack([medians(mixed[:, 0::2]), medians(mixed[:, 1::2])])
         graphs = rng.integers(len(pair), size=len(pair))
-        found.append(_spearman(pair)[0, 1])
-        drawn.append(_spearman(pair[graphs])[0, 1])
+        found.append(rank_correlations(pair)[0, 1])
+        drawn.append(rank_correlations(pair[graphs])[0, 1])
     return interval(float(np.nanmean(found)) if not np.isnan(found).all() else np.nan, drawn, level)
 
 
@@ -174,9 +174,9 @@ def noise_of_twins(trained: Trained, *, n_resamples: int = 2000, level: float = 
     for _ in range(n_resamples):
         pairs = rng.integers(n, size=n)
         both = [medians(resampled(outcomes[pairs], rng)) for outcomes in (originals, trained.twin_outcomes)]
-        drawn.append(_spearman(np.column_stack(both))[0, 1])
+        drawn.append(rank_correlations(np.column_stack(both))[0, 1])
     both = np.column_stack([medians(originals), medians(trained.twin_outcomes)])
-    return interval(float(_spearman(both)[0, 1]), drawn, level)
+    return interval(float(rank_correlations(both)[0, 1]), drawn, level)
 
 
 def twin_factor(trained: Trained) -> float:
@@ -203,7 +203,7 @@ def interval(value: float, resamples: ArrayLike, level: float, bound: float = 1.
     return Estimate(float(value), float(max(low, -bound)), float(min(high, bound)))
 
 
-def _spearman(columns: NDArray[np.float64]) -> NDArray[np.float64]:
+def rank_correlations(columns: NDArray[np.float64]) -> NDArray[np.float64]:
     """[K, K] Pearson's correlations of the ranks of K columns; ``nan`` where a column is constant.
 
     `scipy.stats.spearmanr` is the same, but gives a single ``nan`` for all columns if one is constant.

@@ -15,9 +15,8 @@ import tyro
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
-from scipy.stats import spearmanr
 
-from benchmarks.study.correlations import interval, resampled
+from benchmarks.study.correlations import interval, rank_correlations, resampled
 from benchmarks.study.trained import medians
 
 N_GRAPHS, N_SEEDS, N_POPULATION = 79, 10, 200_000
@@ -49,7 +48,7 @@ def draw(r: float, noise: float, n_graphs: int, rng: np.random.Generator) -> tup
 
 
 def rho(measure: NDArray, outcomes: NDArray) -> float:
-    return float(spearmanr(measure, medians(outcomes)).statistic)
+    return float(rank_correlations(np.column_stack([measure, medians(outcomes)]))[0, 1])
 
 
 def main(options: Options) -> None:
