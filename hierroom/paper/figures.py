@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from scipy.stats import spearmanr
 
-from hierroom.compare.figure import COLOURS, DASHES, STYLE
+from hierroom.compare.style import COLOURS, DASHES, STYLE
 from hierroom.files import write_atomically
 from hierroom.paper.published import METHODS, PAPER_TABLE_2, PAPER_TABLE_3
 from hierroom.paper.runs import PaperRuns, cell, mean_and_interval
