@@ -27,7 +27,7 @@ BLOCKS = [Block(page, b[2], dedent(b[3])) for page, text in PAGES.items() for b 
 def lines_of(block: Block) -> list[str]:
     """The commands of a block: its lines, continued ones joined, without comments."""
     lines = block.text.replace("\\\n", " ").splitlines()
-    return [" ".join(shlex.split(line, comments=True)) for line in lines if line.strip()]
+    return [shlex.join(shlex.split(line, comments=True)) for line in lines if line.strip()]
 
 
 def commands() -> dict[str, list[str]]:

@@ -1,13 +1,17 @@
 """What the docs show is true: their Python runs, their commands are understood, their files can be read."""
 
 import argparse
+import ast
 import importlib.util
+import json
 import re
 import runpy
 import shlex
 import sys
+import tempfile
 import tomllib
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -15,6 +19,7 @@ import tyro
 from doc_pages import BLOCKS, PAGES, ROOT, commands, lines_of
 
 import hierroom
+from hierroom.complexity.__main__ import main as complexity
 from hierroom.sweep.plan import read_plan
 from hierroom.train import parse
 from hierroom.training.config import TrainConfig
@@ -22,7 +27,9 @@ from hierroom.training.config_file import read_config
 from hierroom.training.run_folder import RunFolder
 
 COMMANDS = [(page, command) for page, found in commands().items() for command in found]
-PYTHON = [block for block in BLOCKS if block.language == "python" and block.page not in ("README.md", "architecture.md")]
+PYTHON = [
+    block for block in BLOCKS if block.language == "python" and block.page not in ("README.md", "architecture.md")
+]
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
 
 
@@ -87,7 +94,7 @@ def test_command_is_understood(page, command, tmp_path, monkeypatch):
     if program == "make":
         assert set(words) <= TARGETS
     elif program == "pytest":
-        assert all((ROOT / word).is_file() for word in words if word.startswith("tests/"))
+        _find_tests(words)
     elif program == "mkdocs":
         assert words[0] == "build"
     elif program == "pip":
@@ -95,6 +102,15 @@ def test_command_is_understood(page, command, tmp_path, monkeypatch):
     else:
         monkeypatch.chdir(_folder(tmp_path, words))
         _understand(words, monkeypatch)
+
+
+def _find_tests(words: list[str]) -> None:
+    """Each file is there, and has a test for each name after -k."""
+    at = words.index("-k") if "-k" in words else len(words)
+    tests = [" ".join(re.findall(r"^def (test_\w+)\(", (ROOT / file).read_text(), re.MULTILINE)) for file in words[:at]]
+    assert all(tests)
+    for name in " ".join(words[at + 1 :]).split(" or "):
+        assert name in " ".join(tests), name
 
 
 def _folder(folder: Path, words: list[str]) -> Path:
@@ -144,6 +160,42 @@ def _stop_after(read):
         raise Understood
 
     return read_only
+
+
+@pytest.mark.parametrize(
+    ("before", "block"),
+    [
+        (before, block)
+        for before, block in pairwise(BLOCKS)
+        if block.language == "text"
+        and before.page == block.page
+        and before.text.startswith("python -m hierroom.complexity")
+    ],
+)
+def test_what_follows_a_command_is_what_it_prints(before, block, capsys, monkeypatch):
+    [line] = lines_of(before)
+    monkeypatch.setattr(sys, "argv", shlex.split(line)[2:])
+    assert complexity() == 0
+    assert capsys.readouterr().out == block.text
+
+
+def test_the_notebook_runs(tmp_path, monkeypatch):
+    """Its cells one after the other, without Jupyter."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    notebook = json.loads((ROOT / "examples" / "first_steps.ipynb").read_text())
+    names: dict[str, object] = {}
+    for cell in notebook["cells"]:
+        assert not cell.get("outputs")
+        if cell["cell_type"] != "code":
+            continue
+        *body, last = ast.parse("".join(cell["source"])).body
+        if not isinstance(last, ast.Expr):
+            body, last = [*body, last], None
+        exec(compile(ast.Module(body, []), "first_steps.ipynb", "exec"), names)
+        if last is not None:
+            eval(compile(ast.Expression(last.value), "first_steps.ipynb", "eval"), names)
+    assert 0 <= sum(episode.success for episode in names["episodes"]) <= len(names["episodes"]) == 20
 
 
 def test_every_page_has_a_heading_and_lists_stand_apart():

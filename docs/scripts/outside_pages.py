@@ -1,4 +1,4 @@
-"""What lies outside ``docs/`` becomes part of the site: README.md as its first page, and each file that a page links to.
+"""What lies outside ``docs/`` becomes part of the site: README.md as its first page, and files that pages link to.
 
 Links are written for those who read the pages in the repository. In the site ``docs/own.md`` is ``own.md`` and
 ``examples/aec.py`` keeps its path; a link to something that does not exist is left, so that a strict build names it.
