@@ -3,6 +3,7 @@
 import importlib.util
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -53,17 +54,17 @@ def test_pages_load_nothing_from_elsewhere(site):
         assert not loaded, path.name
 
 
-@pytest.mark.parametrize("link", ["[gone](gone.md)", "[gone](../examples/gone.py)", "[gone](own.md#gone)"])
-def test_a_broken_link_fails_the_build(link, tmp_path):
+def test_broken_links_fail_the_build(tmp_path):
     (tmp_path / "docs" / "scripts").mkdir(parents=True)
-    for name in ("README.md", "mkdocs.yml", "docs/own.md", "docs/scripts/outside_pages.py"):
-        (tmp_path / name).write_text((ROOT / name).read_text())
-    config = (tmp_path / "mkdocs.yml").read_text().split("\nnav:")[0]
-    (tmp_path / "mkdocs.yml").write_text(config)
+    shutil.copy(ROOT / "docs" / "scripts" / "outside_pages.py", tmp_path / "docs" / "scripts")
+    (tmp_path / "mkdocs.yml").write_text((ROOT / "mkdocs.yml").read_text().split("\nnav:")[0])
     (tmp_path / "README.md").write_text("# Home\n\n[own](docs/own.md#goals)\n")
-    (tmp_path / "docs" / "own.md").write_text("# Own\n\n## Goals\n\n[home](../README.md)\n")
+    page = tmp_path / "docs" / "own.md"
+    page.write_text("# Own\n\n## Goals\n\n[home](../README.md)\n")
     assert build(tmp_path / "site", tmp_path).returncode == 0
-    (tmp_path / "docs" / "own.md").write_text(f"# Own\n\n## Goals\n\n{link}\n")
+    links = ("gone.md", "../examples/gone.py", "../README.md#gone")
+    page.write_text("# Own\n\n## Goals\n\n" + "\n".join(f"[gone]({link})" for link in links))
     done = build(tmp_path / "site", tmp_path)
     assert done.returncode != 0
-    assert "gone" in done.stderr
+    for link in ("gone.md", "../examples/gone.py", "#gone"):
+        assert link in done.stderr
