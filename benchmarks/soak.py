@@ -5,12 +5,12 @@
 
 A round plays in environments of every API, which it makes, resets, steps at random, renders and closes; goes on with
 two long trainings (HiPPO whose meta-controller learns, and curiosity), saves and reads their checkpoints; and at
-every tenth round takes a short run from `hierroom.train` to its pictures, loads it and plays. Each tenth of the time
-is a row: mean memory, the largest number of threads and of open files, and medians of speed. On a machine that others
-use too, seconds tell who else was busy, and so does CPU time where a core changes its clock; so the same piece of work
-is timed before and after each part of a round, and speed is judged by the steps that are taken in the CPU time of one
-such piece. Steps a second and a CPU second are told beside it. Exit code 1 if from the second tenth to the last memory
-grew by more than 5%, a thread or a file was added, or a speed fell by more than a tenth.
+every tenth round takes a short run of two threads from `hierroom.train` to its pictures, loads it and plays. Each tenth
+of the time is a row: mean memory, the largest number of threads and of open files, and medians of speed. On a machine
+that others use too, seconds tell who else was busy, and so does CPU time where a core changes its clock; so the same
+piece of work is timed before and after each part of a round, and speed is judged by the steps that are taken in the CPU
+time of one such piece. Steps a second and a CPU second are told beside it. Exit code 1 if from the second tenth to the
+last memory grew by more than 5%, a thread or a file was added, or a speed fell by more than a tenth.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Sample:
     seconds: float
     """Since the start."""
     memory: float
-    """Resident, in MiB."""
+    """Resident and its own, in MiB: how much of files stays in memory is up to the kernel."""
     threads: int
     files: int
     api: Speed
@@ -163,9 +163,8 @@ def train_on(trainer: Trainer, folder: RunFolder) -> int:
 def short_run(path: Path, seed: int) -> None:
     """Train a run of its own from the start to its pictures, load it and play."""
     with contextlib.redirect_stdout(io.StringIO()):
-        hierroom.train(
-            graph="a", size=11, num_envs=16, steps=8_000, evaluations=2, evaluation_episodes=20, seed=seed, out=path
-        )
+        sizes = {"size": 11, "num_envs": 16, "steps": 8_000, "evaluations": 2, "evaluation_episodes": 20}
+        hierroom.train(graph="a", **sizes, threads=2, seed=seed, out=path)
     for _ in hierroom.rollout(hierroom.load(path), episodes=20):
         pass
 
@@ -174,7 +173,7 @@ def sample(started: float, api: Speed, train: Speed) -> Sample:
     """How this process stands now; collected garbage does not count."""
     gc.collect()
     status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
-    memory = int(status["VmRSS"].split()[0]) / 2**10
+    memory = int(status["RssAnon"].split()[0]) / 2**10
     files = len(os.listdir("/proc/self/fd")) - 1  # the listing itself has one open
     return Sample(time.monotonic() - started, memory, int(status["Threads"]), files, api, train)
 
@@ -233,7 +232,7 @@ def main() -> int:
         }
         trainings = []
         for run, config in presets.items():
-            config = config.changed(graph="f", steps=10**12, threads=2)
+            config = config.changed(graph="f", steps=10**12, threads=1)
             trainings.append((Trainer(config), RunFolder.create(Path(name) / run, config)))
         task = bar.add_task("", total=seconds, status="the first round compiles,")
         started, rounds = time.monotonic(), 0
