@@ -115,7 +115,7 @@ def survivors(target: str) -> list[str]:
     for mutant in track(tried, f"{target:<14}"):
         if not passes(target, mutant.source, seconds):
             continue
-        if f"{mutant.before}  ->  {mutant.after}" in EXPLAINED.get(target, {}):
+        if not {mutant.before, f"{mutant.before}  ->  {mutant.after}"}.isdisjoint(EXPLAINED.get(target, {})):
             explained += 1
         else:
             left.append(str(mutant))

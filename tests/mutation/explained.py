@@ -1,5 +1,26 @@
-"""Mutants that no test can kill, or that need none: by module, the line and what became of it, and why."""
+"""Mutants that no test can kill: by module the line, with or without what became of it, and why."""
 
 from collections.abc import Mapping
 
-EXPLAINED: Mapping[str, Mapping[str, str]] = {}
+_SAMPLES = "samples from which the compiler takes types alone"
+_ROOM = "memory that is more than enough in both: an entry that is added was counted before"
+
+EXPLAINED: Mapping[str, Mapping[str, str]] = {
+    "elimination": {
+        "lower = np.concatenate((lower, np.empty(len(lower) + n)))"
+        "  ->  lower = np.concatenate((lower, np.empty(len(lower) - n)))": _ROOM,
+        "upper = np.concatenate((upper, np.empty(len(upper) + n)))"
+        "  ->  upper = np.concatenate((upper, np.empty(len(upper) - n)))": _ROOM,
+        "row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n // BLOCK + 1, np.bool_)"
+        "  ->  row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n * BLOCK + 1, np.bool_)": _ROOM,
+        "factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) - pattern).tocsc())"
+        "  ->  factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) + pattern).tocsc())": (
+            "a matrix of the same pattern, also regular: the order depends on nothing else"
+        ),
+    },
+    "options": {
+        "arrays = np.zeros(1, OUTCOME), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)": _SAMPLES,
+        "return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True)": _SAMPLES,
+        "return compiled(choose_goals, np.zeros(1, LEVEL), np.zeros(1, LEDGER), 1, np.zeros(1, np.int64))": _SAMPLES,
+    },
+}
