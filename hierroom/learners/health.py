@@ -51,9 +51,9 @@ def check_health(numbers: Iterable[Named], advice: str) -> None:
     Raises:
         DivergenceError: naming the first that holds another number.
     """
-    for name, values in numbers:
-        if _is_small(values):
-            continue
+    with np.errstate(over="ignore", invalid="ignore"):
+        suspects = [(name, values) for name, values in numbers if not _is_small(values)]
+    for name, values in suspects:
         tensor = values.detach() if isinstance(values, Tensor) else torch.from_numpy(values)
         if not tensor.is_floating_point():
             continue
@@ -71,8 +71,7 @@ def _is_small(values: NDArray[np.floating] | Tensor) -> bool:
         flat = values.detach().reshape(-1)
         return flat.is_floating_point() and float(torch.dot(flat, flat)) < LIMIT**2
     flat = values.reshape(-1)
-    with np.errstate(over="ignore", invalid="ignore"):
-        return flat.dtype.kind == "f" and bool(np.dot(flat, flat) < LIMIT**2)
+    return flat.dtype.kind == "f" and bool(np.dot(flat, flat) < LIMIT**2)
 
 
 def check_start(network: nn.Module) -> None:
@@ -115,8 +114,8 @@ def check_update(
         DivergenceError: if a statistic or a weight is not healthy, or something that the weights give.
     """
     advice = f"a learning_rate below {learning_rate:g}, or smaller weights of the losses, may help"
-    wrong = [f"{name} {mean:g}" for name, mean in zip(STATISTICS, means, strict=True) if not np.isfinite(mean)]
-    if wrong:
+    if not np.isfinite(means).all():
+        wrong = [f"{name} {mean:g}" for name, mean in zip(STATISTICS, means, strict=True) if not np.isfinite(mean)]
         raise DivergenceError(f"{', '.join(wrong)}; {advice}")
     check_health(((f"weights {name}", values) for name, values in weights), advice)
     # Weights can be finite and what they give not; a turn of a few sequences tells.

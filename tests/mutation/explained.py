@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 _SAMPLES = "samples from which the compiler takes types alone"
-_ROOM = "memory that is more than enough in both: an entry that is added was counted before"
+_ROOM = "more memory than is needed either way, where each node has an edge"
 
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
     "elimination": {
@@ -13,6 +13,9 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "  ->  upper = np.concatenate((upper, np.empty(len(upper) - n)))": _ROOM,
         "row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n // BLOCK + 1, np.bool_)"
         "  ->  row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n * BLOCK + 1, np.bool_)": _ROOM,
+        "if n_lower + i > len(lower):  ->  if n_lower + i >= len(lower):": _ROOM,
+        "if n_upper + n_after > len(upper):  ->  if n_upper + n_after >= len(upper):": _ROOM,
+        "if j > i:  ->  if j >= i:": "j is another than i here",
         "factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) - pattern).tocsc())"
         "  ->  factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) + pattern).tocsc())": (
             "a matrix of the same pattern, also regular: the order depends on nothing else"
