@@ -17,7 +17,8 @@ from rich.progress import Progress
 
 from hierroom.errors import InputError
 from hierroom.training.config import TrainConfig
-from hierroom.training.episode_log import MILESTONES
+from hierroom.training.episode_log import WINDOW
+from hierroom.training.learning_curve import MILESTONES
 from hierroom.training.trainer import Trainer
 
 Key = dict[str, str]
@@ -83,13 +84,15 @@ def train(config: TrainConfig) -> tuple[Trainer, dict[str, object]]:
     The steps to a success rate are those after which so many of the last 500 episodes of training had escaped.
     """
     torch.set_num_threads(1)  # the processes are the parallel part
-    trainer, seconds_to = Trainer(config), {}
+    trainer, steps_to, seconds_to = Trainer(config), {}, {}
     while not trainer.is_done:
         trainer.advance()
-        seconds_to |= {milestone: trainer.seconds for milestone in trainer.log.steps_to if milestone not in seconds_to}
+        for milestone in MILESTONES if trainer.log.episodes >= WINDOW else ():
+            if milestone not in steps_to and trainer.log.success_rate >= milestone / 100:
+                steps_to[milestone], seconds_to[milestone] = trainer.steps, trainer.seconds
     names = ("success_rate", "episode_length", "episodes", "seconds", "steps_per_second", "rollout_bytes")
     numbers = {name: trainer.summary()[name] for name in names}
-    numbers |= {f"steps_to_{milestone}": trainer.log.steps_to.get(milestone) for milestone in MILESTONES}
+    numbers |= {f"steps_to_{milestone}": steps_to.get(milestone) for milestone in MILESTONES}
     return trainer, numbers | {f"seconds_to_{milestone}": seconds_to.get(milestone) for milestone in MILESTONES}
 
 

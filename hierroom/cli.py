@@ -14,6 +14,7 @@ from hierroom.errors import InputError, one_line
 
 COMMANDS: Mapping[str, str] = {
     "train": "train an agent and write a run folder",
+    "sweep": "train many runs, on every core or many machines, into one table",
     "watch": "watch a trained agent, its failures too: in a window, as GIF, MP4 or text",
     "evaluate": "success, length and steps to each goal of a trained agent",
     "compare": "learning curves of several runs, with intervals, as tables and a figure",

@@ -104,6 +104,7 @@ def test_a_shell_completes_the_options_of_the_script(name):
     option = {
         "train": "--method",
         "evaluate": "--goal-mask",
+        "sweep": "--shard",
         "watch": "--failures",
         "compare": "--metric",
         "complexity": "--graph",

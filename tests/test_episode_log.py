@@ -11,7 +11,7 @@ from turns_helpers import make
 from hierroom.agents.player import OraclePlayer
 from hierroom.goals import GoalGraph
 from hierroom.meta import make_meta
-from hierroom.training.episode_log import MILESTONES, WINDOW, EpisodeLog
+from hierroom.training.episode_log import WINDOW, EpisodeLog
 from hierroom.world.layout import LEVEL
 
 
@@ -37,36 +37,24 @@ def places(n: int) -> Any:
     return SimpleNamespace(world=SimpleNamespace(finals=np.zeros(n, LEVEL)), sampler=sampler)
 
 
-def test_milestones_are_first_crossings_of_a_full_window():
+def test_success_length_and_return_are_those_of_the_window():
     log, turns = EpisodeLog(2), places(2)
     for n in range(WINDOW - 1):
         log.add(ended(True), turns, n)
     assert log.success_rate == 1
-    assert log.steps_to == {}, "the window is not full yet"
     log.add(ended(False), turns, 1000)
     assert log.episodes == WINDOW
     assert log.success_rate == (WINDOW - 1) / WINDOW
-    assert log.steps_to == dict.fromkeys(MILESTONES, 1000)
     for n in range(300):
         log.add(ended(False, length=30), turns, 2000 + n)
     assert log.success_rate == 199 / WINDOW
     assert log.episode_length == (200 * 10 + 300 * 30) / WINDOW
     assert log.episode_return == 0.5
-    assert log.steps_to == dict.fromkeys(MILESTONES, 1000), "only the first crossing counts"
-
-
-def test_each_milestone_is_crossed_in_its_own_time():
-    log, turns = EpisodeLog(2), places(2)
-    for n in range(WINDOW):
-        log.add(ended(False), turns, n)
-    for n in range(WINDOW):
-        log.add(ended(True), turns, WINDOW + n)
-    assert log.steps_to == {percent: WINDOW + percent * WINDOW // 100 - 1 for percent in MILESTONES}
 
 
 def equal(one: dict, other: dict) -> bool:
     return torch.equal(one["returns"], other["returns"]) and all(
-        one[name] == other[name] for name in ("episodes", "steps_to", "window", "goals")
+        one[name] == other[name] for name in ("episodes", "window", "goals")
     )
 
 

@@ -30,14 +30,45 @@ def test_points_increase_and_end_with_the_run(steps, evaluations):
 
 
 def test_a_crossing_is_interpolated_between_the_evaluations_around_it():
-    curve = LearningCurve.of_rows([row(0, 0.0), row(100, 0.4), row(300, 0.9), row(900, 0.8), row(1000, 1.0)])
-    assert curve.first_crossing(20) == pytest.approx((50, 5))
-    assert curve.first_crossing(40) == pytest.approx((100, 10))
-    assert curve.first_crossing(65) == pytest.approx((200, 20))
-    assert curve.first_crossing(90) == pytest.approx((300, 30))
-    assert curve.first_crossing(95) == pytest.approx((975, 97.5))
-    assert LearningCurve.of_rows([row(0, 0.0), row(100, 0.4)]).first_crossing(50) is None
-    assert LearningCurve.of_rows([row(0, 0.7), row(100, 0.4)]).first_crossing(50) == (0, 0)
+    curve = LearningCurve.of_rows([row(0, 0.0), row(100, 0.4), row(300, 0.9), row(900, 0.9), row(1000, 1.0)])
+    for percent, steps in ((20, 50), (40, 100), (65, 200), (90, 300), (95, 950)):
+        crossing = curve.crossing(percent)
+        assert (crossing.steps, crossing.seconds) == pytest.approx((steps, steps / 10))
+    assert LearningCurve.of_rows([row(0, 0.0), row(100, 0.4)]).crossing(50) is None
+
+
+def test_one_evaluation_that_is_high_by_chance_crosses_nothing():
+    rates = [0.0, 0.2, 0.6, 0.2, 0.2, 0.6, 0.8]
+    curve = LearningCurve.of_rows([row(100 * n, rate) for n, rate in enumerate(rates)])
+    # What rises and is nearest to them is 0, .2, 1/3, 1/3, 1/3, .6, .8: 0.5 lies at 5/8 of the way from 400 to 500.
+    assert curve.crossing(50).steps == pytest.approx(400 + 100 * (0.5 - 1 / 3) / (0.6 - 1 / 3))
+    assert LearningCurve.of_rows([row(0, 0.7), row(100, 0.2)]).crossing(50) is None, "it was lost again"
+
+
+@pytest.mark.parametrize("episodes", [50, 200])
+def test_the_interval_holds_the_true_crossing_in_95_of_100_runs(episodes):
+    generator, steps = np.random.default_rng(episodes), np.geomspace(1000, 100_000, 30)
+    true = np.log(steps / 1000) / np.log(100)  # it is 0.5 after 10,000 steps
+    held, widths = 0, []
+    for _ in range(100):
+        rates = generator.binomial(episodes, true) / episodes
+        curve = LearningCurve.of_rows([row(s, r, episodes=episodes) for s, r in zip(steps, rates, strict=True)])
+        crossing = curve.crossing(50, resamples=200)
+        held += crossing.low <= 10_000 <= crossing.high
+        widths.append(crossing.high - crossing.low)
+    assert held >= 88
+    assert max(widths) < 15_000
+
+
+def test_an_interval_is_open_where_the_rate_may_not_have_been_reached():
+    curve = LearningCurve.of_rows([row(0, 0.0), row(100, 0.3), row(200, 0.96, episodes=100)])
+    crossing = curve.crossing(95)
+    assert 100 < crossing.low <= crossing.steps < 200
+    assert crossing.high == np.inf
+
+
+def test_the_area_is_the_mean_success_on_the_way():
+    assert LearningCurve.of_rows([row(0, 0.0), row(100, 1.0), row(400, 1.0)]).area == pytest.approx(0.875)
 
 
 def test_several_graphs_count_by_their_episodes():

@@ -43,7 +43,7 @@ class Curve:
         return float(np.trapezoid(self.values, self.steps) / (self.steps[-1] - self.steps[0]))
 
     def steps_to(self, level: float) -> float:
-        """The steps after which the curve is first as high as a level; infinity if it never is."""
+        """The steps after which the curve is on the whole as high as a level, see `first_crossing`; else infinity."""
         return first_crossing(self.steps, self.values, level)
 
 

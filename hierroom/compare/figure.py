@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import Any
 
 import matplotlib
 import numpy as np
@@ -14,29 +13,16 @@ from matplotlib.ticker import FormatStrFormatter, MaxNLocator
 
 from hierroom.compare.comparison import ALL, Comparison, GroupSummary
 from hierroom.compare.metric import METRICS
+from hierroom.compare.style import COLOURS, DASHES, STYLE
 from hierroom.compare.tasks import OWN
 from hierroom.files import write_atomically
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe & Ito's palette, told apart by the colour-blind, without its yellow, which is faint on white."""
-DASHES = ("-", "--", ":", "-.")
-"""How the lines of one colour are told apart."""
 MAX_GROUPS = len(COLOURS) * len(DASHES)
 MAX_PANELS = 12
 """Of more graphs only the panel over all is drawn."""
 
 _COLUMN, _PAGE = 3.3, 6.8
 """Inches: the width of a column and of a page of a paper in two columns."""
-_STYLE: dict[Any, Any] = {
-    "pdf.fonttype": 42,  # TrueType: editors and publishers refuse type 3
-    "font.size": 8,
-    "axes.linewidth": 0.6,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "xtick.major.width": 0.6,
-    "ytick.major.width": 0.6,
-    "legend.frameon": False,
-}
 
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
@@ -53,7 +39,7 @@ def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
         InputError: if they cannot be written.
     """
     paths = []
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         figure = _figure(comparison)
         for suffix, metadata in (("pdf", {"CreationDate": None}), ("png", None)):  # without a date: the same every time
             picture = io.BytesIO()

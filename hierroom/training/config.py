@@ -59,6 +59,8 @@ class TrainConfig:
         evaluation_episodes: episodes of each.
         seed: fixes levels, weights, actions and shuffles.
         num_envs: environments trained in side by side.
+        stagger_clocks: whether the first episodes begin with different step counts, spread over the time limit, so that
+            not all environments reach it at the same time.
         threads: threads to compute with where there is enough to share, from 128 environments on; results do not
             depend on them.
         device: where the learner computes: cpu, cuda, cuda:1, ...
@@ -79,6 +81,7 @@ class TrainConfig:
     evaluation_episodes: int = 100
     seed: int = 0
     num_envs: int = 64
+    stagger_clocks: bool = True
     threads: int = min(2, os.cpu_count() or 1)
     device: str = "cpu"
     warm_start: str | None = None

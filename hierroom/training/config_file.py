@@ -18,6 +18,7 @@ from hierroom.training.presets import find_preset, implied_preset
 from hierroom.training.typed_value import entry_types, typed_value
 
 _META_PPO = "meta_ppo"
+_PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig}
 
 
 def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> TrainConfig:
@@ -71,12 +72,16 @@ def _read_entries(path: Path) -> dict[str, Any]:
         raise InputError(f"cannot read the config {path}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:  # TOMLDecodeError and UnicodeDecodeError among them
         raise InputError(f"{path} is not a TOML file: {error}") from error
-    parts = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig}
-    types = {name: kind for part in (*parts.values(), TrainConfig) for name, kind in entry_types(part).items()}
-    types = {name: kind for name, kind in types.items() if name not in parts}
-    for part in parts.keys() & table.keys():
+    types = flat_entry_types()
+    for part in _PARTS.keys() & table.keys():
         raise InputError(f"{path}: entries stand alone, as on the command line; leave out the table [{part}]")
     return {name: _entry(path, name, value, types) for name, value in table.items()}
+
+
+def flat_entry_types() -> dict[str, Any]:
+    """The type that each entry of a run's config has in a file, by its name on the command line."""
+    types = {name: kind for part in (*_PARTS.values(), TrainConfig) for name, kind in entry_types(part).items()}
+    return {name: kind for name, kind in types.items() if name not in _PARTS}
 
 
 def _entry(path: Path, name: str, value: Any, types: Mapping[str, Any], table: str = "") -> Any:

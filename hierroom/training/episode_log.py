@@ -18,8 +18,6 @@ from hierroom.turns import Turns
 
 WINDOW = 500
 """Number of episodes over which success, length and return are averaged."""
-MILESTONES = (50, 90, 95, 99)
-"""Success rates in percent whose first crossing is recorded."""
 
 _COLUMNS = ("steps", "env", "graph", "success", "length", "return", "goals")
 OPTION_KINDS = ("key", "door", "exit", "new")
@@ -35,13 +33,11 @@ class EpisodeLog:
     Attributes:
         episodes: number of episodes that have ended.
         ended: rows of ``episodes.csv`` for the episodes that ended since `begin_update`.
-        steps_to: for each milestone that the window's success crossed (in percent), the primitive steps until then.
     """
 
     def __init__(self, num_envs: int) -> None:
         self.episodes = 0
         self.ended: list[dict[str, object]] = []
-        self.steps_to: dict[int, int] = {}
         self._window: dict[str, deque[float]] = {name: deque(maxlen=WINDOW) for name in ("success", "length", "return")}
         self._returns = np.zeros(num_envs)
         self._goals: list[list[int]] = [[] for _ in range(num_envs)]
@@ -83,10 +79,6 @@ class EpisodeLog:
             self.ended.append(dict(zip(_COLUMNS, (steps, *row), strict=True)))
         self._returns[ended] = 0.0
         self.episodes += len(ended)
-        if len(self._window["success"]) == WINDOW:
-            for milestone in MILESTONES:
-                if milestone not in self.steps_to and self.success_rate >= milestone / 100:
-                    self.steps_to[milestone] = steps
 
     def _achieved(self, envs: list[int], branches: NDArray[np.integer]) -> list[str]:
         """What the episodes that ended in some environments achieved, in words; it is forgotten."""
@@ -127,7 +119,6 @@ class EpisodeLog:
         """The complete state, but for what has ended, as tensors and plain types."""
         return {
             "episodes": self.episodes,
-            "steps_to": dict(self.steps_to),
             "window": {name: list(values) for name, values in self._window.items()},
             "returns": torch.from_numpy(self._returns.copy()),
             "goals": [list(goals) for goals in self._goals],
@@ -143,13 +134,12 @@ class EpisodeLog:
         Table(
             {
                 "episodes": Whole(0, 2**62),
-                "steps_to": Table(dict.fromkeys(MILESTONES, Whole(0, 2**62)), MILESTONES),
                 "window": Table({name: Items(entry, 0, WINDOW) for name, entry in ranges.items()}),
                 "returns": Array(np.float64, (n,)),
                 "goals": Items(Items(Whole(0, N_GOALS - 1)), n, n),
             }
         ).check(state, "log")
-        self.episodes, self.steps_to = state["episodes"], dict(state["steps_to"])
+        self.episodes = state["episodes"]
         self._window = {name: deque(values, WINDOW) for name, values in state["window"].items()}
         self._returns = state["returns"].numpy().copy()
         self._goals = [list(goals) for goals in state["goals"]]

@@ -41,6 +41,7 @@ class Score:
         length_over_shortest: mean length divided by mean shortest possible length, over the episodes that reached the
             exit; NaN if none did.
         mean_return: mean sum of the controller's rewards, undiscounted.
+        steps_to_goals: for each goal (key and door of room 1, 2, ...; exit) how many achieved it, and when.
     """
 
     episodes: int
@@ -49,6 +50,7 @@ class Score:
     length: float
     length_over_shortest: float
     mean_return: float
+    steps_to_goals: dict[str, GoalSteps]
 
 
 @dataclass(frozen=True)
@@ -56,11 +58,9 @@ class Evaluation(Score):
     """The results of a player over some episodes.
 
     Args:
-        steps_to_goals: for each goal (key and door of room 1, 2, ...; exit) how many achieved it, and when.
         graphs: the same numbers for each goal graph that was played, by its name, the easiest first.
     """
 
-    steps_to_goals: dict[str, GoalSteps]
     graphs: dict[str, Score]
 
 
@@ -68,6 +68,7 @@ class _Episodes(NamedTuple):
     """[E] of each: what there is to know of episodes."""
 
     graphs: NDArray[np.str_]
+    rooms: NDArray[np.integer]
     successes: NDArray[np.bool_]
     lengths: NDArray[np.integer]
     shortest: NDArray[np.integer]
@@ -90,7 +91,7 @@ def evaluate(
         progress: called with the number of episodes done so far.
     """
     levels, returns = turns.world.state.levels.copy(), np.zeros(len(turns))
-    firsts, n_rooms = np.zeros((len(turns), len(ROOM_GOAL_NAMES)), np.int64), 0
+    firsts = np.zeros((len(turns), len(ROOM_GOAL_NAMES)), np.int64)
     parts = []
     for played in play(turns, player, episodes, progress):
         step, counted = played.step, played.ended
@@ -98,16 +99,14 @@ def evaluate(
         _note_goals(firsts, levels["branches"], step.events, step.lengths)
         if len(counted):
             graphs = np.array(turns.sampler.names(levels[counted]))
-            told = (step.terminated, step.lengths, step.shortest, returns, firsts)
+            told = (levels["n_rooms"], step.terminated, step.lengths, step.shortest, returns, firsts)
             parts.append((graphs, *(values[counted] for values in told)))
-            n_rooms = max(n_rooms, int(levels["n_rooms"][counted].max()))
         ended = np.flatnonzero(step.episode_ended)
         firsts[ended], returns[ended], levels[ended] = 0, 0.0, turns.world.state.levels[ended]
     played_episodes = _Episodes._make(map(np.concatenate, zip(*parts, strict=True)))
     names = [graph.name for graph in turns.sampler.everything]
     return Evaluation(
         **vars(_score(played_episodes)),
-        steps_to_goals=_goal_table(played_episodes.firsts, n_rooms),
         graphs={
             name: _score(played_episodes.where(played_episodes.graphs == name))
             for name in dict.fromkeys(names)
@@ -127,6 +126,7 @@ def _score(episodes: _Episodes) -> Score:
         length=float(length.mean()),
         length_over_shortest=float(length[success].mean() / shortest) if success.any() else float("nan"),
         mean_return=float(episodes.returns.mean()),
+        steps_to_goals=_goal_table(episodes.firsts, int(episodes.rooms.max())),
     )
 
 

@@ -17,9 +17,8 @@ from torch.utils.tensorboard.summary import hparams, scalar
 from hierroom.errors import InputError
 from hierroom.files import append_whole, sync
 from hierroom.training.config import TrainConfig
-from hierroom.training.episode_log import MILESTONES
 from hierroom.training.evaluation import Evaluation, Score
-from hierroom.training.learning_curve import LearningCurve
+from hierroom.training.learning_curve import MILESTONES, LearningCurve
 from hierroom.training.output import warn
 
 _NAME = "events.out.tfevents"
@@ -117,8 +116,8 @@ class Events:
         ends = {}
         if curve is not None:
             ends = {"eval/success_rate": curve.success[-1], "eval/length": curve.length[-1]}
-            crossings = {milestone: curve.first_crossing(milestone) for milestone in MILESTONES}
-            ends |= {f"eval/steps_to_{name}": at[0] for name, at in crossings.items() if at is not None}
+            crossings = {milestone: curve.crossing(milestone) for milestone in MILESTONES}
+            ends |= {f"eval/steps_to_{name}": at.steps for name, at in crossings.items() if at is not None}
         steps = self._config.steps
         self._write(*(Event(step=steps, summary=summary) for summary in hparams(plain, ends)))
         self._add({name: value for name, value in ends.items() if "steps_to" in name}, steps)

@@ -6,9 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import isotonic_regression
 
 from hierroom.training.evaluation import Evaluation, Score
 
+MILESTONES = (50, 90, 95, 99)
+"""Success rates in percent whose crossing is recorded."""
 FIRST_POINT = 0.01
 """The first evaluation after the one before training, as a share of all steps: learning is fastest at the start."""
 
@@ -43,7 +46,27 @@ def _columns(score: Score) -> dict[str, object]:
         "length_over_shortest": score.length_over_shortest,
         "return": score.mean_return,
     }
+    for goal, (share, step) in score.steps_to_goals.items():
+        name = goal.replace(" ", "_")
+        numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}
     return {"episodes": score.episodes, **{name: round(value, 6) for name, value in numbers.items()}}
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """When a success rate was reached.
+
+    Args:
+        steps: primitive steps trained until then.
+        seconds: seconds of training until then.
+        low: lower end of the 95% interval of ``steps``.
+        high: its upper end; infinity where the evaluations cannot exclude that the rate was not reached.
+    """
+
+    steps: float
+    seconds: float
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -55,12 +78,14 @@ class LearningCurve:
         seconds: [P] of training until then.
         success: [P] success rates.
         length: [P] mean lengths of the episodes in primitive steps.
+        episodes: [P] how many were played.
     """
 
     steps: np.ndarray
     seconds: np.ndarray
     success: np.ndarray
     length: np.ndarray
+    episodes: np.ndarray
 
     @classmethod
     def of_rows(cls, rows: Sequence[Mapping[str, str]]) -> LearningCurve | None:
@@ -70,39 +95,66 @@ class LearningCurve:
         table = {name: np.array([float(row[name]) for row in rows]) for name in ("steps", "seconds", "episodes")}
         steps, first, point = np.unique(table["steps"], return_index=True, return_inverse=True)
         weights = table["episodes"]
+        episodes = np.bincount(point, weights, len(steps))
 
         def mean(name: str) -> np.ndarray:
             values = np.array([float(row[name]) for row in rows])
-            return np.bincount(point, weights * values, len(steps)) / np.bincount(point, weights, len(steps))
+            return np.bincount(point, weights * values, len(steps)) / episodes
 
-        return cls(steps, table["seconds"][first], mean("success_rate"), mean("length"))
+        return cls(steps, table["seconds"][first], mean("success_rate"), mean("length"), episodes)
 
-    def first_crossing(self, percent: float) -> tuple[float, float] | None:
-        """Steps and seconds at which the success rate first reached so many percent, interpolated between evaluations.
+    @property
+    def area(self) -> float:
+        """The mean success rate over the steps: the area under the curve over its number of steps."""
+        return float(np.trapezoid(self.success, self.steps) / np.ptp(self.steps)) if len(self.steps) > 1 else np.nan
 
-        Returns:
-            (steps, seconds), or None if no evaluation reached it.
+    def crossing(self, percent: float, resamples: int = 1000) -> Crossing | None:
+        """When the success rate reached so many percent, see `first_crossing`; None if it did not.
+
+        The interval is of the evaluations' episodes alone: each success rate is drawn anew from its posterior
+        Beta(successes + 1/2, failures + 1/2) (Jeffreys), and the curve of the drawn rates is crossed.
+
+        Args:
+            percent: the rate.
+            resamples: how many curves are drawn, always the same ones.
         """
-        steps, seconds = (first_crossing(x, self.success, percent / 100) for x in (self.steps, self.seconds))
-        return None if np.isinf(steps) else (steps, seconds)
+        level = percent / 100
+        steps, seconds = (first_crossing(x, self.success, level) for x in (self.steps, self.seconds))
+        if np.isinf(steps):
+            return None
+        successes = self.success * self.episodes
+        drawn = np.random.default_rng(0).beta(
+            successes + 0.5, self.episodes - successes + 0.5, (resamples, len(self.steps))
+        )
+        crossings = [first_crossing(self.steps, success, level) for success in drawn]
+        low, high = np.quantile(crossings, (0.025, 0.975), method="inverted_cdf")  # which knows infinities
+        return Crossing(steps, seconds, float(min(low, steps)), float(max(high, steps)))
 
 
 def first_crossing(x: np.ndarray, values: np.ndarray, level: float) -> float:
-    """Where values first reach a level, by straight lines between them.
+    """Where values that rise with x reach a level, by straight lines between them.
+
+    The values are measured, and one that is high by chance is no crossing: they are first made to rise by isotonic
+    regression (the rising values that are nearest to them by least squares). So a level counts as reached where the
+    values stay that high on the whole.
 
     Args:
         x: [P] where the values are, such as steps; increasing.
-        values: [P] the values; NaN where there is none.
+        values: [P] the values, NaN where there is none.
         level: to be reached.
 
     Returns:
-        a place between the first x and the last; infinity if no value is as high.
+        a place between the first x and the last; infinity if the level is not reached.
     """
-    reached = np.flatnonzero(values >= level)
+    known = ~np.isnan(values)
+    if not known.any():
+        return np.inf
+    x, rising = x[known], isotonic_regression(values[known]).x
+    reached = np.flatnonzero(rising >= level - 1e-12)
     if not len(reached):
         return np.inf
     after = reached[0]
-    if after == 0 or np.isnan(values[after - 1]):
-        return float(x[after])
-    (low, high), (start, end) = values[after - 1 : after + 1], x[after - 1 : after + 1]
+    if after == 0:
+        return float(x[0])
+    (low, high), (start, end) = rising[after - 1 : after + 1], x[after - 1 : after + 1]
     return float(start + (level - low) / (high - low) * (end - start))

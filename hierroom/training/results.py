@@ -12,8 +12,8 @@ from hierroom.agents.episode import Episode
 from hierroom.agents.playback import save_episodes
 from hierroom.options import META
 from hierroom.training.config import TrainConfig
-from hierroom.training.episode_log import MILESTONES, WINDOW
-from hierroom.training.learning_curve import LearningCurve
+from hierroom.training.episode_log import WINDOW
+from hierroom.training.learning_curve import MILESTONES, LearningCurve
 from hierroom.training.plots import plot_learning_curve
 from hierroom.training.rollout import rollout
 from hierroom.training.run_folder import RunFolder
@@ -28,9 +28,9 @@ N_PICTURED = 20
 def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None:
     """Write the summary and pictures, and print the results."""
     curve, summary = LearningCurve.of_rows(folder.evaluations.read()), trainer.summary()
-    crossings = {milestone: curve and curve.first_crossing(milestone) for milestone in MILESTONES}
-    for n, name in enumerate(("steps", "seconds")):
-        summary |= {f"{name}_to_{milestone}": crossing and crossing[n] for milestone, crossing in crossings.items()}
+    for milestone in MILESTONES:
+        crossing = curve and curve.crossing(milestone)
+        summary |= {f"{name}_to_{milestone}": crossing and getattr(crossing, name) for name in ("steps", "seconds")}
     if curve is not None:
         summary |= {"evaluated_success_rate": float(curve.success[-1]), "evaluated_length": float(curve.length[-1])}
     folder.save_summary(summary)

@@ -33,7 +33,8 @@ class RunFolder:
         metrics: a row for each time that training is logged.
         evaluations: for each evaluation during training and each goal graph a row: ``steps`` and ``seconds`` trained,
             ``graph``, ``episodes``, ``success_rate`` with its 95% interval ``success_low`` and ``success_high``,
-            ``length``, ``length_over_shortest`` and the controller's ``return``.
+            ``length``, ``length_over_shortest``, the controller's ``return``, and for each goal the share of episodes
+            that achieved it and when they first did, ``achieved_key_1`` and ``steps_to_key_1``.
         episodes: a row for each episode of training: the ``steps`` trained when it ended, ``env``, ``graph``,
             ``success`` (0 or 1), ``length``, the controller's ``return``, and the ``goals`` achieved in their order.
         lock: held by the process that trains the run.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import torch
@@ -108,8 +109,8 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
                 markup=False,
                 soft_wrap=True,
             )
-        with Interrupt() as interrupt:
-            train(trainer, folder, console, interrupt)
+        with Interrupt() as interrupt, _progress_bar(trainer, console) as report:
+            train(trainer, folder, interrupt, report)
         if not trainer.is_done:
             console.print("stopped and saved; go on with:")
             console.print(
@@ -122,10 +123,18 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
         return 0
 
 
-def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Interrupt) -> None:
-    """Train until the end or an interrupt, with a progress bar, tables, TensorBoard events and checkpoints.
+def train(
+    trainer: Trainer, folder: RunFolder, interrupt: Interrupt, report: Callable[[str], object] = lambda status: None
+) -> None:
+    """Train until the end or an interrupt, with tables, TensorBoard events and checkpoints.
 
     What is written before a checkpoint is what a run that goes on from it has behind it: the checkpoint is the last.
+
+    Args:
+        trainer: what trains.
+        folder: of the run.
+        interrupt: asks to stop.
+        report: called after each update with a few words on how training stands.
 
     Raises:
         DivergenceError: if training diverges; the checkpoints are as they were.
@@ -134,13 +143,6 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
     schedule = Schedule(config.steps, config.evaluations)
     events = Events(folder.path, config, _last_kept(trainer))
     evaluated = ""
-    columns = (
-        TextColumn("{task.percentage:3.0f}%"),
-        BarColumn(),
-        TextColumn("{task.fields[status]}"),
-        TimeRemainingColumn(compact=True),
-        TextColumn("left"),
-    )
 
     def evaluate() -> str:
         evaluation = trainer.evaluate()
@@ -148,38 +150,50 @@ def train(trainer: Trainer, folder: RunFolder, console: Console, interrupt: Inte
         events.add_evaluation(trainer.steps, evaluation)
         return f" (evaluated {evaluation.success_rate:.0%})"
 
-    with Progress(*columns, console=console) as bar:
-        status = "the first run compiles,"
-        task = bar.add_task("", total=config.steps, completed=min(trainer.steps, config.steps), status=status)
-        if trainer.steps == 0 and schedule.is_evaluation_due(-1, 0):
+    if trainer.steps == 0 and schedule.is_evaluation_due(-1, 0):
+        evaluated = evaluate()
+    is_last = trainer.is_done
+    while not is_last:
+        before = trainer.steps
+        try:
+            trainer.advance()
+        except DivergenceError as error:
+            raise DivergenceError(f"{error}. {_way_back(folder)}") from error
+        is_last = trainer.is_done or interrupt.is_requested
+        row = trainer.metrics()
+        stage = f"stage {row['stage']:.0f} of {sampler.n_stages}, " if "stage" in row else ""
+        length = "" if stage else f" length {row['episode_length']:.0f},"  # they fit into 80 columns
+        success = f"success {row['success_rate']:.0%}{evaluated}"
+        report(f"{row['steps_per_second']:,.0f} steps/s, {stage}{success},{length}")
+        folder.episodes.append(trainer.log.ended)
+        if schedule.is_row_due(before, trainer.steps):
+            folder.metrics.append([row])
+            events.add_metrics(row)
+        if schedule.is_evaluation_due(before, trainer.steps):
             evaluated = evaluate()
-        is_last = trainer.is_done
-        while not is_last:
-            before = trainer.steps
-            try:
-                trainer.advance()
-            except DivergenceError as error:
-                raise DivergenceError(f"{error}. {_way_back(folder)}") from error
-            is_last = trainer.is_done or interrupt.is_requested
-            row = trainer.metrics()
-            stage = f"stage {row['stage']:.0f} of {sampler.n_stages}, " if "stage" in row else ""
-            length = "" if stage else f" length {row['episode_length']:.0f},"  # they fit into 80 columns
-            success = f"success {row['success_rate']:.0%}{evaluated}"
-            status = f"{row['steps_per_second']:,.0f} steps/s, {stage}{success},{length}"
-            bar.update(task, completed=min(trainer.steps, config.steps), status=status)
-            folder.episodes.append(trainer.log.ended)
-            if schedule.is_row_due(before, trainer.steps):
-                folder.metrics.append([row])
-                events.add_metrics(row)
-            if schedule.is_evaluation_due(before, trainer.steps):
-                evaluated = evaluate()
-            if trainer.is_done:
-                events.add_hyperparameters(LearningCurve.of_rows(folder.evaluations.read()))
-            events.sync()
-            if schedule.is_checkpoint_due(before, trainer.steps):
-                folder.save_checkpoint(trainer.state_dict())
-            elif is_last:
-                folder.save_interrupted(trainer.state_dict())
+        if trainer.is_done:
+            events.add_hyperparameters(LearningCurve.of_rows(folder.evaluations.read()))
+        events.sync()
+        if schedule.is_checkpoint_due(before, trainer.steps):
+            folder.save_checkpoint(trainer.state_dict())
+        elif is_last:
+            folder.save_interrupted(trainer.state_dict())
+
+
+@contextmanager
+def _progress_bar(trainer: Trainer, console: Console) -> Iterator[Callable[[str], None]]:
+    """A context with a progress bar, and what moves it on."""
+    total = trainer.config.steps
+    columns = (
+        TextColumn("{task.percentage:3.0f}%"),
+        BarColumn(),
+        TextColumn("{task.fields[status]}"),
+        TimeRemainingColumn(compact=True),
+        TextColumn("left"),
+    )
+    with Progress(*columns, console=console) as bar:
+        task = bar.add_task("", total=total, completed=min(trainer.steps, total), status="the first run compiles,")
+        yield lambda status: bar.update(task, completed=min(trainer.steps, total), status=status)
 
 
 def _last_kept(trainer: Trainer) -> int:

@@ -51,7 +51,8 @@ class Trainer:
     def __init__(self, config: TrainConfig):
         self.config = config
         self.turns = make_turns(config, config.num_envs, config.seed, levels="training")
-        self.turns.world.stagger_clocks()
+        if config.stagger_clocks:
+            self.turns.world.stagger_clocks()
         meta, controller = make_agents(config)
         self.agents = {META: meta, CONTROLLER: controller}
         self.controller = controller

@@ -1,4 +1,4 @@
-"""The paper's tables and figures, ours printed beside its own numbers."""
+"""Table 2: depth, width and hitting times of the seven environments."""
 
 from __future__ import annotations
 
@@ -9,32 +9,10 @@ from typing import Annotated
 
 import tyro
 
-from hierroom.cli import one_line_usage, program, run
 from hierroom.complexity.report import analyze
 from hierroom.complexity.walk import TABLE_READING, Reading
 from hierroom.goals import NAMED_GRAPHS
-
-
-@dataclass(frozen=True)
-class PaperColumn:
-    """The values that the paper's Table 2 prints for one graph."""
-
-    exit_depth: int
-    width: int
-    hitting_time: float
-    hitting_time_drop: float
-
-
-PAPER_TABLE_2 = {
-    "a": PaperColumn(2, 1, 8.4, 16.5),
-    "b": PaperColumn(2, 2, 12.1, 25.2),
-    "c": PaperColumn(4, 1, 15.1, 39.5),
-    "d": PaperColumn(2, 2, 13.1, 27.5),
-    "e": PaperColumn(2, 3, 13.9, 26.7),
-    "f": PaperColumn(4, 2, 29.2, 86.1),
-    "g": PaperColumn(6, 1, 27.5, 82.5),
-}
-"""As printed, with hitting times to one decimal place."""
+from hierroom.paper.published import PAPER_TABLE_2
 
 WHAT_IS_OPEN = (
     "Graphs d, e and f differ from the paper in both hitting-time (HT) rows. The paper prints the augmented graph of "
@@ -98,19 +76,6 @@ class Table2:
             _print_beside(cells)
 
 
-COMMANDS = {"table2": Table2}
-"""The sub-commands; what each prints is in the docstring of its class."""
-
-
-def main() -> int:
-    """The command."""
-    description = "The paper's tables and figures, ours printed beside its own numbers."
-    with one_line_usage():
-        table = tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=program("paper"), description=description)
-    table.run()
-    return 0
-
-
 def _print_beside(cells: list[TableCell]) -> None:
     from rich.console import Console
     from rich.table import Table
@@ -132,12 +97,3 @@ def _print_beside(cells: list[TableCell]) -> None:
 def _ours(cell: TableCell) -> str:
     text = f"{cell.ours:.0f}" if isinstance(cell.paper, int) else f"{cell.ours:.1f}"
     return f"{text} " if cell.agrees else f"[yellow]{text}*[/yellow]"
-
-
-def script() -> None:
-    """The command, as ``hierroom-paper``."""
-    run(main)
-
-
-if __name__ == "__main__":
-    script()

@@ -1,0 +1,186 @@
+"""Figures 3 to 5: learning curves, steps to each goal, and the hitting time against what was learned."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import tyro
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from rich.console import Console
+from scipy.stats import spearmanr
+
+from hierroom.compare.style import COLOURS, DASHES, STYLE
+from hierroom.files import write_atomically
+from hierroom.paper.published import METHODS, PAPER_TABLE_2, PAPER_TABLE_3
+from hierroom.paper.runs import PaperRuns, cell, mean_and_interval
+from hierroom.paper.table3 import LIMIT, ComparedCell, table_3
+from hierroom.sweep.table import Row
+
+_Curves = Mapping[str, list[Row]]
+
+
+@dataclass(frozen=True)
+class Figure3:
+    """Learning curves of four methods (Figure 3), with 95% bands over seeds; trains what is missing."""
+
+    runs: tyro.conf.OmitArgPrefixes[PaperRuns]
+
+    def run(self) -> None:
+        """Train, and draw."""
+        sweep = self.runs.train("abcdefg")
+        rows, curves = sweep.rows(), sweep.table.curves()
+        for size in self.runs.sizes:
+            graphs = [graph for graph in "abcdefg" if graph in self.runs.graphs]
+            figure = Figure(figsize=(1.6 * max(2, len(graphs)) + 0.6, 3.6), layout="constrained")
+            axes = figure.subplots(2, len(graphs), squeeze=False, sharex=True, sharey="row")
+            for column, graph in enumerate(graphs):
+                for row, (name, scale) in enumerate((("success_rate", 100.0), ("length", 100 / LIMIT))):
+                    for method in METHODS:
+                        _draw_curve(axes[row, column], cell(rows, method, graph, size), curves, name, scale, method)
+                    axes[row, column].set_ylim(-2, 102)
+                axes[0, column].set_title(f"({graph})", fontsize=8)
+            axes[0, 0].set_ylabel("success (%)")
+            axes[1, 0].set_ylabel("length (% of 1000)")
+            _finish(figure, axes, self.runs.out / f"figure3-{size}")
+
+
+@dataclass(frozen=True)
+class Figure4:
+    """Steps to each intermediate goal on graph c while four methods learn (Figure 4); trains what is missing."""
+
+    runs: tyro.conf.OmitArgPrefixes[PaperRuns]
+
+    def run(self) -> None:
+        """Train, and draw."""
+        sweep = replace(self.runs, graphs=("c",)).train("c")
+        rows, curves = sweep.rows(), sweep.table.curves()
+        goals = ("key_1", "door_1", "key_2", "door_2", "exit")
+        for size in self.runs.sizes:
+            figure = Figure(figsize=(1.6 * len(goals) + 0.6, 2.2), layout="constrained")
+            axes = figure.subplots(1, len(goals), squeeze=False, sharex=True, sharey=True)
+            for column, goal in enumerate(goals):
+                for method in METHODS:
+                    own = cell(rows, method, "c", size)
+                    _draw_curve(axes[0, column], own, _limited(curves, goal), f"steps_to_{goal}", 1.0, method)
+                axes[0, column].set_title(goal.replace("_", " "), fontsize=8)
+                axes[0, column].set_ylim(0, LIMIT * 1.02)
+            axes[0, 0].set_ylabel("steps to the goal")
+            _finish(figure, axes, self.runs.out / f"figure4-{size}")
+
+
+@dataclass(frozen=True)
+class Figure5:
+    """The hitting time against success and length of HiPPO (Figure 5), ours and the paper's; trains what is missing."""
+
+    runs: tyro.conf.OmitArgPrefixes[PaperRuns]
+
+    def run(self) -> None:
+        """Train, draw, and print the rank correlations."""
+        sweep = self.runs.train("abcdefg", ["hippo"])
+        for size in self.runs.sizes:
+            cells = [one for one in table_3(sweep.rows(), (size,)) if one.method == "hippo"]
+            figure = Figure(figsize=(5.4, 2.4), layout="constrained")
+            axes = figure.subplots(1, 2, squeeze=False)
+            _draw_hitting(axes[0], cells)
+            _finish(figure, axes, self.runs.out / f"figure5-{size}", "hitting time (paper, no drop)")
+            _print_correlations(cells, size)
+
+
+@dataclass(frozen=True)
+class All:
+    """Table 2, Table 3 and all figures, after training what is missing."""
+
+    runs: tyro.conf.OmitArgPrefixes[PaperRuns]
+
+    def run(self) -> None:
+        """Train, print and draw."""
+        from hierroom.paper.table2 import Table2
+        from hierroom.paper.table3 import Table3
+
+        Table2().run()
+        Table3(self.runs).run()
+        figures = [Figure3, *([Figure4] if "c" in self.runs.graphs else []), Figure5]
+        for figure in figures:
+            figure(self.runs).run()
+
+
+def _limited(curves: _Curves, goal: str) -> _Curves:
+    """Curves in which an episode that does not achieve the goal counts as one that takes the whole limit."""
+
+    def steps(row: Row) -> str:
+        share = float(row[f"achieved_{goal}"])
+        return str(share * float(row[f"steps_to_{goal}"] or 0) + (1 - share) * LIMIT)
+
+    return {
+        digest: [{**row, f"steps_to_{goal}": steps(row)} for row in rows if row.get(f"achieved_{goal}")]
+        for digest, rows in curves.items()
+    }
+
+
+def _draw_curve(axes: Axes, runs: Sequence[Row], curves: _Curves, name: str, scale: float, method: str) -> None:
+    """Draw the mean over seeds and its 95% band; what a seed was evaluated after differs by an update at most."""
+    own = [curves[run["digest"]] for run in runs if curves.get(run["digest"])]
+    if not own:
+        return
+    steps = np.array([float(row["steps"]) for row in own[0]])
+    values = np.array(
+        [np.interp(steps, [float(row["steps"]) for row in one], [float(row[name]) for row in one]) for one in own]
+    )
+    mean, half_width = mean_and_interval(scale * values)
+    number = list(METHODS).index(method)
+    colour, dash = COLOURS[number], DASHES[number]
+    axes.plot(steps / 1e6, mean, color=colour, linestyle=dash, linewidth=1.2, label=METHODS[method])
+    axes.fill_between(steps / 1e6, mean - half_width, mean + half_width, color=colour, alpha=0.2, linewidth=0)
+
+
+def _draw_hitting(axes: Sequence[Axes], cells: Sequence[ComparedCell]) -> None:
+    for place, quantity in zip(axes, ("success", "length"), strict=True):
+        for column, label in ((quantity, "ours"), (f"paper_{quantity}", "paper")):
+            points = [(PAPER_TABLE_2[one.graph].hitting_time, getattr(one, column), one.graph) for one in cells]
+            number = 0 if label == "ours" else 1
+            place.scatter(
+                [x for x, _, _ in points], [y for _, y, _ in points], s=14, color=COLOURS[number], label=label
+            )
+            for x, y, graph in points:
+                place.annotate(graph, (x, y), textcoords="offset points", xytext=(4, -2), fontsize=7)
+        place.set_ylabel("success (%)" if quantity == "success" else "length (% of 1000)")
+        place.set_ylim(-2, 104)
+
+
+def _print_correlations(cells: Sequence[ComparedCell], size: int) -> None:
+    if len(cells) < 4:
+        return  # fewer can be ranked alike by chance
+    times = [PAPER_TABLE_2[one.graph].hitting_time for one in cells]
+    for quantity in ("success", "length"):
+        ours = spearmanr(times, [getattr(one, quantity) for one in cells])[0]
+        paper = spearmanr(times, [getattr(PAPER_TABLE_3["hippo", one.graph], quantity) for one in cells])[0]
+        Console().print(
+            f"rank correlation of the paper's hitting time with {quantity}, size {size}: "
+            f"ours {ours:.2f}, the paper's {paper:.2f}",
+            highlight=False,
+        )
+
+
+def _finish(figure: Figure, axes: np.ndarray, path: Path, label: str = "training steps (millions)") -> None:
+    """Label, and write as PDF and PNG."""
+    for place in axes.flat:
+        place.grid(alpha=0.25, linewidth=0.5)
+        place.spines[["top", "right"]].set_visible(False)
+        place.tick_params(labelsize=7)
+        place.yaxis.label.set_size(8)
+    for place in axes[-1]:
+        place.set_xlabel(label, fontsize=8)
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False, fontsize=8)
+    with matplotlib.rc_context(STYLE):
+        for suffix, metadata in (("pdf", {"CreationDate": None}), ("png", None)):
+            picture = io.BytesIO()
+            figure.savefig(picture, format=suffix, dpi=200, metadata=metadata)
+            write_atomically(path.with_suffix(f".{suffix}"), picture.getvalue())
+    Console().print(f"drawn: {path}.pdf, {path}.png", markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,99 @@
+"""The runs behind the paper's Table 3 and figures: four methods on graphs a to g, with the paper's preset."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from scipy.stats import t
+
+from hierroom.errors import InputError
+from hierroom.paper.published import METHODS
+from hierroom.sweep.plan import Plan
+from hierroom.sweep.sweep import Sweep
+from hierroom.sweep.table import Row
+
+
+@dataclass(frozen=True)
+class PaperRuns:
+    """What is trained for the paper's Table 3 and figures; what is there already is used.
+
+    Args:
+        out: the folder of the runs and their table, a sweep's, and of the figures.
+        seeds: seeds 0, 1, ... of each method and graph; the paper has 5.
+        steps: primitive steps of each run; the paper has 10 million.
+        sizes: grid sizes; the paper does not give its own.
+        graphs: goal graphs, a to g.
+        evaluations: how often each run is evaluated for the learning curves.
+        evaluation_episodes: episodes of each of these evaluations.
+        episodes: episodes of the evaluation at its end.
+        processes: runs at a time; by default one for each core.
+        ray: address of a Ray cluster on whose machines the runs are done.
+    """
+
+    out: Path = Path("paper")
+    seeds: int = 3
+    steps: int = 10_000_000
+    sizes: tuple[int, ...] = (19,)
+    graphs: tuple[str, ...] = ("a", "b", "c", "d", "e", "f", "g")
+    evaluations: int = 30
+    evaluation_episodes: int = 100
+    episodes: int = 1000
+    processes: int | None = None
+    ray: str | None = None
+
+    def sweep(self, graphs: Iterable[str], methods: Iterable[str]) -> Sweep:
+        """The sweep of some of the graphs and methods."""
+        values = {
+            "preset": ["paper"],
+            "method": [*methods],
+            "steps": [self.steps],
+            "size": [*self.sizes],
+            "evaluations": [self.evaluations],
+            "evaluation_episodes": [self.evaluation_episodes],
+        }
+        return Sweep(Plan(values, tuple(graphs), self.seeds, episodes=self.episodes), self.out)
+
+    def train(self, graphs: Iterable[str], methods: Iterable[str] = METHODS) -> Sweep:
+        """Train what is missing of some graphs and methods.
+
+        Raises:
+            InputError: if a graph is not of the paper, or a run failed.
+            KeyboardInterrupt: if it was interrupted; what was trained is kept.
+        """
+        chosen = [graph for graph in graphs if graph in self.graphs]
+        unknown = [graph for graph in self.graphs if graph not in "abcdefg"]
+        if unknown or not chosen:
+            needed, given = ", ".join(graphs), " ".join(self.graphs)
+            raise InputError(f"the paper has the graphs a to g, of which this needs one of {needed}, not {given!r}")
+        sweep = self.sweep(chosen, methods)
+        command = shlex.join(["python", "-m", "hierroom.paper", *sys.argv[1:]])
+        outcome = sweep.fill(processes=self.processes, ray=self.ray, command=command, console=Console(stderr=True))
+        if outcome.is_interrupted:
+            raise KeyboardInterrupt
+        if outcome.failures:
+            run, reason = outcome.failures[0]
+            raise InputError(f"{len(outcome.failures)} runs failed, {run.name} among them: {reason}")
+        return sweep
+
+
+def cell(rows: Iterable[Row], method: str, graph: str, size: int) -> list[Row]:
+    """The rows of one method on one graph and size, its seeds."""
+    return [row for row in rows if (row["method"], row["graph"], row["size"]) == (method, graph, str(size))]
+
+
+def mean_and_interval(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The mean over seeds and half the width of its 95% interval (Student's t); NaN of a single seed.
+
+    Args:
+        values: [S, ...] one value a seed.
+    """
+    n = len(values)
+    if n < 2:
+        return values.mean(axis=0), np.full(values.shape[1:], np.nan)
+    return values.mean(axis=0), t.ppf(0.975, n - 1) * values.std(axis=0, ddof=1) / np.sqrt(n)

@@ -1,0 +1,109 @@
+"""Train many runs: ``python -m hierroom.sweep method=hippo,ppo-bonus --graphs a b c --seeds 5 --out OUT``."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from rich.console import Console
+
+from hierroom.cli import one_line_usage, program, run, words
+from hierroom.errors import InputError, require_number
+from hierroom.sweep.plan import Plan, PlannedRun, read_plan
+from hierroom.sweep.summary import summarise
+from hierroom.sweep.sweep import Shard, Sweep
+
+
+@dataclass(frozen=True)
+class SweepArguments:
+    """Train every combination of some values, and gather the results in one table.
+
+    Writes OUT/sweep.csv, a row for each run that is done, and OUT/runs/, a complete folder for each run. The same
+    command goes on with what is missing; a run whose config has changed since, as with another preset, is made again.
+
+    Args:
+        what: entries of training, each with the values to try (method=hippo,ppo-bonus gamma=0.9,0.99 steps=200_000),
+            and before them, if you like, a TOML file of such entries. An entry that is itself a list is given as
+            'features=[["view","goal"],["view"]]'.
+        out: the folder to write to, or to go on with.
+        graphs: goal graphs or sets of them, such as a b rooms:4, on each of which there is a run of its own.
+        seeds: seeds 0, 1, ... of each run.
+        episodes: of the evaluation at the end of each run.
+        metas: other meta-controllers with which the trained controllers are evaluated too.
+        processes: runs at a time; by default one for each core.
+        shard: a part of the runs, such as 3/8 for the third of eight machines that share no more than OUT or nothing.
+        ray: address of a Ray cluster on whose machines the runs are done: auto, HOST:6379 or ray://HOST:10001.
+        list: list the runs, and which of them are done, and train nothing.
+        markdown: print the table of medians in Markdown, of the runs that are done, and train nothing.
+    """
+
+    what: Annotated[tyro.conf.Positional[tuple[str, ...]], tyro.conf.arg(metavar="[PLAN.toml] [ENTRY=VALUES ...]")] = ()
+    out: Path = Path("sweep")
+    graphs: tuple[str, ...] = ()
+    seeds: int | None = None
+    episodes: int | None = None
+    metas: tuple[str, ...] = ()
+    processes: int | None = None
+    shard: str = "1/1"
+    ray: str | None = None
+    list: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    markdown: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+
+    def plan(self) -> Plan:
+        """The plan that they mean."""
+        is_file = bool(self.what) and "=" not in self.what[0]
+        plan = read_plan(Path(self.what[0]) if is_file else None, self.what[is_file:])
+        named = {name: getattr(self, name) for name in ("graphs", "seeds", "episodes", "metas")}
+        return replace(plan, **{name: value for name, value in named.items() if value not in (None, ())})
+
+
+def main() -> int:
+    """The command."""
+    argv = words()
+    with one_line_usage(argv):
+        arguments = tyro.cli(SweepArguments, prog=program("sweep"), args=argv)
+    if arguments.processes is not None:
+        require_number("processes", arguments.processes, 1, 1024, is_whole=True)
+    if arguments.out.exists() and not arguments.out.is_dir():
+        raise InputError(f"--out is a folder; {arguments.out} is none")
+    shard = Shard.parse(arguments.shard)
+    sweep = Sweep(arguments.plan(), arguments.out)
+    runs = shard.of(sweep.plan.runs())
+    console = Console()
+    if arguments.list:
+        _list(runs, sweep, console)
+        return 0
+    if arguments.markdown:
+        print(summarise(runs, sweep.table.of(runs), sweep.plan.metas).markdown())
+        return 0
+    command = shlex.join(["python", "-m", "hierroom.sweep", *sys.argv[1:]])
+    outcome = sweep.fill(processes=arguments.processes, ray=arguments.ray, shard=shard, command=command)
+    rows = sweep.table.of(runs)
+    console.print(summarise(runs, rows, sweep.plan.metas).table())
+    for failed, reason in outcome.failures:
+        console.print(f"failed: {failed.name}: {reason}", markup=False, highlight=False, soft_wrap=True)
+    if outcome.is_interrupted:
+        console.print(f"stopped and saved; go on with:\n{command}", markup=False, highlight=False, soft_wrap=True)
+        return 130
+    console.print(f"{len(rows)} of {len(runs)} runs are in {sweep.table.path}", markup=False, soft_wrap=True)
+    return 1 if outcome.failures else 0
+
+
+def _list(runs: tuple[PlannedRun, ...], sweep: Sweep, console: Console) -> None:
+    done = {row["digest"] for row in sweep.table.read()}
+    for planned in runs:
+        state = "done" if planned.digest in done else "begun" if (sweep.out / "runs" / planned.name).exists() else "-"
+        console.print(f"{state:<6}{planned.name}", markup=False, highlight=False, soft_wrap=True)
+
+
+def script() -> None:
+    """The command, as ``hierroom-sweep``."""
+    run(main)
+
+
+if __name__ == "__main__":
+    script()

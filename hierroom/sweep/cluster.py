@@ -1,0 +1,97 @@
+"""The jobs of a sweep on many machines, by Ray: each run is trained where there is a free core, and brought back."""
+
+from __future__ import annotations
+
+import io
+import socket
+import tarfile
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from hierroom.errors import InputError, one_line
+from hierroom.sweep.events import MAX_TRIES, Event, Failed, Finished, Progressed
+from hierroom.sweep.job import Job
+from hierroom.training.interrupt import Interrupt
+
+
+def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> Iterator[Event]:
+    """Do jobs on the machines of a Ray cluster, one core each, and tell what happens to them.
+
+    A run whose machine is lost begins again elsewhere. Machines need hierroom installed and nothing else: no folder is
+    shared, the folder of a run comes back when it is done.
+
+    Args:
+        jobs: what to do.
+        address: of the cluster, as `ray.init` takes it: ``auto``, ``HOST:6379`` or ``ray://HOST:10001``.
+        interrupt: asks to stop: what has come back is kept, the rest is lost.
+
+    Raises:
+        InputError: if Ray is not installed, or there is no cluster.
+    """
+    try:
+        import ray  # pyright: ignore[reportMissingImports] - an extra
+    except ImportError as error:
+        raise InputError("--ray needs Ray: pip install 'hierroom[ray]'") from error
+    _require_listener(address)
+    try:
+        ray.init(address=address, ignore_reinit_error=True, logging_level="error", log_to_driver=False)
+    except Exception as error:  # it fails in many ways
+        raise InputError(f"there is no Ray cluster at {address!r}: {error}") from error
+    remote = ray.remote(num_cpus=1, max_retries=MAX_TRIES - 1)(_work_elsewhere)
+    waiting = {remote.remote(job): job for job in jobs}
+    try:
+        while waiting and not interrupt.is_requested:
+            done, _ = ray.wait([*waiting], timeout=0.5)
+            for reference in done:
+                job = waiting.pop(reference)
+                try:
+                    numbers, content = ray.get(reference)
+                except Exception as error:  # what the run raised, or that its machine was lost too often
+                    cause = getattr(error, "cause", None) or error
+                    yield Failed(job, one_line(f"{type(cause).__name__}: {cause}"))
+                    continue
+                _unpack(content, job.folder)
+                yield Progressed(job, job.run.config.steps, "")
+                yield Finished(job, numbers)
+    finally:
+        for reference in waiting:
+            ray.cancel(reference, force=True)
+        ray.shutdown()
+
+
+def _require_listener(address: str) -> None:
+    """Refuse an address where nobody listens, which Ray would try for many minutes."""
+    host, is_given, port = address.removeprefix("ray://").rpartition(":")
+    if is_given and port.isdecimal():
+        try:
+            socket.create_connection((host.strip("[]"), int(port)), timeout=10).close()
+        except (OSError, OverflowError) as error:
+            raise InputError(f"there is no Ray cluster at {address!r}: {error}") from error
+
+
+def _work_elsewhere(job: Job) -> tuple[dict[str, object], bytes]:
+    """Do a job in a folder of this machine; returns the results and the folder."""
+    with TemporaryDirectory() as place:
+        folder = Path(place, job.folder.name)
+        numbers = replace(job, folder=folder).work(lambda steps, words: None)
+        if numbers is None:
+            raise InterruptedError("it was asked to stop")
+        return numbers, _pack(folder)
+
+
+def _pack(folder: Path) -> bytes:
+    content = io.BytesIO()
+    with tarfile.open(fileobj=content, mode="w:gz") as archive:
+        archive.add(folder, arcname=".")
+    return content.getvalue()
+
+
+def _unpack(content: bytes, folder: Path) -> None:
+    """Write the folder of a run that came back; nothing outside of it, whatever the archive names."""
+    folder.mkdir(parents=True, exist_ok=True)
+    kinds: dict[str, Any] = {"fileobj": io.BytesIO(content), "mode": "r:gz"}
+    with tarfile.open(**kinds) as archive:
+        archive.extractall(folder, filter="data")

@@ -1,0 +1,117 @@
+"""One run of a sweep: trained from scratch or gone on with, evaluated at its end, and told in a row."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import torch
+from rich.console import Console
+
+import hierroom
+from hierroom.agents.scripted_agent import ScriptedAgent
+from hierroom.errors import InputError
+from hierroom.meta import make_meta
+from hierroom.sweep.plan import PlannedRun
+from hierroom.training.assembly import evaluation_seed, freeze
+from hierroom.training.evaluation import Evaluation, evaluate
+from hierroom.training.interrupt import Interrupt
+from hierroom.training.learning_curve import MILESTONES, Crossing, LearningCurve
+from hierroom.training.output import lasting_output
+from hierroom.training.results import write_results
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.session import begin, resume, train
+from hierroom.training.trainer import MAX_EVALUATION_ENVS, Trainer
+
+Report = Callable[[int, str], object]
+"""Takes the steps trained so far and a few words."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a process of a sweep does at a time.
+
+    Args:
+        run: what to train.
+        folder: of the run; one that holds a part of the run is gone on with.
+        episodes: of each evaluation at the end.
+        metas: other meta-controllers with which the trained controller is evaluated too.
+        command: the command that began the sweep.
+    """
+
+    run: PlannedRun
+    folder: Path
+    episodes: int
+    metas: tuple[str, ...]
+    command: str
+
+    def work(self, report: Report) -> dict[str, object] | None:
+        """Train and evaluate; returns the results of the table's row, or None where it was interrupted and saved.
+
+        Raises:
+            InputError: if the run's config cannot be used, or the folder holds something else.
+            DivergenceError: if training diverges.
+        """
+        torch.set_num_threads(1)  # the processes are the parallel part
+        config = self.run.config
+        if (self.folder / "config.json").is_file():
+            held = RunFolder.open(self.folder)
+            if differences := held.config().differences(config):
+                raise InputError(f"{self.folder} holds another run: {', '.join(differences)}; move it away")
+            trainer, folder = resume(config, self.folder)
+        else:
+            trainer, folder = begin(config, self.folder)
+        silent = Console(file=io.StringIO())
+        with folder.lock, lasting_output(), Interrupt() as interrupt:
+            train(trainer, folder, interrupt, lambda words: report(trainer.steps, words))
+            if not trainer.is_done:
+                return None
+            write_results(trainer, folder, silent)
+            return self._numbers(trainer, folder)
+
+    def _numbers(self, trainer: Trainer, folder: RunFolder) -> dict[str, object]:
+        """The results: milestones from the learning curve, then evaluations of all that was learned."""
+        summary = trainer.summary()
+        numbers: dict[str, object] = {name: summary[name] for name in ("steps", "episodes", "seconds")}
+        numbers["steps_per_second"] = round(summary["steps_per_second"])
+        curve = LearningCurve.of_rows(folder.evaluations.read())
+        for milestone in MILESTONES if curve is not None else ():
+            crossing = curve and curve.crossing(milestone)
+            numbers |= {f"steps_to_{milestone}{end}": value for end, value in _ends(crossing)}
+        if curve is not None:
+            numbers["area_under_curve"] = curve.area
+        num_envs, seed = min(MAX_EVALUATION_ENVS, self.episodes), evaluation_seed(trainer.config.seed)
+        sampled = self._evaluate(trainer, trainer.freeze(num_envs, seed=seed))
+        numbers |= _columns("", sampled)
+        numbers |= _columns("greedy_", self._evaluate(trainer, trainer.freeze(num_envs, seed=seed, is_greedy=True)))
+        for meta in self.metas:
+            pair = freeze(ScriptedAgent(make_meta(meta)), trainer.controller, num_envs, seed=seed)
+            numbers |= _columns(f"{meta}_", self._evaluate(trainer, pair))
+        for goal, (share, step) in sampled.steps_to_goals.items():
+            name = goal.replace(" ", "_")
+            numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}
+        return numbers | {"version": hierroom.__version__, "command": self.command}
+
+    def _evaluate(self, trainer: Trainer, player) -> Evaluation:
+        num_envs, seed = min(MAX_EVALUATION_ENVS, self.episodes), evaluation_seed(trainer.config.seed)
+        return evaluate(player, trainer.fresh_turns(num_envs, seed), self.episodes)
+
+
+def _ends(crossing: Crossing | None) -> list[tuple[str, float | None]]:
+    """Steps to a milestone and their interval, by the ending of the column; None where it was not reached."""
+    if crossing is None:
+        return [("", None), ("_low", None), ("_high", None)]
+    return [("", round(crossing.steps)), ("_low", round(crossing.low)), ("_high", crossing.high)]
+
+
+def _columns(prefix: str, result: Evaluation) -> dict[str, object]:
+    low, high = result.success_interval
+    return {
+        f"{prefix}success_rate": result.success_rate,
+        f"{prefix}success_low": low,
+        f"{prefix}success_high": high,
+        f"{prefix}length": result.length,
+        f"{prefix}length_over_shortest": result.length_over_shortest,
+    }

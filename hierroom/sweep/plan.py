@@ -1,0 +1,234 @@
+"""The runs of a sweep: every combination of the values to try, with seeds."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+from hierroom.errors import InputError, require_number, shown
+from hierroom.files import to_json
+from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, spec_names
+from hierroom.learners.config import PPOConfig
+from hierroom.training.config import CHANGED_WHEN_RESUMED, TrainConfig
+from hierroom.training.config_file import flat_entry_types
+from hierroom.training.presets import find_preset, implied_preset
+from hierroom.training.run_name import run_name
+from hierroom.training.typed_value import entry_types, typed_value
+
+RESULTS_VERSION = 1
+"""Raised whenever the same config gives other results than before ('Results change' in CHANGELOG.md), and whenever an
+entry gets another default. An entry that is new, with a default that does what was done before, leaves it as it is."""
+
+_META_PPO = "meta_ppo"
+_OWN_KEYS = ("graphs", "seeds", "episodes", "metas", "variants")
+_IDENTITY = ("variant", "preset", "method", "meta", "graph", "size", "seed")
+
+Values = Mapping[str, Sequence[Any]]
+"""Entries of a run's config, named as on the command line, each with the values to try."""
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """A run of a sweep.
+
+    Args:
+        config: what is trained.
+        identity: what tells it from the other runs of the sweep, by column of the table, as text.
+        digest: of everything that decides its row.
+    """
+
+    config: TrainConfig
+    identity: Mapping[str, str]
+    digest: str
+
+    @property
+    def name(self) -> str:
+        """The name of its folder."""
+        return f"{run_name(self.config)}-{self.digest[:6]}"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a sweep trains, and how each run is evaluated at its end.
+
+    Args:
+        values: the values to try of each entry.
+        graphs: goal graphs, or sets of them, on each of which there is a run of its own; none: ``graph`` of the values.
+        seeds: seeds 0, 1, ... of each run; None: ``seed`` of the values.
+        variants: by name, further values of entries; each is combined with all others.
+        episodes: of the evaluations at the end.
+        metas: other meta-controllers with which the trained controller is evaluated too.
+
+    Raises:
+        InputError: if an entry or a value cannot be used.
+    """
+
+    values: Values
+    graphs: GraphSpecs = ()
+    seeds: int | None = None
+    variants: Mapping[str, Values] | None = None
+    episodes: int = 1000
+    metas: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        require_number("episodes", self.episodes, 1, 10**7, is_whole=True)
+        if self.seeds is not None:
+            require_number("seeds", self.seeds, 1, 10**6, is_whole=True)
+
+    def runs(self) -> tuple[PlannedRun, ...]:
+        """All runs; the seeds are the outermost, so that what is there of an unfinished sweep is balanced.
+
+        Raises:
+            InputError: if a config cannot be used, or two runs are the same.
+        """
+        runs: dict[str, PlannedRun] = {}
+        varied = self._varied()
+        for seed, (variant, own), graph in product(self._seeds(), self._variants(), self._graphs()):
+            values = {**self.values, **own, **seed, **graph}
+            for chosen in product(*values.values()):
+                run = self._run(variant, dict(zip(values, chosen, strict=True)), varied)
+                if run.digest in runs:
+                    same = {name: one for name, one in run.identity.items() if one != runs[run.digest].identity[name]}
+                    raise InputError(f"two runs of the sweep are the same: {run.name} with {same}; leave one out")
+                runs[run.digest] = run
+        return tuple(runs.values())
+
+    def _seeds(self) -> list[dict[str, list[int]]]:
+        return [{}] if self.seeds is None else [{"seed": [seed]} for seed in range(self.seeds)]
+
+    def _variants(self) -> list[tuple[str, Values]]:
+        return [*self.variants.items()] if self.variants else [("", {})]
+
+    def _graphs(self) -> Iterator[Values]:
+        if self.graphs in ((), []):
+            yield {}
+            return
+        from hierroom.complexity.graph_set import GraphSet  # it brings scipy along
+
+        for graph in GraphSet(self.graphs).graphs:
+            yield {"graph": [graph.name if NAMED_GRAPHS.get(graph.name) == graph else graph]}
+
+    def _varied(self) -> tuple[str, ...]:
+        """The entries with several values, or in some variants only, that are no column of the table anyway."""
+        several = [name for name, values in self.values.items() if len(values) > 1]
+        own = [name for _, values in self._variants() for name in values]
+        return tuple(name for name in dict.fromkeys([*several, *own]) if name not in (*_IDENTITY, "steps"))
+
+    def _run(self, variant: str, entries: dict[str, Any], varied: tuple[str, ...]) -> PlannedRun:
+        start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
+        learner = {name.partition(".")[2]: entries.pop(name) for name in [*entries] if name.startswith(f"{_META_PPO}.")}
+        config = start.changed(**{"threads": 1, **entries})  # the processes are the parallel part
+        config = replace(config, meta_ppo=replace(config.meta_ppo, **learner))
+        told = config.entries | {f"{_META_PPO}.{name}": value for name, value in vars(config.meta_ppo).items()}
+        told |= {"meta": config.resolved_method.meta, "graph": spec_names(config.env.graph), "variant": variant}
+        identity = {name: _text(told[name]) for name in (*_IDENTITY, *varied)}
+        return PlannedRun(config, identity, self._digest(config))
+
+    def _digest(self, config: TrainConfig) -> str:
+        usual = _flat(TrainConfig().to_dict())
+        table = {name: value for name, value in _flat(config.to_dict()).items() if value != usual[name]}
+        for name in CHANGED_WHEN_RESUMED - {"steps", "warm_start"}:
+            table.pop(name, None)
+        decides = [RESULTS_VERSION, table, self.episodes, list(self.metas)]
+        return hashlib.sha256(json.dumps(json.loads(to_json(decides)), sort_keys=True).encode()).hexdigest()[:16]
+
+
+def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
+    """The plan of a TOML file, and of words that count more.
+
+    The file holds entries of a run's config flat, like that of ``python -m hierroom.train --config``, but a list holds
+    the values to try; beside them ``graphs``, ``seeds``, ``episodes``, ``metas``, and tables ``[[variants]]``, each
+    with a ``name`` and entries of its own.
+
+    Args:
+        path: the file; None: words alone.
+        words: ``entry=value`` or ``entry=value,value,...``.
+
+    Raises:
+        InputError: if the file cannot be read, or an entry is unknown or of another type.
+    """
+    table = {} if path is None else _read_toml(path)
+    where = "" if path is None else f"{path}: "
+    variants = {}
+    own = {name: table.pop(name) for name in _OWN_KEYS if name in table}
+    several = own.pop("variants", [])
+    for one in several:
+        if not isinstance(one, dict) or not isinstance(one.get("name"), str):
+            raise InputError(f'{where}each of [[variants]] needs a name = "...", not {shown(one)}')
+        values = {name: value for name, value in one.items() if name != "name"}
+        variants[one["name"]] = _typed(values, f"{where}variant {one['name']}: ")
+    if len(variants) < len(several):
+        raise InputError(f"{where}two variants have the same name")
+    values = {**_typed(table, where), **_typed(dict(map(_assignment, words)), "")}
+    settings: dict[str, Any] = {}
+    kinds = {"graphs": str | tuple[str, ...], "seeds": int, "episodes": int, "metas": tuple[str, ...]}
+    for name, value in own.items():
+        settings[name] = typed_value(f"{where}{name}", kinds[name], value)
+    return Plan(values, variants=variants, **settings)
+
+
+def _read_toml(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except OSError as error:
+        raise InputError(f"cannot read the sweep {path}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path} is not a TOML file: {error}") from error
+
+
+def _assignment(word: str) -> tuple[str, list[Any]]:
+    """``gamma=0.9,0.99`` as the entry's name and the values to try."""
+    name, is_given, text = word.partition("=")
+    if not is_given or not text:
+        raise InputError(f"a sweep takes entry=value,value,... such as method=hippo,ppo, not {shown(word)}")
+    values = _value(text) if text.startswith("[") else [_value(part) for part in text.split(",")]
+    return name.lstrip("-").replace("-", "_"), values if isinstance(values, list) else [values]
+
+
+def _value(text: str) -> Any:
+    """The value that a text means in TOML, or the text."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except (ValueError, RecursionError):
+        return text
+
+
+def _typed(table: Mapping[str, Any], where: str) -> dict[str, list[Any]]:
+    """The values to try of each entry, each of its type."""
+    types = flat_entry_types()
+    types |= {f"{_META_PPO}.{name}": kind for name, kind in entry_types(PPOConfig).items()}
+    del types[_META_PPO]
+    flat = {name: value for name, value in table.items() if name != _META_PPO}
+    flat |= {f"{_META_PPO}.{name}": value for name, value in dict(table.get(_META_PPO, {})).items()}
+    typed = {}
+    for name, values in flat.items():
+        if name not in types:
+            near = get_close_matches(name, [*types, *_OWN_KEYS], n=1)
+            hint = f"is it {near[0]}?" if near else f"there are {', '.join(sorted(types))}"
+            raise InputError(f"{where}there is no entry {name!r}; {hint}")
+        several = values if isinstance(values, list) else [values]
+        if not several:
+            raise InputError(f"{where}{name} needs at least one value")
+        typed[name] = [typed_value(f"{where}{name}", types[name], value) for value in several]
+    return typed
+
+
+def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """The entries of a config's tables side by side, their table's name in front; a goal graph is one entry."""
+    flat: dict[str, Any] = {}
+    for name, value in table.items():
+        flat |= _flat(value, f"{name}.") if isinstance(value, dict) else {f"{before}{name}": value}
+    return flat
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, (tuple, list)):
+        return " ".join(map(_text, value))
+    return value.name if isinstance(value, GoalGraph) else str(value)

@@ -1,0 +1,127 @@
+"""The jobs of a sweep on this machine: a process for each core, replaced when it is killed."""
+
+from __future__ import annotations
+
+import signal
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing import get_context
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+
+from hierroom.errors import one_line
+from hierroom.sweep.events import MAX_TRIES, Event, Failed, Finished, Interrupted, Progressed, Retried
+from hierroom.sweep.job import Job
+from hierroom.training.interrupt import Interrupt
+
+_SPAWN = get_context("spawn")  # a forked process would share torch's threads and the kernels' cache locks
+_LAST_WORDS_S = 60.0
+"""How long a sweep that is to stop waits for its processes to save."""
+
+
+@dataclass
+class _Worker:
+    """A process that does one job after another."""
+
+    process: BaseProcess
+    connection: Connection
+    job: Job | None = None
+
+    @classmethod
+    def start(cls) -> _Worker:
+        ours, theirs = _SPAWN.Pipe()
+        process = _SPAWN.Process(target=_work, args=(theirs,), daemon=True)
+        process.start()
+        theirs.close()  # so that ours ends when the process does
+        return cls(process, ours)
+
+    def give(self, job: Job) -> None:
+        self.job = job
+        with suppress(OSError):  # a process that was just killed is noticed when it is listened to
+            self.connection.send(job)
+
+
+def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iterator[Event]:
+    """Do jobs on this machine, and tell what happens to them.
+
+    Args:
+        jobs: what to do, in this order.
+        processes: how many are done at a time.
+        interrupt: asks to stop: the runs at work are saved.
+    """
+    waiting, tries = deque(jobs), dict.fromkeys((job.run.digest for job in jobs), 1)
+    workers = [_Worker.start() for _ in range(min(processes, len(jobs)))]
+    try:
+        while not interrupt.is_requested and (waiting or any(worker.job for worker in workers)):
+            for n, worker in enumerate(workers):
+                if not worker.process.is_alive() and worker.job is None:
+                    workers[n] = worker = _Worker.start()
+                if worker.job is None and waiting:
+                    worker.give(waiting.popleft())
+            for event in _heard(workers, 0.2):
+                if isinstance(event, Retried):
+                    if tries[event.job.run.digest] == MAX_TRIES:
+                        event = Failed(event.job, f"its process was killed {MAX_TRIES} times")
+                    else:
+                        tries[event.job.run.digest] += 1
+                        waiting.appendleft(event.job)
+                yield event
+        yield from _stopped(workers)
+    finally:
+        for worker in workers:
+            worker.process.kill()
+            worker.process.join()
+
+
+def _stopped(workers: list[_Worker]) -> Iterator[Event]:
+    """Ask all that are at work to save, and wait until they have."""
+    for worker in workers:
+        if worker.job is not None:
+            worker.process.terminate()
+    for worker in workers:
+        while worker.job is not None and wait([worker.connection], _LAST_WORDS_S):
+            yield from _heard([worker], 0)
+
+
+def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
+    """What those of the workers say within some seconds that are at work."""
+    ready = wait([worker.connection for worker in workers if worker.job is not None], timeout)
+    for worker in workers:
+        job = worker.job
+        if job is None or worker.connection not in ready:
+            continue
+        try:
+            kind, content = worker.connection.recv()
+        except (EOFError, OSError):
+            worker.process.join()
+            worker.job = None
+            yield Retried(job)
+            continue
+        if kind == "progressed":
+            yield Progressed(job, *content)
+            continue
+        worker.job = None
+        if kind == "failed":
+            yield Failed(job, content)
+        else:
+            yield Interrupted(job) if content is None else Finished(job, content)
+
+
+def _work(connection: Connection) -> None:
+    """What a process of the pool does: jobs, until the sweep is over."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches it too; the sweep asks it to stop by SIGTERM
+    while True:
+        try:
+            job = connection.recv()
+        except (EOFError, OSError):  # the sweep is over, or was killed
+            return
+        try:
+            numbers = job.work(lambda steps, words: connection.send(("progressed", (steps, words))))
+        except BrokenPipeError:  # the sweep was killed; what was saved stays
+            return
+        except Exception as error:
+            connection.send(("failed", one_line(f"{type(error).__name__}: {error}")))
+        else:
+            connection.send(("finished", numbers))

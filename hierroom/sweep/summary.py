@@ -1,0 +1,109 @@
+"""A sweep's table in short: medians over the seeds of runs that are alike otherwise, for a terminal or in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import median
+
+from rich.box import SIMPLE_HEAD
+from rich.markup import escape
+from rich.table import Table
+
+from hierroom.sweep.plan import PlannedRun
+from hierroom.sweep.table import Row
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Medians over seeds, as text.
+
+    Args:
+        headings: of the columns.
+        n_names: how many columns tell the runs apart; the others hold numbers.
+        lines: the cells of each line.
+    """
+
+    headings: tuple[str, ...]
+    n_names: int
+    lines: tuple[tuple[str, ...], ...]
+
+    def table(self) -> Table:
+        """As a table for a terminal."""
+        table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), caption=CAPTION, caption_justify="left")
+        for n, heading in enumerate(self.headings):
+            table.add_column(heading, justify="right" if n >= self.n_names else "left", overflow="fold")
+        for line in self.lines:
+            table.add_row(*map(escape, line))
+        return table
+
+    def markdown(self) -> str:
+        """As a table in Markdown."""
+        rule = ("---",) * len(self.headings)
+        return "\n".join(f"| {' | '.join(cells)} |" for cells in (self.headings, rule, *self.lines))
+
+
+CAPTION = "medians of the seeds, in brackets from the lowest to the highest; -: fewer than half got so far"
+
+
+def summarise(runs: Sequence[PlannedRun], rows: Sequence[Row], metas: Sequence[str] = ()) -> Summary:
+    """A line for each combination of values, its seeds together.
+
+    Args:
+        runs: all runs of the sweep.
+        rows: of those that are done.
+        metas: the other meta-controllers with which the controllers were evaluated too.
+    """
+    columns: dict[str, Callable[[Sequence[Row]], str]] = {
+        "runs": lambda group: str(len(group)),
+        "steps to 50%": lambda group: _spread(group, "steps_to_50", _steps),
+        "steps to 95%": lambda group: _spread(group, "steps_to_95", _steps),
+        "success": lambda group: _spread(group, "success_rate", _percent),
+        "length": lambda group: _spread(group, "length", "{:.0f}".format),
+        "/ shortest": lambda group: _median(group, "length_over_shortest", "{:.2f}".format),
+        "greedy": lambda group: _median(group, "greedy_success_rate", _percent),
+    }
+    for meta in metas:
+        columns[f"{meta} goals"] = lambda group, name=f"{meta}_success_rate": _spread(group, name, _percent)
+        columns["their length"] = lambda group, name=f"{meta}_length": _spread(group, name, "{:.0f}".format)
+    names = _telling(runs)
+    groups: dict[tuple[str, ...], list[Row]] = {tuple(run.identity[name] for name in names): [] for run in runs}
+    for row in rows:
+        groups[tuple(row[name] for name in names)].append(row)
+    lines = [(*told, *(text(group) if group else "-" for text in columns.values())) for told, group in groups.items()]
+    return Summary((*names, *columns), len(names), tuple(lines))
+
+
+def _telling(runs: Sequence[PlannedRun]) -> list[str]:
+    """The columns that tell the runs apart but for their seeds; a variant's name stands for what it changes."""
+    several = [name for name in runs[0].identity if len({run.identity[name] for run in runs}) > 1 and name != "seed"]
+    kept: list[str] = []
+    for name in several:
+        by_kept = {tuple(run.identity[one] for one in kept): run.identity[name] for run in runs}
+        if any(by_kept[tuple(run.identity[one] for one in kept)] != run.identity[name] for run in runs):
+            kept.append(name)
+    return kept or ["method", "graph"]
+
+
+def _numbers(group: Sequence[Row], name: str) -> list[float]:
+    return [float(row[name] or "inf") for row in group]
+
+
+def _median(group: Sequence[Row], name: str, text: Callable[[float], str]) -> str:
+    value = median(_numbers(group, name))
+    return "-" if value == float("inf") else text(value)
+
+
+def _spread(group: Sequence[Row], name: str, text: Callable[[float], str]) -> str:
+    numbers = _numbers(group, name)
+    low, high = ("-" if value == float("inf") else text(value) for value in (min(numbers), max(numbers)))
+    middle = _median(group, name, text)
+    return middle if low == high else f"{middle} ({low} to {high})"
+
+
+def _percent(value: float) -> str:
+    return f"{value:.1%}"
+
+
+def _steps(steps: float) -> str:
+    return f"{steps / 1e6:.2f}M" if steps >= 1e6 else f"{steps / 1e3:.0f}k"

@@ -1,0 +1,142 @@
+"""A sweep on disk: which of its runs are done, and doing the rest."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from rich.console import Console
+
+from hierroom.errors import InputError
+from hierroom.sweep.plan import Plan, PlannedRun
+from hierroom.sweep.table import Row, SweepTable
+
+
+@dataclass(frozen=True)
+class Shard:
+    """A part of a sweep's runs, for one of several machines.
+
+    Args:
+        number: which, from 1.
+        count: of all parts.
+    """
+
+    number: int = 1
+    count: int = 1
+
+    @classmethod
+    def parse(cls, text: str) -> Shard:
+        """The shard that ``3/8`` means.
+
+        Raises:
+            InputError: if it means none.
+        """
+        number, _, count = text.partition("/")
+        if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count) <= 10**6):
+            raise InputError(f"a shard is NUMBER/COUNT such as 3/8, the third of eight, not {text!r}")
+        return cls(int(number), int(count))
+
+    def of(self, runs: Sequence[PlannedRun]) -> tuple[PlannedRun, ...]:
+        """Every ``count``-th run, from the ``number``-th on."""
+        return tuple(runs[self.number - 1 :: self.count])
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """The runs of a plan, in a folder with their table ``sweep.csv`` and their folders ``runs/``.
+
+    Args:
+        plan: what is trained.
+        out: the folder.
+    """
+
+    plan: Plan
+    out: Path
+
+    @property
+    def table(self) -> SweepTable:
+        """The rows of the runs that are done."""
+        return SweepTable(self.out)
+
+    def rows(self) -> list[Row]:
+        """The rows of the plan's runs that are done."""
+        return self.table.of(self.plan.runs())
+
+    def fill(
+        self,
+        *,
+        processes: int | None = None,
+        ray: str | None = None,
+        shard: Shard = Shard(),
+        command: str = "",
+        console: Console | None = None,
+    ) -> SweepOutcome:
+        """Do the runs that the table lacks.
+
+        Args:
+            processes: runs at a time on this machine; None: one for each core that it may use.
+            ray: address of a Ray cluster to do them on instead.
+            shard: which of them.
+            command: what the rows tell of how they came about.
+            console: where progress is shown; None: on standard error.
+
+        Raises:
+            InputError: if the folder cannot be written, or there is no cluster.
+        """
+        runs = shard.of(self.plan.runs())
+        have = {row["digest"] for row in self.table.of(runs)}
+        missing = [run for run in runs if run.digest not in have]
+        if not missing:
+            return SweepOutcome((), False)
+        # These bring torch along, and a sweep that is done needs none of it.
+        from hierroom.sweep.display import Display
+        from hierroom.sweep.events import Event, Failed, Finished
+        from hierroom.sweep.job import Job
+        from hierroom.training.interrupt import Interrupt
+        from hierroom.training.run_folder import RunFolder
+
+        folder = self.out / "runs"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"cannot create the folder {folder}: {error.strerror}") from error
+        jobs = [Job(run, folder / run.name, self.plan.episodes, self.plan.metas, command) for run in missing]
+        failures: list[tuple[PlannedRun, str]] = []
+        work: Callable[[Interrupt], Iterator[Event]]
+        if ray is None:
+            from hierroom.sweep.pool import work_here
+
+            work = partial(work_here, jobs, processes or _n_cores())
+        else:
+            from hierroom.sweep.cluster import work_on_cluster
+
+            work = partial(work_on_cluster, jobs, ray)
+        with Interrupt() as interrupt, Display(jobs, console or Console(stderr=True)) as display:
+            for event in work(interrupt):
+                if isinstance(event, Finished):
+                    self.table.add(event.job.run, event.numbers, RunFolder(event.job.folder).evaluations.read())
+                elif isinstance(event, Failed):
+                    failures.append((event.job.run, event.reason))
+                display.show(event)
+        return SweepOutcome(tuple(failures), interrupt.is_requested)
+
+
+def _n_cores() -> int:
+    """The cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class SweepOutcome:
+    """How an attempt to do the runs of a sweep ended.
+
+    Args:
+        failures: the runs that could not be done, and why.
+        is_interrupted: whether it was stopped before the rest was done.
+    """
+
+    failures: tuple[tuple[PlannedRun, str], ...]
+    is_interrupted: bool

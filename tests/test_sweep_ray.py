@@ -1,0 +1,59 @@
+"""A sweep on a Ray cluster of two nodes, one of which is killed in the middle, where Ray is installed."""
+
+import os
+import sys
+import threading
+import time
+
+import pytest
+from test_sweep import plan, results
+
+from hierroom.errors import InputError
+from hierroom.sweep.sweep import Sweep
+
+pytestmark = pytest.mark.clients
+
+
+def test_without_ray_one_line_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(InputError, match="--ray needs Ray: pip install 'hierroom\\[ray\\]'"):
+        Sweep(plan("seed=0"), tmp_path).fill(ray="auto")
+
+
+@pytest.fixture
+def cluster():
+    pytest.importorskip("ray", reason="the extra ray is not installed")
+    from ray.cluster_utils import Cluster
+
+    os.environ["RAY_ENABLE_UV_RUN_RUNTIME_ENV"] = "0"
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1, "include_dashboard": False})
+    yield cluster
+    cluster.shutdown()
+
+
+def test_no_cluster_is_one_line(tmp_path):
+    pytest.importorskip("ray", reason="the extra ray is not installed")
+    with pytest.raises(InputError, match=r"there is no Ray cluster at '127\.0\.0\.1:1'"):
+        Sweep(plan("seed=0"), tmp_path).fill(ray="127.0.0.1:1")
+
+
+def test_a_node_that_is_killed_loses_nothing(tmp_path, cluster):
+    doomed = cluster.add_node(num_cpus=1)
+    settings = ("method=hippo,ppo", "steps=20000")
+    elsewhere = Sweep(plan(*settings, seeds=2), tmp_path / "cluster")
+
+    def kill():
+        time.sleep(15)
+        cluster.remove_node(doomed, allow_graceful=False)
+
+    killer = threading.Thread(target=kill)
+    killer.start()
+    outcome = elsewhere.fill(ray=cluster.address)
+    killer.join()
+    assert outcome.failures == ()
+    here = Sweep(elsewhere.plan, tmp_path / "here")
+    here.fill(processes=2)
+    assert results(elsewhere.table.path) == results(here.table.path)
+    for run in elsewhere.plan.runs():
+        for name in ("config.json", "summary.json", "evaluations.csv", "checkpoints"):
+            assert (elsewhere.out / "runs" / run.name / name).exists()

@@ -1,0 +1,39 @@
+"""What the paper may have done instead: the network's sequences are its steps, and the return goes on beyond a goal."""
+
+import sys
+from pathlib import Path
+
+import torch
+
+from hierroom.learners.networks.actor_critic import AgentSpace
+from hierroom.sweep.plan import read_plan
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "benchmarks"))
+
+import variants  # noqa: E402
+
+
+def test_a_sequence_of_the_plain_network_is_its_steps_with_resets():
+    torch.manual_seed(0)
+    space = AgentSpace((22,) * 49 + (4, 7), 5)
+    network, generator = variants.PlainLSTM(space, 16), torch.Generator().manual_seed(1)
+    top = torch.tensor(space.cardinalities)
+    features = (torch.rand(6, 3, 51, generator=generator) * top).to(torch.uint8)
+    resets = torch.rand(6, 3, generator=generator) < 0.3
+    first = torch.randn(3, 32, generator=generator)
+    state, steps = first, []
+    for t in range(6):
+        logits, values, state = network.step(features[t], state * ~resets[t, :, None])
+        steps.append((logits, values))
+    logits, values = network.sequence(features, first, resets)
+    torch.testing.assert_close(logits, torch.stack([one[0] for one in steps]))
+    torch.testing.assert_close(values, torch.stack([one[1] for one in steps]))
+
+
+def test_every_sweep_of_the_benchmarks_is_a_plan(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    plans = sorted((ROOT / "benchmarks" / "sweeps").glob("*.toml"))
+    assert plans
+    for path in plans:
+        assert len(read_plan(path).runs()) >= 6, path
