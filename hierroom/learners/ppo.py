@@ -132,8 +132,7 @@ class Learner:
         self._device = torch.device(device)
         # The exact type: a subclass may compute something else. Kernels run as plain Python would be far too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
-        is_shipped = type(self.network) is RecurrentActorCritic
-        if is_shipped and torch.device(device).type == "cpu" and not is_interpreted:
+        if type(self.network) is RecurrentActorCritic and self._device.type == "cpu" and not is_interpreted:
             self._backend = FusedBackend(self.network, config, threads)
         else:
             self._backend = TorchBackend(self.network, config, device)
