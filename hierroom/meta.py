@@ -202,7 +202,8 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
         raise
     except Exception as error:  # whatever a user's own code may raise
         raise InputError(f"the meta-controller {spec!r} cannot be made: {in_one_line(error)}") from error
-    return _checked(meta, repr(spec))
+    with own_code(f"the meta-controller {spec!r}"):  # to look at an attribute may run code
+        return _checked(meta, repr(spec))
 
 
 def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integer]:
@@ -244,18 +245,6 @@ def running(meta: MetaController) -> AbstractContextManager[None]:
     return own_code(f"the meta-controller {getattr(named, '__name__', shown(named))}")
 
 
-def unsaved_memory(meta: MetaController) -> str | None:
-    """What a meta-controller may remember that no checkpoint will hold, in words; None if there is nothing."""
-    if isinstance(meta, (LevelMeta, *META_CONTROLLERS.values())):
-        return None
-    if hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict"):
-        return None
-    remembers = [f"the method {name}" for name in ("reset", "observe") if hasattr(meta, name)]
-    if attributes := ", ".join(getattr(meta, "__dict__", {})):
-        remembers.append(f"attributes ({attributes})")
-    return " and ".join(remembers) or None
-
-
 def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:
     """One of the choices [M, 14] of each environment, all equally likely: [M] goal ids, 13 or -1 for no goal."""
     return _random_best(np.zeros(choices.shape), choices, uniforms)
@@ -267,12 +256,6 @@ def _is_function(thing: Any) -> TypeGuard[Callable[[Level], Any]]:
 
 
 def _checked(meta: Any, name: str) -> MetaController:
-    with own_code(f"the meta-controller {name}"):  # to look at an attribute may run code
-        _require_methods(meta, name)
-    return meta
-
-
-def _require_methods(meta: Any, name: str) -> None:
     if isinstance(meta, type):
         raise InputError(f"a meta-controller is an object, not a class: make one of {meta.__name__}")
     if isinstance(meta, (np.ndarray, np.generic)) or not callable(getattr(meta, "choose", None)):  # NumPy's is another
@@ -294,6 +277,7 @@ def _require_methods(meta: Any, name: str) -> None:
             f"a meta-controller that learns has the methods state_dict and load_state_dict too, or what it learned "
             f"would be lost; {name} has not both"
         )
+    return meta
 
 
 def _random_best(rank: NDArray, legal: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:

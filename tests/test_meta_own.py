@@ -10,9 +10,10 @@ import pytest
 from turns_helpers import make
 
 from hierroom import InputError
+from hierroom.agents.scripted_agent import unsaved_memory
 from hierroom.env_config import EnvConfig
 from hierroom.gym_env import EscapeRoom
-from hierroom.meta import META_CONTROLLERS, MetaController, make_meta, unsaved_memory
+from hierroom.meta import META_CONTROLLERS, MetaController, make_meta
 from hierroom.training.config import TrainConfig
 from hierroom.training.session import begin, run_session
 from hierroom.vector_env import EscapeRooms

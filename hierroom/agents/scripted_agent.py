@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.errors import InputError
-from hierroom.meta import MetaController, choose_goals, running, show_step
+from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, choose_goals, running, show_step
 from hierroom.options import Transition
 from hierroom.plugins import in_one_line
 from hierroom.situation import Situation
@@ -84,3 +84,15 @@ class ScriptedAgent:
         except Exception as error:  # whatever a user's own code may raise
             name = type(self.meta).__name__
             raise InputError(f"the meta-controller {name} cannot load its state: {in_one_line(error)}") from error
+
+
+def unsaved_memory(meta: MetaController) -> str | None:
+    """What a meta-controller may remember that no checkpoint will hold, in words; None if there is nothing."""
+    if isinstance(meta, (LevelMeta, *META_CONTROLLERS.values())):
+        return None
+    if hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict"):
+        return None
+    remembers = [f"the method {name}" for name in ("reset", "observe") if hasattr(meta, name)]
+    if attributes := ", ".join(getattr(meta, "__dict__", {})):
+        remembers.append(f"attributes ({attributes})")
+    return " and ".join(remembers) or None
