@@ -2,7 +2,11 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
+<<<<<<< HEAD
 .PHONY: train test test-random test-lowest compile lint docs bench constraints audit clean
+=======
+.PHONY: train test test-random test-lowest coverage mutate compile lint bench constraints audit clean
+>>>>>>> wip-reliability
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -24,6 +28,22 @@ test: compile ## everything CI runs
 test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it
 	$(BIN)/python -m pytest -p randomly -n auto $(if $(SEED),--randomly-seed=$(SEED))
 
+# Whose kernels are compiled otherwise, and so are not seen line by line.
+OF_KERNELS := $(wildcard tests/test_world_[blok]*.py tests/test_turn*.py tests/test_option*.py tests/test_features.py \
+	tests/test_frontier.py tests/test_reachable.py tests/test_state_check.py tests/test_measures_*.py \
+	tests/test_complexity_elimination.py tests/test_learner_gae.py tests/test_api_vector.py)
+
+coverage: $(VENV)/.installed ## which branches the tests take, of kernels as plain Python too; fails below 95%
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest
+	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -k "not its_own_source" $(OF_KERNELS)
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report
+
+mutate: $(VENV)/.installed ## small errors in some modules, each of which their tests must notice; MODULES="gae options" names some
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[mutation]'
+	$(BIN)/python -m tests.mutation $(MODULES)
+
 lint: $(VENV)/.installed
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
@@ -38,7 +58,11 @@ bench: $(VENV)/.installed
 TOOLS := $(VENV)-tools
 UV := $(TOOLS)/bin/uv
 # clients, ray, benchmarl and agilerl pin others so that they need environments of their own.
+<<<<<<< HEAD
 COMPILE := $(UV) pip compile --quiet --universal --python-version 3.11 --no-annotate --extra dev --extra docs --extra bench --extra video
+=======
+COMPILE := $(UV) pip compile --quiet --universal --python-version 3.11 --no-annotate --extra dev --extra bench --extra video --extra mutation
+>>>>>>> wip-reliability
 
 $(TOOLS)/.installed: Makefile
 	$(PYTHON) -m venv $(TOOLS)

@@ -5,11 +5,12 @@
 
 A round plays in environments of every API, which it makes, resets, steps at random, renders and closes; goes on with
 two long trainings (HiPPO whose meta-controller learns, and curiosity), saves and reads their checkpoints; and at
-every tenth round takes a short run from `hierroom.train` to its pictures, loads it and plays. Each tenth of the time
-is a row: mean memory, the largest number of threads and of open files, and the speed of its fastest round per second
-of this process's own CPU time, because other work on the machine slows rounds down and never up. Exit code 1 if from
-the second tenth to the last memory grew by more than 5%, a thread or a file was added, or a speed fell by more than a
-tenth.
+every tenth round takes a short run of two threads from `hierroom.train` to its pictures, loads it and plays. Each tenth
+of the time is a row: mean memory, the largest number of threads and of open files, and medians of speed. On a machine
+that others use too, seconds tell who else was busy, and so does CPU time where a core changes its clock; so the same
+piece of work is timed before and after each part of a round, and speed is judged by the steps that are taken in the CPU
+time of one such piece. Steps a second and a CPU second are told beside it. Exit code 1 if from the second tenth to the
+last memory grew by more than 5%, a thread or a file was added, or a speed fell by more than a tenth.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ import resource
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import astuple, dataclass
+from functools import partial
 from pathlib import Path
 
 import gymnasium
@@ -41,6 +44,7 @@ from hierroom.training.trainer import Trainer
 N_ROWS = 10
 MAX_GROWTH, MAX_SLOWDOWN = 0.05, 0.1
 STEPS, VECTOR_STEPS, UPDATES, ROUNDS_PER_RUN = 300, 60, 2, 10
+NAMES, UNITS = ("API", "training"), ("s", "CPU s", "piece")
 
 
 @dataclass(frozen=True)
@@ -55,19 +59,50 @@ class Options:
 
 
 @dataclass(frozen=True)
+class Speed:
+    """How fast one part of a round went, in steps."""
+
+    per_second: float
+    per_cpu_second: float
+    per_piece: float
+    """In the CPU time of one `fixed_piece` of work."""
+
+
+@dataclass(frozen=True)
 class Sample:
     """What one round was like."""
 
     seconds: float
     """Since the start."""
     memory: float
-    """Resident, in MiB."""
+    """Resident and its own, in MiB: how much of files stays in memory is up to the kernel."""
     threads: int
     files: int
-    api_speed: float
-    """Steps in the environments per CPU second."""
-    train_speed: float
-    """Steps of training per CPU second."""
+    api: Speed
+    """Of steps in the environments."""
+    train: Speed
+    """Of steps of training."""
+
+
+def fixed_piece() -> float:
+    """CPU seconds of always the same work, none of it this package's: Python, and arrays larger than a cache."""
+    started, counts = time.process_time(), {}
+    for n in range(60_000):
+        counts[n % 1000] = counts.get(n % 1000, 0) + n
+    numbers = np.arange(200_000, dtype=np.float32)
+    for _ in range(10):
+        numbers = np.sort(numbers[::-1] * np.float32(1.0001))
+    return time.process_time() - started
+
+
+def timed(part: Callable[[], int]) -> tuple[int, Speed]:
+    """The steps that a part of a round takes, and how fast it is."""
+    piece = fixed_piece()
+    wall, cpu = time.monotonic(), time.process_time()
+    n_steps = part()
+    wall, cpu = time.monotonic() - wall, time.process_time() - cpu
+    piece = (piece + fixed_piece()) / 2
+    return n_steps, Speed(n_steps / wall, n_steps / cpu, n_steps / cpu * piece)
 
 
 def play_apis(seed: int) -> int:
@@ -128,24 +163,23 @@ def train_on(trainer: Trainer, folder: RunFolder) -> int:
 def short_run(path: Path, seed: int) -> None:
     """Train a run of its own from the start to its pictures, load it and play."""
     with contextlib.redirect_stdout(io.StringIO()):
-        hierroom.train(
-            graph="a", size=11, num_envs=16, steps=8_000, evaluations=2, evaluation_episodes=20, seed=seed, out=path
-        )
+        sizes = {"size": 11, "num_envs": 16, "steps": 8_000, "evaluations": 2, "evaluation_episodes": 20}
+        hierroom.train(graph="a", **sizes, threads=2, seed=seed, out=path)
     for _ in hierroom.rollout(hierroom.load(path), episodes=20):
         pass
 
 
-def sample(started: float, api: float, train: float) -> Sample:
+def sample(started: float, api: Speed, train: Speed) -> Sample:
     """How this process stands now; collected garbage does not count."""
     gc.collect()
     status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
-    memory = int(status["VmRSS"].split()[0]) / 2**10
+    memory = int(status["RssAnon"].split()[0]) / 2**10
     files = len(os.listdir("/proc/self/fd")) - 1  # the listing itself has one open
     return Sample(time.monotonic() - started, memory, int(status["Threads"]), files, api, train)
 
 
 def rows(samples: list[Sample], seconds: float) -> list[Sample]:
-    """A row for each tenth of the time: mean memory, and the largest of the other numbers."""
+    """A row for each tenth of the time: mean memory, the most threads and files, and medians of speed."""
     parts = [[s for s in samples if int(N_ROWS * s.seconds / seconds) == n] for n in range(N_ROWS)]
     parts[-1] += [s for s in samples if s.seconds >= seconds]
     return [
@@ -154,12 +188,17 @@ def rows(samples: list[Sample], seconds: float) -> list[Sample]:
             float(np.mean([s.memory for s in part])),
             max(s.threads for s in part),
             max(s.files for s in part),
-            max(s.api_speed for s in part),
-            max(s.train_speed for s in part),
+            median_speed([s.api for s in part]),
+            median_speed([s.train for s in part]),
         )
         for part in parts
         if part
     ]
+
+
+def median_speed(speeds: list[Speed]) -> Speed:
+    """The median of each number."""
+    return Speed(*np.median([astuple(speed) for speed in speeds], axis=0).tolist())
 
 
 def problems(found: list[Sample]) -> list[str]:
@@ -172,10 +211,10 @@ def problems(found: list[Sample]) -> list[str]:
     for name in ("threads", "files"):
         if getattr(last, name) > getattr(first, name):
             grown.append(f"{name} grew from {getattr(first, name)} to {getattr(last, name)}")
-    for name in ("api_speed", "train_speed"):
-        before, now = getattr(first, name), getattr(last, name)
+    for name in ("api", "train"):
+        before, now = getattr(first, name).per_piece, getattr(last, name).per_piece
         if now < before * (1 - MAX_SLOWDOWN):
-            grown.append(f"{name} fell from {before:,.0f} to {now:,.0f} steps per CPU second")
+            grown.append(f"speed of {name} fell from {before:,.0f} to {now:,.0f} steps per piece of work")
     return grown
 
 
@@ -183,7 +222,7 @@ def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
     torch.set_num_threads(1)
-    console = Console()
+    console = Console(width=140)
     columns = (TextColumn("{task.percentage:3.0f}%"), BarColumn(), TextColumn("{task.fields[status]}"))
     seconds, samples, n_steps = 60 * options.minutes, [], 0
     with tempfile.TemporaryDirectory() as name, Progress(*columns, TimeRemainingColumn(), console=console) as bar:
@@ -193,7 +232,7 @@ def main() -> int:
         }
         trainings = []
         for run, config in presets.items():
-            config = config.changed(graph="f", steps=10**12, threads=2)
+            config = config.changed(graph="f", steps=10**12, threads=1)
             trainings.append((Trainer(config), RunFolder.create(Path(name) / run, config)))
         task = bar.add_task("", total=seconds, status="the first round compiles,")
         started, rounds = time.monotonic(), 0
@@ -201,28 +240,18 @@ def main() -> int:
             if rounds % ROUNDS_PER_RUN == 0:
                 path = Path(name) / f"short-{rounds}"
                 short_run(path, rounds)
-            times = [time.process_time()]
-            n_api = play_apis(rounds)
-            times.append(time.process_time())
-            n_train = sum(train_on(*training) for training in trainings)
-            times.append(time.process_time())
-            speeds = n_api / (times[1] - times[0]), n_train / (times[2] - times[1])
+            n_api, api = timed(partial(play_apis, rounds))
+            n_train, train = timed(lambda: sum(train_on(*training) for training in trainings))
             n_steps += n_api + n_train
             rounds += 1
             if rounds > 1:  # the first compiles
-                samples.append(sample(started, *speeds))
+                samples.append(sample(started, api, train))
                 status = f"{samples[-1].memory:,.0f} MiB, {samples[-1].threads} threads, {samples[-1].files} files,"
                 bar.update(task, completed=min(samples[-1].seconds, seconds), status=status)
-    table = Table(*("minutes", "memory [MiB]", "threads", "files", "API steps / CPU s", "training steps / CPU s"))
+    table = Table("minutes", "memory [MiB]", "threads", "files", *(f"{n} steps / {u}" for n in NAMES for u in UNITS))
     for row in rows(samples, seconds):
-        numbers = (
-            f"{row.memory:.1f}",
-            str(row.threads),
-            str(row.files),
-            f"{row.api_speed:,.0f}",
-            f"{row.train_speed:,.0f}",
-        )
-        table.add_row(f"{row.seconds / 60:.1f}", *numbers)
+        speeds = [f"{number:,.0f}" for speed in (row.api, row.train) for number in astuple(speed)]
+        table.add_row(f"{row.seconds / 60:.1f}", f"{row.memory:.1f}", str(row.threads), str(row.files), *speeds)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**10
     console.print(f"{os.cpu_count()} cores, {rounds} rounds, {n_steps:,} steps, peak memory {peak:.0f} MiB")
     console.print(table)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any, Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from hierroom.errors import InputError, shown
 from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.options import Transition
-from hierroom.plugins import in_one_line, load_plugin
+from hierroom.plugins import in_one_line, load_plugin, own_code
 from hierroom.situation import Situation
 from hierroom.step import Step
 from hierroom.world import batch_kernels
@@ -136,21 +137,21 @@ class LevelMeta:
     """
 
     def __init__(self, function: Callable[[Level], Goal | int | None]) -> None:
-        self._function = function
+        self.function = function
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
         """What the function says of each environment; no goal, and nothing is asked, where no goal is legal."""
         return np.array([self._goal(situation.level(m)) if legal[m].any() else NO_GOAL for m in range(len(situation))])
 
     def _goal(self, level: Level) -> int:
-        goal = self._function(level)
+        goal = self.function(level)
         if isinstance(goal, Goal):
             return goal.id
         if goal is None:
             return NO_GOAL
         if isinstance(goal, (int, np.integer)) and not isinstance(goal, bool) and NO_GOAL <= goal <= N_GOALS:
             return int(goal)
-        name = getattr(self._function, "__name__", "a meta-controller's function")
+        name = getattr(self.function, "__name__", "a meta-controller's function")
         given = " ".join(repr(goal).split())
         raise InputError(f"{name} must return a goal of the level, a goal id (0 to 12) or None, not {given}")
 
@@ -201,7 +202,8 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
         raise
     except Exception as error:  # whatever a user's own code may raise
         raise InputError(f"the meta-controller {spec!r} cannot be made: {in_one_line(error)}") from error
-    return _checked(meta, repr(spec))
+    with own_code(f"the meta-controller {spec!r}"):  # to look at an attribute may run code
+        return _checked(meta, repr(spec))
 
 
 def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integer]:
@@ -215,9 +217,11 @@ def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integ
         [M] what it returns.
     """
     beginning = situation.envs[situation.meta_turns == 0]
-    if len(beginning) and hasattr(meta, "reset"):
-        meta.reset(beginning)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
-    return meta.choose(situation.as_dict(), situation.legal.copy(), situation)
+    observations, legal = situation.as_dict(), situation.legal.copy()
+    with running(meta):
+        if len(beginning) and hasattr(meta, "reset"):
+            meta.reset(beginning)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
+        return meta.choose(observations, legal, situation)
 
 
 def show_step(meta: MetaController, step: Step, turns: Any) -> None:
@@ -229,19 +233,16 @@ def show_step(meta: MetaController, step: Step, turns: Any) -> None:
         turns: the `Turns` in which it was taken.
     """
     if hasattr(meta, "observe"):
-        meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
+        with running(meta):
+            meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
 
 
-def unsaved_memory(meta: MetaController) -> str | None:
-    """What a meta-controller may remember that no checkpoint will hold, in words; None if there is nothing."""
-    if isinstance(meta, (LevelMeta, *META_CONTROLLERS.values())):
-        return None
-    if hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict"):
-        return None
-    remembers = [f"the method {name}" for name in ("reset", "observe") if hasattr(meta, name)]
-    if attributes := ", ".join(getattr(meta, "__dict__", {})):
-        remembers.append(f"attributes ({attributes})")
-    return " and ".join(remembers) or None
+def running(meta: MetaController) -> AbstractContextManager[None]:
+    """A context in which code of a meta-controller runs: what a user's own raises becomes one line (`InputError`)."""
+    if type(meta) in META_CONTROLLERS.values():
+        return nullcontext()
+    named = meta.function if isinstance(meta, LevelMeta) else type(meta)
+    return own_code(f"the meta-controller {getattr(named, '__name__', shown(named))}")
 
 
 def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hierroom.env_config import NOVELTY_BONUS, RewardName
 from hierroom.errors import InputError
-from hierroom.plugins import in_one_line, load_plugin
+from hierroom.plugins import in_one_line, load_plugin, raise_told
 from hierroom.step import Step
 from hierroom.world.layout import MEMORIES
 
@@ -148,9 +148,12 @@ class ControllerReward:
         """Write the rewards for a step into its ``rewards``.
 
         Raises:
-            InputError: if the reward does not return a finite number for each environment.
+            InputError: if the reward fails, or does not return a finite number for each environment.
         """
-        given = np.asarray(self.reward.rewards(step))
+        try:
+            given = np.asarray(self.reward.rewards(step))
+        except Exception as error:  # whatever a user's own code may raise
+            raise_told(self.name, error)
         if given.shape != step.rewards.shape or given.dtype.kind not in "fiub":
             raise InputError(
                 f"{self.name} must return {len(step.rewards)} numbers, one for each environment, "

@@ -8,25 +8,17 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import pytest
+from fuzz.apis import ID, NATIVE
 from gymnasium.vector import AutoresetMode
 
 import hierroom
 from hierroom import GoalGraph, InputError
 from hierroom.complexity import GraphSet
 from hierroom.env_config import EnvConfig
-from hierroom.gym_env import EscapeRoom
 from hierroom.vector_env import EscapeRooms
 
-ID = "hierroom/EscapeRoom-v0"
-APIS = {
-    "env": hierroom.env,
-    "raw_env": hierroom.raw_env,
-    "parallel_env": hierroom.parallel_env,
-    "EscapeRoom": EscapeRoom,
-    "EscapeRooms": EscapeRooms,
-}
 MADE = {
-    **APIS,
+    **NATIVE,
     "make": partial(gymnasium.make, ID),
     "make_vec": partial(gymnasium.make_vec, ID, num_envs=2),
     "make_vec sync": partial(gymnasium.make_vec, ID, num_envs=2, vectorization_mode="sync"),
@@ -46,9 +38,9 @@ OWN = {
 ROW = GoalGraph((0, 1, 2, 3), 4)
 
 
-@pytest.mark.parametrize("api", APIS)
+@pytest.mark.parametrize("api", NATIVE)
 def test_the_signature_lists_every_entry_of_the_config(api):
-    parameters = inspect.signature(APIS[api]).parameters
+    parameters = inspect.signature(NATIVE[api]).parameters
     kinds = {parameter.kind for parameter in parameters.values()}
     assert kinds == {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}  # no **settings
     defaults = {name: parameter.default for name, parameter in parameters.items()}
@@ -57,9 +49,9 @@ def test_the_signature_lists_every_entry_of_the_config(api):
     assert defaults == config | OWN.get(api, {"render_mode": None})
 
 
-@pytest.mark.parametrize("api", APIS)
+@pytest.mark.parametrize("api", NATIVE)
 def test_the_signature_has_the_types_of_the_config(api):
-    parameters = inspect.signature(APIS[api]).parameters
+    parameters = inspect.signature(NATIVE[api]).parameters
     for field in fields(EnvConfig):
         given = parameters[field.name].annotation
         assert given == "RewardSpec" if field.name == "reward" else given in field.type
@@ -68,7 +60,7 @@ def test_the_signature_has_the_types_of_the_config(api):
 @pytest.mark.parametrize("api", MADE)
 def test_an_unknown_keyword_is_one_line_that_names_the_known_ones(api):
     native = {"make": "EscapeRoom", "make_vec": "EscapeRooms", "make_vec sync": "EscapeRoom"}.get(api, api)
-    known = ", ".join(inspect.signature(APIS[native]).parameters)
+    known = ", ".join(inspect.signature(NATIVE[native]).parameters)
     for wrong in ({"pay": "bonus"}, {"room_index": 3, "colour": "mauve"}):
         with pytest.raises(InputError) as caught:
             MADE[api](**wrong)

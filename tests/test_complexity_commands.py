@@ -128,6 +128,8 @@ def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
         (["--graph", "a", "b", "--from-play", "random"], "--from-play measures one goal graph"),
         (["--json", "--csv"], "choose one of --json, --csv, --latex, --markdown, not 2"),
         (["--draw", "x.png"], "--draw draws one graph"),
+        (["--graph", "a", "--draw", "x.gif"], "drawings are written as .png, .pdf, .svg, not as x.gif"),
+        (["--from-play", "random", "--draw", ""], "a drawing is a file, not the folder ."),
         (
             ["--graph", "a", "--seed", "3"],
             "--episodes, --seed, --size, --max-steps and --trust-run go with --from-play",

@@ -134,3 +134,15 @@ def test_a_walk_too_long_for_floats_is_one_clear_line():
     assert report.expected_steps > 1e180
     with pytest.raises(InputError, match=r"a walk of \de\+\d+ steps is too long for its variance"):
         report.std  # noqa: B018
+
+
+def test_a_system_of_no_nodes_has_a_solution_of_none():
+    empty = Elimination(sp.csr_array((0, 0)), np.empty(0))
+    assert empty.solve([]).shape == empty.solve_transposed([]).shape == (0,)
+
+
+def test_the_least_rate_is_still_held_and_less_is_refused():
+    alone = sp.csr_array((1, 1))
+    assert Elimination(alone, np.array([module.LEAST_RATE])).solve([1.0]) == 1 / module.LEAST_RATE
+    with pytest.raises(InputError, match="a walk may take at most about"):
+        Elimination(alone, np.array([module.LEAST_RATE / 2]))

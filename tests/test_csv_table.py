@@ -95,6 +95,9 @@ def test_a_long_table_is_not_read_into_memory(tmp_path):
         (b"\0" * 30 + b"\r\n", "is no row of text"),
         (b'20,"1,c\r\n', "is no row of text"),
         (b"20,1,\xff\r\n", "is no row of text"),
+        (b"twenty,1,c\r\n", "begins with 'twenty', not with a number of steps"),
+        (b"nan,1,c\r\n", "begins with 'nan', not with a number of steps"),
+        (b"-1,1,c\r\n", "begins with '-1', not with a number of steps"),
     ],
 )
 def test_damage_before_a_row_is_refused_by_readers_and_told_of_when_a_run_goes_on(damage, said, table):

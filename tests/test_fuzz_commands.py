@@ -2,9 +2,12 @@
 
 import pytest
 from fuzz import command_lines, configs, toml_files
+from fuzz.commands import problems
 
 
 @pytest.mark.parametrize(("fuzzer", "count"), [(command_lines, 60), (configs, 60), (toml_files, 60)])
 def test_what_is_wrong_ends_in_one_line(fuzzer, count, tmp_path):
-    wrong = [(tried, problem) for tried, problem in fuzzer.problems(count, 20, tmp_path) if problem is not None]
+    wrong = [
+        (tried, problem) for tried, problem in problems(fuzzer.attempts, count, 20, tmp_path) if problem is not None
+    ]
     assert wrong == []

@@ -1,5 +1,6 @@
 """Meta-controllers of one's own: how they are found, what they are given, and what is said of wrong ones."""
 
+import json
 import re
 import sys
 import textwrap
@@ -9,8 +10,12 @@ import pytest
 from turns_helpers import make
 
 from hierroom import InputError
+from hierroom.agents.scripted_agent import unsaved_memory
+from hierroom.env_config import EnvConfig
 from hierroom.gym_env import EscapeRoom
-from hierroom.meta import META_CONTROLLERS, MetaController, make_meta, unsaved_memory
+from hierroom.meta import META_CONTROLLERS, MetaController, make_meta
+from hierroom.training.config import TrainConfig
+from hierroom.training.session import begin, run_session
 from hierroom.vector_env import EscapeRooms
 
 MINE = """
@@ -102,6 +107,43 @@ def test_wrong_ones_are_one_clear_line(outside, spec, said):
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
         make_meta(spec)
     assert "\n" not in str(caught.value)
+
+
+ALL_METHODS = {
+    "reset": "None",
+    "choose": "np.zeros(len(_[1]), int)",
+    "observe": "None",
+    "learn": "None",
+    "state_dict": "{}",
+    "load_state_dict": "None",
+    "for_play": "self",
+    "statistics": "{'gain': 1}",
+}
+
+
+@pytest.mark.parametrize("method", [name for name in ALL_METHODS if name != "load_state_dict"])
+def test_a_method_that_fails_is_one_clear_line_that_says_where(outside, method, tmp_path):
+    """In training, which runs them all; an error of ours would keep its traceback."""
+    lines = [*textwrap.dedent(MINE).splitlines(), "class Failing(Mine):"]
+    for name, result in ALL_METHODS.items():
+        body = "open('/nowhere/to/be/found')" if name == method else result
+        lines += ["    @property"] * (name == "statistics")
+        lines += [f"    def {name}(self, *_, **__):", f"        return {body}"]
+    (tmp_path / f"{outside}_fails.py").write_text("\n".join(lines))
+    config = TrainConfig(EnvConfig("a", size=11, max_steps=4), num_envs=4, steps=256, evaluations=1)
+    config = config.changed(meta=f"{outside}_fails:Failing", minibatches=2, sequence_length=8, evaluation_episodes=4)
+    number = next(n for n, line in enumerate(lines, start=1) if "open" in line)
+    with pytest.raises(InputError) as caught:
+        run_session(*begin(config, tmp_path / "run"))
+    assert "Failing" in str(caught.value)
+    assert " fails: FileNotFoundError: " in str(caught.value)
+    assert str(caught.value).endswith(f"(line {number} of {tmp_path / outside}_fails.py)")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_function_that_takes_no_level_is_one_clear_line():
+    with pytest.raises(InputError, match=r"^the meta-controller loads fails: TypeError: the JSON object must be str,"):
+        EscapeRoom(graph="a", meta=json.loads).reset(seed=0)
 
 
 class Saying:

@@ -1,5 +1,6 @@
 """Rewards of a user's own: what they are given, where they can be named, and what is said of those that are wrong."""
 
+import json
 import sys
 
 import numpy as np
@@ -179,6 +180,8 @@ def test_a_reward_that_cannot_be_used_is_refused(reward, said):
         ),
         (lambda step: np.full(4, np.nan), "the reward <lambda> must return finite numbers, not nan"),
         (lambda step: ["a"] * 4, "the reward <lambda> must return 4 numbers"),
+        (json.loads, "the reward loads fails: TypeError: the JSON object must be str, bytes or bytearray, not Step"),
+        (lambda step: step.price, "fails: AttributeError: a step has no 'price' (line "),
     ],
 )
 def test_what_a_reward_returns_is_checked(value, said):

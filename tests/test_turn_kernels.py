@@ -121,6 +121,21 @@ def test_goals_are_legal_and_chosen_as_the_twins_say(mask):
         assert len(seen) > 1
 
 
+@pytest.mark.parametrize("mask", GOAL_MASKS)
+@pytest.mark.parametrize("graph", ["a", "c"])
+def test_on_the_way_to_the_exit_goals_are_legal_as_the_twin_says(mask, graph):
+    """Where no random walk gets: doors deeper in are opened, and the exit's."""
+    turns, seen = make(graph, n=1, goal_mask=mask), []
+    for action in shortest_actions(turns.world.get_state([0])):
+        turns.ledger.is_meta_turn[:] = True
+        expected = legal_goals(turns.situation(np.arange(1)), mask)
+        np.testing.assert_array_equal(turns.meta_masks()[:, :13], expected)
+        seen.append(bool(expected[0, 12]))
+        turns.step(np.array([action]))
+    assert seen[-1]
+    assert seen[0] == (mask in ("existing", "none"))
+
+
 def test_as_ordinary_python(tmp_path):
     """Where numpy would raise for an index outside of an array."""
     digests = []

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.errors import InputError
-from hierroom.meta import MetaController, choose_goals, show_step
+from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, choose_goals, running, show_step
 from hierroom.options import Transition
 from hierroom.plugins import in_one_line
 from hierroom.situation import Situation
@@ -41,7 +41,8 @@ class ScriptedAgent:
         """Let it watch a primitive step, and in training learn from the options that it ended."""
         show_step(self.meta, transition.step, turns)
         if self._learn is not None:
-            self._learn(transition)
+            with running(self.meta):
+                self._learn(transition)
 
     def update(self, observation: Observation, progress: float) -> None:
         """Nothing: see `ready`."""
@@ -49,12 +50,14 @@ class ScriptedAgent:
     @property
     def statistics(self) -> dict[str, float]:
         """Numbers for the metrics, those that the meta-controller has."""
-        return getattr(self.meta, "statistics", {})
+        with running(self.meta):
+            return {name: float(number) for name, number in getattr(self.meta, "statistics", {}).items()}
 
     def frozen(self, num_envs: int, *, seed: int) -> ScriptedAgent:
         """For other environments: what its method ``for_play`` gives if it has one, else a copy; it learns no more."""
         if hasattr(self.meta, "for_play"):
-            return ScriptedAgent(self.meta.for_play(num_envs, seed=seed))
+            with running(self.meta):
+                return ScriptedAgent(self.meta.for_play(num_envs, seed=seed))
         try:
             return ScriptedAgent(deepcopy(self.meta))
         except Exception as error:  # whatever a user's own code may hold
@@ -65,7 +68,8 @@ class ScriptedAgent:
 
     def state_dict(self) -> dict[str, Any]:
         """What the meta-controller saves of itself, nothing where it saves nothing."""
-        return self.meta.state_dict() if hasattr(self.meta, "state_dict") else {}
+        with running(self.meta):
+            return self.meta.state_dict() if hasattr(self.meta, "state_dict") else {}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go back to what `state_dict` gave.
@@ -80,3 +84,15 @@ class ScriptedAgent:
         except Exception as error:  # whatever a user's own code may raise
             name = type(self.meta).__name__
             raise InputError(f"the meta-controller {name} cannot load its state: {in_one_line(error)}") from error
+
+
+def unsaved_memory(meta: MetaController) -> str | None:
+    """What a meta-controller may remember that no checkpoint will hold, in words; None if there is nothing."""
+    if isinstance(meta, (LevelMeta, *META_CONTROLLERS.values())):
+        return None
+    if hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict"):
+        return None
+    remembers = [f"the method {name}" for name in ("reset", "observe") if hasattr(meta, name)]
+    if attributes := ", ".join(getattr(meta, "__dict__", {})):
+        remembers.append(f"attributes ({attributes})")
+    return " and ".join(remembers) or None

@@ -111,6 +111,10 @@ def show(options: ComplexityArguments) -> None:
     if len(formats) > 1:
         raise InputError(f"choose one of {', '.join(f'--{name}' for name in FORMATS)}, not {len(formats)}")
     walk, reading = Walk(*options.walk), Reading(*options.reading)
+    if options.draw is not None:
+        from hierroom.complexity.draw import picture_file  # matplotlib loads slowly, and few commands draw
+
+        picture_file(options.draw)  # before long play or computation
     if options.from_play is not None:
         _show_play(options, options.from_play, walk, reading)
         return

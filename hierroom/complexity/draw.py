@@ -21,6 +21,7 @@ from hierroom.files import write_atomically
 from hierroom.goals import GoalGraph
 
 MAX_DRAWN_NODES = 250
+PICTURE_FORMATS = (".png", ".pdf", ".svg")
 INCHES, MOST_INCHES, LEAST_SCALE = 0.6, 14.0, 0.55
 """Inches per unit of the drawing; the width and height from which on a drawing is shrunk; and by how much at most, so
 that it can be read."""
@@ -36,10 +37,10 @@ def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
 
     Args:
         augmented: the augmented graph, which includes its goal graph.
-        path: the file; its suffix selects the format: .png, .pdf, .svg, ...; without a suffix .png is added.
+        path: the file; its suffix selects the format: .png, .pdf or .svg; without a suffix .png is added.
 
     Raises:
-        InputError: if the graph is too large to be readable, the suffix is unknown, or the file cannot be written.
+        InputError: if the graph is too large to be readable, the suffix is another, or the file cannot be written.
     """
     save_figure(_figure(augmented), path)
 
@@ -121,24 +122,39 @@ def caption(augmented: AugmentedGraph) -> str:
     return "\n".join(lines)
 
 
+def picture_file(path: str | Path) -> Path:
+    """The file into which `save_figure` writes, to be asked for before anything is computed that is to be drawn.
+
+    Args:
+        path: the file; without a suffix .png is added.
+
+    Raises:
+        InputError: if the suffix is none of `PICTURE_FORMATS`, or there is no such folder.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise InputError(f"a drawing is a file, not the folder {path}")
+    if not path.suffix:
+        path = path.with_name(f"{path.name}.png")
+    if path.suffix.lower() not in PICTURE_FORMATS:
+        raise InputError(f"drawings are written as {', '.join(PICTURE_FORMATS)}, not as {path.name}")
+    if not path.parent.is_dir():
+        raise InputError(f"cannot write {path}: there is no folder {path.parent}")
+    return path
+
+
 def save_figure(figure: Figure, path: str | Path) -> None:
     """Write a figure to a file, whole or not at all.
 
     Args:
         figure: the figure.
-        path: the file; its suffix selects the format; without a suffix .png is added.
+        path: the file; its suffix selects the format: .png, .pdf or .svg; without a suffix .png is added.
 
     Raises:
-        InputError: if the suffix is unknown, or the file cannot be written.
+        InputError: if the suffix is another, or the file cannot be written.
     """
-    path = Path(path)
-    if not path.suffix:
-        path = path.with_name(f"{path.name}.png")
-    picture = io.BytesIO()
-    try:
-        figure.savefig(picture, format=path.suffix[1:], dpi=150, facecolor="white")
-    except ValueError as error:  # matplotlib does not know the suffix; its message lists those it knows
-        raise InputError(f"cannot write the drawing {path}: {error}") from error
+    path, picture = picture_file(path), io.BytesIO()
+    figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150, facecolor="white")
     write_atomically(path, picture.getvalue())
 
 

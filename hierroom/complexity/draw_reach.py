@@ -82,10 +82,10 @@ def save_reach(report: MeasuredReport, path: str | Path) -> None:
 
     Args:
         report: a chain measured from play.
-        path: the file; its suffix selects the format; without a suffix .png is added.
+        path: the file; its suffix selects the format: .png, .pdf or .svg; without a suffix .png is added.
 
     Raises:
-        InputError: if the suffix is unknown, or the file cannot be written.
+        InputError: if the suffix is another, or the file cannot be written.
     """
     figure = Figure(figsize=(6, 4), layout="constrained")
     draw_measured_reach(figure.subplots(), report)

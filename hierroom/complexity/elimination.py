@@ -70,10 +70,8 @@ class Elimination:
 
 def _order(moves: sp.csr_array) -> NDArray[np.int64]:
     """An order of elimination with little fill: SuperLU's for a regular matrix of the same pattern (COLAMD)."""
-    if not len(moves.indptr) - 1:
-        return np.empty(0, np.int64)
     pattern = sp.csr_array((np.ones(len(moves.data)), moves.indices, moves.indptr), shape=moves.shape)
-    factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) - pattern).tocsc(), diag_pivot_thresh=0.0)
+    factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) - pattern).tocsc())
     return np.argsort(factors.perm_c)
 
 

@@ -21,7 +21,27 @@ N_TRIED = 16
 """Sequences that new weights are tried on."""
 
 
-def check_health(numbers: Iterable[tuple[str, NDArray[np.floating] | Tensor]], advice: str) -> None:
+Named = tuple[str, NDArray[np.floating] | Tensor]
+"""What numbers are called, and the array or tensor of any shape that holds them."""
+
+
+def weights_of(network: nn.Module) -> list[Named]:
+    """The weights of a network, as they are now and whenever they are looked at again.
+
+    Those in the processor's memory come as arrays that share it: NumPy is there at once between two updates, where
+    PyTorch takes ten times as long to find its code again.
+
+    Args:
+        network: whose weights change in place, on the device where they stay.
+    """
+    return [(name, tensor.numpy() if _is_array(tensor) else tensor) for name, tensor in network.state_dict().items()]
+
+
+def _is_array(tensor: Tensor) -> bool:
+    return tensor.device.type == "cpu" and tensor.dtype in (torch.float32, torch.float64) and tensor.is_contiguous()
+
+
+def check_health(numbers: Iterable[Named], advice: str) -> None:
     """Check that arrays and tensors hold finite numbers below `LIMIT` in size; those of whole numbers always do.
 
     Args:
@@ -31,18 +51,27 @@ def check_health(numbers: Iterable[tuple[str, NDArray[np.floating] | Tensor]], a
     Raises:
         DivergenceError: naming the first that holds another number.
     """
-    for name, values in numbers:
+    with np.errstate(over="ignore", invalid="ignore"):
+        suspects = [(name, values) for name, values in numbers if not _is_small(values)]
+    for name, values in suspects:
         tensor = values.detach() if isinstance(values, Tensor) else torch.from_numpy(values)
         if not tensor.is_floating_point():
             continue
         flat = tensor.reshape(-1)
-        if float(torch.dot(flat, flat)) < LIMIT**2:  # so each is smaller; twice as fast as to look at each
-            continue
         is_wrong = ~(flat.abs() < LIMIT)
         if is_wrong.any():
             raise DivergenceError(
                 f"{name} ({float(flat[is_wrong][0]):g} in {int(is_wrong.sum()):,} of {len(flat):,} numbers); {advice}"
             )
+
+
+def _is_small(values: NDArray[np.floating] | Tensor) -> bool:
+    """Whether the sum of squares says already that each number is small: twice as fast as to look at each."""
+    if isinstance(values, Tensor):
+        flat = values.detach().reshape(-1)
+        return flat.is_floating_point() and float(torch.dot(flat, flat)) < LIMIT**2
+    flat = values.reshape(-1)
+    return flat.dtype.kind == "f" and bool(np.dot(flat, flat) < LIMIT**2)
 
 
 def check_start(network: nn.Module) -> None:
@@ -70,13 +99,13 @@ def check_batch(batch: Batch) -> None:
 
 
 def check_update(
-    means: NDArray[np.floating], network: nn.Module, stepper: Stepper, batch: Batch, learning_rate: float
+    means: NDArray[np.floating], weights: Iterable[Named], stepper: Stepper, batch: Batch, learning_rate: float
 ) -> None:
     """Check what an update did, before it is used or saved.
 
     Args:
         means: [6] float, the mean of each of `STATISTICS` over the minibatches.
-        network: with the new weights.
+        weights: the new ones, as `weights_of` the network.
         stepper: the backend that computes with them.
         batch: what was learned from.
         learning_rate: Adam's step size.
@@ -85,10 +114,10 @@ def check_update(
         DivergenceError: if a statistic or a weight is not healthy, or something that the weights give.
     """
     advice = f"a learning_rate below {learning_rate:g}, or smaller weights of the losses, may help"
-    wrong = [f"{name} {mean:g}" for name, mean in zip(STATISTICS, means, strict=True) if not np.isfinite(mean)]
-    if wrong:
+    if not np.isfinite(means).all():
+        wrong = [f"{name} {mean:g}" for name, mean in zip(STATISTICS, means, strict=True) if not np.isfinite(mean)]
         raise DivergenceError(f"{', '.join(wrong)}; {advice}")
-    check_health(((f"weights {name}", tensor) for name, tensor in network.state_dict().items()), advice)
+    check_health(((f"weights {name}", values) for name, values in weights), advice)
     # Weights can be finite and what they give not; a turn of a few sequences tells.
     outputs = stepper.step(batch.features[-1, :N_TRIED], batch.initial_states[:N_TRIED])
     check_health(zip(("logits", "values", "recurrent states"), outputs, strict=True), advice)

@@ -62,7 +62,7 @@ from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
-from hierroom.learners.health import check_batch, check_start, check_update
+from hierroom.learners.health import check_batch, check_start, check_update, weights_of
 from hierroom.learners.learner_state import check_learner_state, weights_schema
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.learners.policy import Policy
@@ -132,11 +132,11 @@ class Learner:
         self._device = torch.device(device)
         # The exact type: a subclass may compute something else. Kernels run as plain Python would be far too slow.
         is_interpreted = getattr(numba_config, "DISABLE_JIT", False)
-        is_shipped = type(self.network) is RecurrentActorCritic
-        if is_shipped and torch.device(device).type == "cpu" and not is_interpreted:
+        if type(self.network) is RecurrentActorCritic and self._device.type == "cpu" and not is_interpreted:
             self._backend = FusedBackend(self.network, config, threads)
         else:
             self._backend = TorchBackend(self.network, config, device)
+        self._weights = weights_of(self.network)
         self._initial_state = self._backend.initial_states(1)  # [1, S]
         self._states = np.repeat(self._initial_state, num_envs, axis=0)  # [N, S]
         self._starts_episode = np.ones(num_envs, bool)
@@ -298,7 +298,7 @@ class Learner:
         ]
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
         means = self._backend.train(batch, advantages, weights, parts, learning_rate)
-        check_update(means, self.network, self._backend, batch, learning_rate)
+        check_update(means, self._weights, self._backend, batch, learning_rate)
         target_variance = np.var(advantages + batch.values)
         return {
             **dict(zip(STATISTICS, means.tolist(), strict=True)),

@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.files import append_whole, sync, write_atomically
 
 _FIRST = "steps"
@@ -155,6 +155,11 @@ class CSVTable:
                 raise InputError(
                     f"{self.path} is broken: line {line.number} has not as many entries as the line that names them"
                 )
+            if line.steps is None:
+                first = shown(line.entries[0])
+                raise InputError(
+                    f"{self.path} is broken: line {line.number} begins with {first}, not with a number of steps"
+                )
             if line.steps != _HEADER:
                 rows.append(dict(zip(names, line.entries, strict=True)))
         return rows
@@ -232,6 +237,7 @@ def _entries(content: bytes) -> list[str] | None:
 def _steps(entries: Sequence[str]) -> int | None:
     """The steps that a row begins with; None if it begins with something else."""
     try:
-        return int(float(entries[0]))
+        steps = int(float(entries[0]))
     except (ValueError, OverflowError):
         return None
+    return steps if steps >= 0 else None

@@ -12,9 +12,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from hierroom.agents.scripted_agent import ScriptedAgent
+from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
 from hierroom.errors import DivergenceError, InputError
-from hierroom.meta import unsaved_memory
 from hierroom.options import META
 from hierroom.training import checkpoint
 from hierroom.training.assembly import evaluation_seed

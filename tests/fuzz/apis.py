@@ -33,15 +33,20 @@ from hierroom.vector_env import EscapeRooms
 from .api_machine import Faces
 
 ID = "hierroom/EscapeRoom-v0"
-APIS = {
+NATIVE = {
     "env": hierroom.env,
     "raw_env": hierroom.raw_env,
     "parallel_env": hierroom.parallel_env,
     "EscapeRoom": EscapeRoom,
     "EscapeRooms": EscapeRooms,
+}
+"""The APIs by their own names."""
+APIS = {
+    **NATIVE,
     "gymnasium.make": partial(gymnasium.make, ID),
     "gymnasium.make_vec": partial(gymnasium.make_vec, ID),
 }
+"""Likewise, and by what Gymnasium makes."""
 SIGNATURES = {"gymnasium.make": EscapeRoom, "gymnasium.make_vec": EscapeRooms}
 """Whose arguments Gymnasium passes on."""
 OF_LIBRARIES: Mapping[str, tuple[type[Exception], ...]] = {

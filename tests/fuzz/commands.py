@@ -9,8 +9,10 @@ import io
 import os
 import shutil
 import sys
+import tempfile
 import traceback
 from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 from unittest import mock
 
@@ -139,25 +141,44 @@ def wrong_end(code: object, told: str) -> str | None:
     return None
 
 
-def report(
-    description: str | None, what: str, problems: Callable[[int, int], Iterator[tuple[object, str | None]]]
-) -> int:
+Attempts = Callable[[int], Iterator[tuple[object, str | None]]]
+"""A fuzzer: for a seed, what was tried in the current folder and what is wrong with how it ended, or None; endless."""
+
+
+def problems(attempts: Attempts, count: int, seed: int, folder: Path) -> Iterator[tuple[object, str | None]]:
+    """What was tried and what is wrong with how it ended, or None.
+
+    Args:
+        attempts: the fuzzer.
+        count: how many are tried.
+        seed: fixes them.
+        folder: to try them in.
+    """
+    with world(folder):
+        for attempt in islice(attempts(seed), count):
+            yield attempt
+            restore()
+
+
+def report(description: str | None, what: str, attempts: Attempts) -> int:
     """Try as many as the command line of a fuzzer says, and print what goes wrong; returns 1 if anything does.
 
     Args:
         description: of the fuzzer.
         what: is tried.
-        problems: for a number and a seed, each that was tried and what is wrong with how it ended, or None.
+        attempts: the fuzzer.
     """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--count", type=int, default=500, help="how many are tried")
     parser.add_argument("--seed", type=int, default=0, help="fixes them")
     arguments = parser.parse_args()
     n_wrong = 0
-    for tried, problem in track(problems(arguments.count, arguments.seed), "trying", arguments.count):
-        if problem is not None:
-            n_wrong += 1
-            print(f"\n{tried!r:.2000}\n{problem[-3000:]}", flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        tries = problems(attempts, arguments.count, arguments.seed, Path(folder))
+        for tried, problem in track(tries, "trying", arguments.count):
+            if problem is not None:
+                n_wrong += 1
+                print(f"\n{tried!r:.2000}\n{problem[-3000:]}", flush=True)
     print(
         f"{arguments.count} of {what} (seed {arguments.seed}): {n_wrong} ended neither with 0 nor with 2 and one line"
     )

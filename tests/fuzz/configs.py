@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import random
-import tempfile
 from collections.abc import Iterator
 from copy import deepcopy
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 
 from hierroom.training.config import TrainConfig
 
-from .commands import MANY_DIGITS, TEXTS, end_of, report, restore, world, wrong_end
+from .commands import MANY_DIGITS, TEXTS, end_of, report, wrong_end
 
 VALUES: tuple[Any, ...] = (
     *(
@@ -104,25 +103,16 @@ def damaged(text: str, rng: random.Random) -> str:
     )
 
 
-def problems(count: int, seed: int, folder: Path) -> Iterator[tuple[str, str | None]]:
-    """Each edited config.json and what is wrong with how resuming it ended, or None.
-
-    Args:
-        count: how many.
-        seed: fixes them.
-        folder: to try them in.
-    """
-    rng = random.Random(seed)
-    with world(folder):
-        right = Path("kept/config.json").read_text()
-        before = TrainConfig.from_dict(json.loads(right))
-        for _ in range(count):
-            text = edited(right, rng)
-            Path("run/config.json").write_text(text, encoding="utf-8", errors="surrogatepass")
-            name, words = rng.choice([("train", ["--resume", "run"]), ("evaluate", ["run", "--episodes", "1"])])
-            code, told = end_of(name, words)
-            yield text, wrong_end(code, told) or (silent_change(before) if code == 0 else None)
-            restore()
+def attempts(seed: int) -> Iterator[tuple[str, str | None]]:
+    """Edited config.json, and what is wrong with how resuming or evaluating the run ended, or None."""
+    rng, right = random.Random(seed), Path("kept/config.json").read_text()
+    before = TrainConfig.from_dict(json.loads(right))
+    while True:
+        text = edited(right, rng)
+        Path("run/config.json").write_text(text, encoding="utf-8", errors="surrogatepass")
+        name, words = rng.choice([("train", ["--resume", "run"]), ("evaluate", ["run", "--episodes", "1"])])
+        code, told = end_of(name, words)
+        yield text, wrong_end(code, told) or (silent_change(before) if code == 0 else None)
 
 
 def silent_change(before: TrainConfig) -> str | None:
@@ -134,8 +124,7 @@ def silent_change(before: TrainConfig) -> str | None:
 
 def main() -> int:
     """Print what goes wrong; returns 1 if anything does."""
-    with tempfile.TemporaryDirectory() as folder:
-        return report(__doc__, "edited config.json", lambda count, seed: problems(count, seed, Path(folder)))
+    return report(__doc__, "edited config.json", attempts)
 
 
 if __name__ == "__main__":

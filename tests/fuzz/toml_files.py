@@ -8,14 +8,13 @@ from __future__ import annotations
 import json
 import math
 import random
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from hierroom.training.config import TrainConfig
 
-from .commands import MANY_DIGITS, SMALL_OPTIONS, TEXTS, end_of, report, restore, world, wrong_end
+from .commands import MANY_DIGITS, SMALL_OPTIONS, TEXTS, end_of, report, wrong_end
 from .configs import VALUES, damaged
 
 NAMES = [name for name in TrainConfig().entries if name not in ("env", "agents", "ppo")]
@@ -59,30 +58,21 @@ def graph(rng: random.Random) -> str:
     return damaged(text, rng) if rng.randrange(6) == 0 else text
 
 
-def problems(count: int, seed: int, folder: Path) -> Iterator[tuple[str, str | None]]:
-    """Each file and what is wrong with how the command that read it ended, or None.
-
-    Args:
-        count: how many.
-        seed: fixes them.
-        folder: to try them in.
-    """
+def attempts(seed: int) -> Iterator[tuple[str, str | None]]:
+    """Files, and what is wrong with how the command that read one ended, or None."""
     rng = random.Random(seed)
-    with world(folder):
-        for _ in range(count):
-            is_config = rng.randrange(2)
-            text = config(rng) if is_config else graph(rng)
-            Path("tried.toml").write_text(text, encoding="utf-8", errors="surrogatepass")
-            train = ("train", [*SMALL_OPTIONS[2:], "--config" if is_config else "--graph", "tried.toml"])
-            name, words = train if is_config else rng.choice((train, ("complexity", ["--graph", "tried.toml"])))
-            yield text, wrong_end(*end_of(name, words))
-            restore()
+    while True:
+        is_config = rng.randrange(2)
+        text = config(rng) if is_config else graph(rng)
+        Path("tried.toml").write_text(text, encoding="utf-8", errors="surrogatepass")
+        train = ("train", [*SMALL_OPTIONS[2:], "--config" if is_config else "--graph", "tried.toml"])
+        name, words = train if is_config else rng.choice((train, ("complexity", ["--graph", "tried.toml"])))
+        yield text, wrong_end(*end_of(name, words))
 
 
 def main() -> int:
     """Print what goes wrong; returns 1 if anything does."""
-    with tempfile.TemporaryDirectory() as folder:
-        return report(__doc__, "TOML files", lambda count, seed: problems(count, seed, Path(folder)))
+    return report(__doc__, "TOML files", attempts)
 
 
 if __name__ == "__main__":

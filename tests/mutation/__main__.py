@@ -1,0 +1,152 @@
+"""Mutation testing: does a module's own test fail if the module has one small error?
+
+``python -m tests.mutation`` tries every mutant of the modules below, and ``python -m tests.mutation gae options`` those
+of some. All runs as plain Python, kernels too (``NUMBA_DISABLE_JIT=1``). Each mutant is tried in a fork of this
+process, which has loaded what takes long, and lives in memory only: no file is touched. One that takes much more CPU
+time than the right module, such as an endless loop, is killed, too. Exit code 1 if one survives that `explained` does
+not explain.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import os
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Mapping
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+
+from rich.progress import track
+
+from .explained import EXPLAINED
+from .mutants import mutants
+
+PACKAGE = Path(__file__).parents[2]
+TARGETS: Mapping[str, tuple[str, str]] = {
+    "gae": ("learners/gae.py", "learner_gae"),
+    "graph": ("goals/graph.py", "goals"),
+    "canonical": ("goals/canonical.py", "goals complexity_graph_set"),
+    "hitting": ("complexity/hitting.py", "complexity_hitting"),
+    "elimination": ("complexity/elimination.py", "complexity_elimination"),
+    "options": ("options.py", "options option_ends crafted_states"),
+    "turn_kernels": ("turn_kernels.py", "options option_ends turn_kernels"),
+    "turns": ("turns.py", "turns turns_masks turns_state turns_curriculum"),
+}
+"""What is mutated, and the files of tests that are to notice."""
+LEFT_OUT = ("test_the_kernel_is_its_own_source", "test_as_ordinary_python")
+"""Tests of compiled kernels, or of other processes, which run the module as it is."""
+PRELOADED = (
+    *("numpy", "scipy.sparse.linalg", "torch", "numba", "networkx", "pytest", "hypothesis", "gymnasium", "pettingzoo"),
+    *("minigrid", "matplotlib.figure", "tyro", "rich.progress", "torch.utils.tensorboard", "PIL.Image"),
+)
+MOST_TIMES, LEAST_SECONDS = 2, 4
+"""CPU time after which a mutant counts as killed: so many times that of the right module, and at least so long."""
+
+
+class InMemory(MetaPathFinder, Loader):
+    """Has Python import one module from a text instead of its file.
+
+    Args:
+        name: of the module.
+        path: of its file, for tracebacks.
+        source: the text.
+    """
+
+    def __init__(self, name: str, path: Path, source: str) -> None:
+        self._name, self._path, self._source = name, path, source
+
+    def find_spec(self, fullname: str, path: object = None, target: object = None) -> ModuleSpec | None:
+        if fullname != self._name:
+            return None
+        return importlib.util.spec_from_file_location(fullname, self._path, loader=self)
+
+    def exec_module(self, module: ModuleType) -> None:
+        exec(compile(self._source, str(self._path), "exec"), module.__dict__)
+
+
+def passes(target: str, source: str, seconds: float) -> bool:
+    """Whether the tests of a module pass with another source in its place.
+
+    Args:
+        target: the module, in `TARGETS`.
+        source: the other source.
+        seconds: the CPU time that they may take.
+    """
+    path, tests = TARGETS[target]
+    child = os.fork()
+    if child == 0:
+        resource.setrlimit(resource.RLIMIT_CPU, (int(seconds), int(seconds) + 1))
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 1)
+        os.dup2(nowhere, 2)
+        name = f"hierroom.{path.removesuffix('.py').replace('/', '.')}"
+        sys.meta_path.insert(0, InMemory(name, PACKAGE / "hierroom" / path, source))
+        import pytest
+
+        files = [f"{PACKAGE}/tests/test_{one}.py" for one in tests.split()]
+        chosen = ["-k", " and ".join(f"not {one}" for one in LEFT_OUT), *files]
+        os._exit(int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", f"--rootdir={PACKAGE}", *chosen])))
+    _, status = os.waitpid(child, 0)
+    code = os.waitstatus_to_exitcode(status)
+    if code not in (0, 1, 2) and code > 0:  # 1: a test failed; 2: no test could be collected, as the import failed
+        raise RuntimeError(f"pytest ended with exit code {code}")
+    return code == 0
+
+
+def survivors(target: str) -> list[str]:
+    """Try all mutants of a module; returns those that its tests do not notice and nobody has explained.
+
+    Raises:
+        RuntimeError: if the tests fail as it is.
+    """
+    source = (PACKAGE / "hierroom" / TARGETS[target][0]).read_text()
+    before = _cpu_seconds()
+    if not passes(target, source, 3600):
+        raise RuntimeError(f"the tests of {target} fail without any error in it")
+    seconds = max(LEAST_SECONDS, MOST_TIMES * (_cpu_seconds() - before))
+    tried, explained, left = [*mutants(source)], 0, []
+    started = time.monotonic()
+    for mutant in track(tried, f"{target:<14}"):
+        if not passes(target, mutant.source, seconds):
+            continue
+        if not {mutant.before, f"{mutant.before}  ->  {mutant.after}"}.isdisjoint(EXPLAINED.get(target, {})):
+            explained += 1
+        else:
+            left.append(str(mutant))
+            print(f"{target} {mutant}", flush=True)
+    minutes = (time.monotonic() - started) / 60
+    n_killed = len(tried) - explained - len(left)
+    counts = f"{len(tried)} mutants, {n_killed} killed, {explained} explained, {len(left)} left"
+    print(f"{target}: {counts} ({minutes:.0f} min)", flush=True)
+    return left
+
+
+def _cpu_seconds() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def main() -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("modules", nargs="*", help=f"of {', '.join(TARGETS)}; all by default")
+    named = parser.parse_args().modules or [*TARGETS]
+    if unknown := {*named} - {*TARGETS}:
+        parser.error(f"there is no {', '.join(sorted(unknown))}; there are {', '.join(TARGETS)}")
+    os.environ["NUMBA_DISABLE_JIT"] = "1"
+    os.environ["SDL_VIDEODRIVER"] = "dummy"
+    for name in PRELOADED:
+        importlib.import_module(name)
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = folder
+        return int(sum(len(survivors(target)) for target in named) > 0)  # not any(), which would stop at the first
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,35 @@
+"""Mutants that no test can kill: by module the line, with or without what became of it, and why."""
+
+from collections.abc import Mapping
+
+_SAMPLES = "samples from which the compiler takes types alone"
+_COMPILER = "for the compiler, which is not there"
+_ROOM = "more memory than is needed either way, where each node has an edge"
+
+EXPLAINED: Mapping[str, Mapping[str, str]] = {
+    "elimination": {
+        "lower = np.concatenate((lower, np.empty(len(lower) + n)))"
+        "  ->  lower = np.concatenate((lower, np.empty(len(lower) - n)))": _ROOM,
+        "upper = np.concatenate((upper, np.empty(len(upper) + n)))"
+        "  ->  upper = np.concatenate((upper, np.empty(len(upper) - n)))": _ROOM,
+        "row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n // BLOCK + 1, np.bool_)"
+        "  ->  row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n * BLOCK + 1, np.bool_)": _ROOM,
+        "if n_lower + i > len(lower):  ->  if n_lower + i >= len(lower):": _ROOM,
+        "if n_upper + n_after > len(upper):  ->  if n_upper + n_after >= len(upper):": _ROOM,
+        "@njit(cache=True)": _COMPILER,
+        "has_some[block] = False  ->  has_some[block] = True": "an empty block is looked through, and nothing is there",
+        "row[j], is_there[j], has_some[j // BLOCK] = 0.0, False, False"
+        "  ->  row[j], is_there[j], has_some[j // BLOCK] = 0.0, False, True": "likewise",
+        "if j > i:  ->  if j >= i:": "j is another than i here",
+        "factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) - pattern).tocsc())"
+        "  ->  factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) + pattern).tocsc())": (
+            "a matrix of the same pattern, also regular: the order depends on nothing else"
+        ),
+    },
+    "turn_kernels": {"@njit(cache=True)": _COMPILER, "@njit(cache=True, nogil=True)": _COMPILER},
+    "options": {
+        "arrays = np.zeros(1, OUTCOME), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)": _SAMPLES,
+        "return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True)": _SAMPLES,
+        "return compiled(choose_goals, np.zeros(1, LEVEL), np.zeros(1, LEDGER), 1, np.zeros(1, np.int64))": _SAMPLES,
+    },
+}
