@@ -2,11 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-<<<<<<< HEAD
-.PHONY: train test test-random test-lowest compile lint docs bench constraints audit clean
-=======
-.PHONY: train test test-random test-lowest coverage mutate compile lint bench constraints audit clean
->>>>>>> wip-reliability
+.PHONY: train test test-random test-lowest coverage mutate compile lint docs bench constraints audit clean
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -58,11 +54,7 @@ bench: $(VENV)/.installed
 TOOLS := $(VENV)-tools
 UV := $(TOOLS)/bin/uv
 # clients, ray, benchmarl and agilerl pin others so that they need environments of their own.
-<<<<<<< HEAD
-COMPILE := $(UV) pip compile --quiet --universal --python-version 3.11 --no-annotate --extra dev --extra docs --extra bench --extra video
-=======
-COMPILE := $(UV) pip compile --quiet --universal --python-version 3.11 --no-annotate --extra dev --extra bench --extra video --extra mutation
->>>>>>> wip-reliability
+COMPILE := $(UV) pip compile --quiet --universal --python-version 3.11 --no-annotate --extra dev --extra docs --extra bench --extra video --extra mutation
 
 $(TOOLS)/.installed: Makefile
 	$(PYTHON) -m venv $(TOOLS)
