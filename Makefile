@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: train test test-random test-lowest coverage mutate compile lint bench constraints audit clean
+.PHONY: train test test-random test-lowest coverage mutate compile lint docs bench constraints audit clean
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -44,6 +44,9 @@ lint: $(VENV)/.installed
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+docs: $(VENV)/.installed ## the docs as a site, site/index.html
+	$(BIN)/mkdocs build --strict
+
 bench: $(VENV)/.installed
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
 	$(BIN)/python benchmarks/world_speed.py
@@ -51,7 +54,7 @@ bench: $(VENV)/.installed
 TOOLS := $(VENV)-tools
 UV := $(TOOLS)/bin/uv
 # clients, ray, benchmarl and agilerl pin others so that they need environments of their own.
-COMPILE := $(UV) pip compile --quiet --universal --python-version 3.11 --no-annotate --extra dev --extra bench --extra video --extra mutation
+COMPILE := $(UV) pip compile --quiet --universal --python-version 3.11 --no-annotate --extra dev --extra docs --extra bench --extra video --extra mutation
 
 $(TOOLS)/.installed: Makefile
 	$(PYTHON) -m venv $(TOOLS)
@@ -72,4 +75,4 @@ audit: $(VENV)/.installed $(TOOLS)/.installed ## a bill of materials (CycloneDX)
 	$(TOOLS)/bin/pip-audit --strict --skip-editable --path $$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
 
 clean:
-	rm -rf $(VENV) $(TOOLS) $(VENV)-lowest sbom.json
+	rm -rf $(VENV) $(TOOLS) $(VENV)-lowest site sbom.json

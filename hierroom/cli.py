@@ -15,9 +15,11 @@ from hierroom.errors import InputError, one_line
 COMMANDS: Mapping[str, str] = {
     "train": "train an agent and write a run folder",
     "sweep": "train many runs, on every core or many machines, into one table",
+    "play": "play a level yourself, with hints, fog, and a trained agent that can take over",
     "watch": "watch a trained agent, its failures too: in a window, as GIF, MP4 or text",
     "evaluate": "success, length and steps to each goal of a trained agent",
     "compare": "learning curves of several runs, with intervals, as tables and a figure",
+    "report": "one HTML page on runs: curves, goals, complexity against learning, replay of episodes",
     "complexity": "how hard goal graphs are to explore, before anybody trains",
     "paper": "the paper's tables, ours beside its own numbers",
     "compile": "compile all kernels now, so that nothing waits for it later",

@@ -117,10 +117,14 @@ def is_unfinished(path: Path) -> bool:
     return _UNFINISHED.fullmatch(path.name) is not None
 
 
-def to_json(value: Any) -> str:
+def to_json(value: Any, *, indent: int | None = 2) -> str:
     """Plain types as JSON text; infinities and NaNs, which JSON cannot represent, become null.
 
     A named tuple becomes an object with its names, so that nobody has to know the order of its entries.
+
+    Args:
+        value: the plain types.
+        indent: of the lines; None: all on one line and without spaces.
     """
 
     def finite(value: Any) -> Any:
@@ -131,4 +135,5 @@ def to_json(value: Any) -> str:
             return [finite(entry) for entry in value]
         return None if isinstance(value, float) and not math.isfinite(value) else value
 
-    return json.dumps(finite(value), indent=2, allow_nan=False)
+    separators = (",", ":") if indent is None else None
+    return json.dumps(finite(value), indent=indent, separators=separators, allow_nan=False)

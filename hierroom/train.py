@@ -35,6 +35,8 @@ class TrainArguments:
         resume: a run folder to go on with; only --steps, --threads and --device may be given beside it.
         trust_run: run the code that the config.json of --config or --resume names beside what ships with hierroom, and
             that is not named here by --meta, --network or --reward.
+        log: where the run is shown while it trains, joined by commas: tensorboard, wandb and mlflow, of which the last
+            two are to be installed; none for nowhere. A run that is resumed goes on there if it is named again.
     """
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
@@ -42,6 +44,7 @@ class TrainArguments:
     out: Path | None = None
     resume: Path | None = None
     trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    log: str = "tensorboard"
 
 
 def parse(argv: list[str] | None = None) -> TrainArguments:
@@ -78,7 +81,9 @@ def parse(argv: list[str] | None = None) -> TrainArguments:
     return arguments
 
 
-def train(config: TrainConfig | None = None, *, out: str | Path | None = None, **entries: Any) -> TrainedAgent:
+def train(
+    config: TrainConfig | None = None, *, out: str | Path | None = None, log: str = "tensorboard", **entries: Any
+) -> TrainedAgent:
     """Train an agent as the command does, with a progress bar and a run folder.
 
     Ctrl-C saves, and then raises KeyboardInterrupt; the command line goes on with ``--resume``.
@@ -87,6 +92,8 @@ def train(config: TrainConfig | None = None, *, out: str | Path | None = None, *
         config: what to train, such as `hierroom.find_preset` gives. None: the ``preset`` among the
             entries, else ``default``, or ``learned`` where ``meta="learned"``.
         out: the run folder, new or empty; None: a new one in ``runs/`` whose name shows what differs from the preset.
+        log: where the run is shown while it trains: ``"tensorboard"``, ``"wandb"``, ``"mlflow"``, several joined by
+            commas, or ``"none"``.
         **entries: entries of the config that are to be others, named as on the command line but with underscores:
             ``graph="f"``, ``steps=2_000_000``, ``method="ppo"``.
 
@@ -99,6 +106,7 @@ def train(config: TrainConfig | None = None, *, out: str | Path | None = None, *
     """
     import torch
 
+    from hierroom.training.logs import logger_names
     from hierroom.training.session import begin, run_session
     from hierroom.training.trained_agent import load
 
@@ -107,10 +115,11 @@ def train(config: TrainConfig | None = None, *, out: str | Path | None = None, *
         raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {start!r}")
     if start is None:
         start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
+    loggers = logger_names(log)
     trainer, folder = begin(start.changed(**entries), None if out is None else Path(out))
     n_threads = torch.get_num_threads()
     try:
-        if run_session(trainer, folder):
+        if run_session(trainer, folder, loggers):
             raise KeyboardInterrupt
     finally:
         torch.set_num_threads(n_threads)  # a session sets it for the whole process
@@ -120,16 +129,18 @@ def train(config: TrainConfig | None = None, *, out: str | Path | None = None, *
 def main(argv: list[str] | None = None) -> int:
     """The command."""
     arguments = parse(argv)
+    from hierroom.training.logs import logger_names
     from hierroom.training.session import begin, resume, run_session  # torch takes its time, and --help needs none
 
+    loggers = logger_names(arguments.log)
     if arguments.resume:
-        return run_session(*resume(arguments.config, arguments.resume))
+        return run_session(*resume(arguments.config, arguments.resume), loggers)
     trainer, folder = begin(arguments.config, arguments.out)
     if arguments.config_file is not None and arguments.config_file.name == "config.json":
         from hierroom.training.provenance import warn_of_changed_modules
 
         warn_of_changed_modules(arguments.config_file.parent, arguments.config)
-    return run_session(trainer, folder)
+    return run_session(trainer, folder, loggers)
 
 
 def _config_of(path: str, trust: bool, named: Mapping[str, str]) -> TrainConfig:

@@ -19,10 +19,10 @@ from hierroom.agents.playback import MOST_IN_GIF, film
 from hierroom.options import CONTROLLER
 from hierroom.training import results
 from hierroom.training.config import TrainConfig
-from hierroom.training.episode_log import MILESTONES, WINDOW
-from hierroom.training.events import tag
-from hierroom.training.learning_curve import LearningCurve, evaluation_points
+from hierroom.training.episode_log import WINDOW
+from hierroom.training.learning_curve import MILESTONES, LearningCurve, evaluation_points
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.scalars import tag
 from hierroom.training.trained_agent import load
 
 Rows = list[dict[str, float]]

@@ -13,6 +13,7 @@ from pictures import has_colour, pixels
 
 from hierroom.compare import __main__ as command
 from hierroom.compare import figure
+from hierroom.compare.evaluated_run import find_runs
 from hierroom.compare.figure import COLOURS
 from hierroom.errors import InputError
 
@@ -382,8 +383,9 @@ def test_a_run_without_evaluations(runs, compare):
 
 
 def test_a_run_evaluated_only_at_the_start(runs, compare):
-    make_run(runs / "random-9", {"c": line(0.8)}, steps=(0,), meta="random", seed=9)
-    refused(compare, "random-9 was evaluated up to 0 steps only", runs)
+    alone = make_run(runs / "random-9", {"c": line(0.8)}, steps=(0,), meta="random", seed=9)
+    refused(compare, "random-9 was evaluated up to 0 steps only", alone, *runs.glob("random-0"))
+    assert find_runs([runs])[1] == [alone]  # among others in a folder it is left out
 
 
 def test_a_copy_of_a_run(runs, compare):

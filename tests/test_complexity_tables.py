@@ -1,8 +1,6 @@
 """Lists of reports as CSV, LaTeX, Markdown and pandas; reach curves and pictures for notebooks."""
 
 import builtins
-import sys
-import types
 
 import numpy as np
 import pytest
@@ -10,9 +8,9 @@ from counted_walks import count_transitions
 from matplotlib.figure import Figure
 from pictures import pixels
 
-from hierroom.complexity import analyze, to_frame
+from hierroom.complexity import analyze, measure_trajectories, to_frame
 from hierroom.complexity.__main__ import ComplexityArguments, show
-from hierroom.complexity.draw_reach import draw_measured_reach, draw_reach, save_reach
+from hierroom.complexity.draw_reach import draw_measured_reach, draw_played_reach, draw_reach, save_reach
 from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.tables import COLUMNS, csv_text, latex_text, markdown_text, rows_of
 from hierroom.errors import InputError
@@ -45,27 +43,16 @@ def test_csv_is_in_full_precision():
     assert csv_text(REPORTS).splitlines()[1].split(",")[-2] == repr(REPORTS[0].expected_steps)
 
 
-def test_a_frame(monkeypatch):
-    """With a stand-in for pandas, which is no dependency: what it is given."""
-
-    class Frame:
-        def __init__(self, rows):
-            self.rows = rows
-
-        def set_index(self, name):
-            assert name == "graph"
-            return self
-
-    monkeypatch.setitem(sys.modules, "pandas", types.SimpleNamespace(DataFrame=Frame))
-    assert to_frame(REPORTS).rows == rows_of(REPORTS)
-    assert to_frame(REPORTS[0]).rows[0]["expected_steps"] == REPORTS[0].expected_steps
-
-
-def test_a_frame_of_pandas_itself():
-    pytest.importorskip("pandas")
+def test_a_frame():
+    pandas = pytest.importorskip("pandas")
     frame = to_frame(REPORTS)
+    assert frame.index.name == "graph"
     assert list(frame.index) == [report.graph.name for report in REPORTS]
-    assert frame.loc["a", "expected_steps"] == REPORTS[0].expected_steps
+    assert frame.reset_index().to_dict("records") == [{"graph": row["graph"]} | row for row in rows_of(REPORTS)]
+    assert all(pandas.api.types.is_float_dtype(frame[name]) for name in ("hitting_time", "expected_steps", "std"))
+    assert all(pandas.api.types.is_integer_dtype(frame[name]) for name in ("exit_room", "exit_depth", "width", "nodes"))
+    assert to_frame(REPORTS[0]).equals(frame.iloc[:1])
+    assert list(to_frame([]).columns) == list(frame.columns)
 
 
 def test_without_pandas_it_is_one_clear_line(monkeypatch):
@@ -120,6 +107,14 @@ def test_reach_curves_are_those_of_the_chains_and_the_episodes_end_at_their_limi
     assert times.max() == 20
     save_reach(measured(), tmp_path / "reach.svg")
     assert "<svg" in (tmp_path / "reach.svg").read_text()
+
+
+def test_reach_of_any_measured_chain():
+    played, axes = measure_trajectories([["hall", "garden"], ["hall", "hall", "garden"]], "garden"), Figure().subplots()
+    draw_played_reach(axes, played)
+    curves = {line.get_label(): line.get_ydata() for line in axes.lines}
+    np.testing.assert_allclose(curves["2 episodes, 95% interval"], [0, 0.5, 1])
+    np.testing.assert_allclose(curves["their chain"], [0, 2 / 3, 8 / 9])
 
 
 def test_reach_of_several_graphs_on_ones_own_axes():

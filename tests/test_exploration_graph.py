@@ -1,5 +1,7 @@
 """Chains of any exploration graph: networkx, matrices, trajectories, Gymnasium environments."""
 
+from dataclasses import replace
+
 import gymnasium
 import networkx as nx
 import numpy as np
@@ -65,12 +67,14 @@ def test_trajectories_by_hand():
     """a b (goal) after two steps; a a b b misses after three, so that b leads back to a."""
     played = measure_trajectories([["a", "b", "goal", "left out"], ["a", "a", "b", "b"]], "goal")
     assert played.chain.labels == ("a", "b", "goal")
-    np.testing.assert_allclose(played.chain.weights.toarray(), [[1 / 3, 2 / 3, 0], [1 / 3, 1 / 3, 1 / 3], [0, 0, 0]])
+    np.testing.assert_allclose(played.chain.weights.toarray(), [[1 / 3, 2 / 3, 0], [1 / 3, 1 / 3, 1 / 3], [0.01, 0, 0]])
     assert (played.episodes, played.success_rate) == (2, 0.5)
-    assert played.observed_times.tolist() == [2]
-    assert played.observed_steps == 2 + 3 + 1
+    assert played.counts.passages().tolist() == [2]
+    assert played.empirical_steps == 2 + 3 + 1
     assert played.chain.expected_steps == pytest.approx(6)
-    assert played.observed_reach([1, 2]).tolist() == [0, 1]
+    np.testing.assert_array_equal(played.empirical_reach([1, 2, 3, 4]), [0, 0.5, 0.5, np.nan])
+    assert played.counts.triples.tolist() == [[0, 0, 1, 1], [0, 1, 1, 1], [0, 1, 2, 1]]  # not through the restart
+    assert played.times == (2, 4, 8)
 
 
 @settings(deadline=None, max_examples=30)
@@ -81,13 +85,32 @@ def test_trajectories_by_hand():
 )
 def test_the_mean_of_the_chain_is_the_observed_one_whatever_the_trajectories(walks):
     played = measure_trajectories([[0, *walk] for walk in walks], 3)
-    assert played.chain.expected_steps == pytest.approx(played.observed_steps)
+    assert played.chain.expected_steps == pytest.approx(played.empirical_steps)
 
 
 def test_a_target_never_reached():
-    played = measure_trajectories([["a", "b"]], "goal")
-    assert played.observed_steps == played.chain.expected_steps == float("inf")
-    assert "0.0% reached" in str(played)
+    played = measure_trajectories([["a", "b"]], "goal", may_miss=True)
+    assert played.empirical_steps == played.chain.expected_steps == float("inf")
+    assert "0.0% reached the exit, 'goal'" in str(played)
+    assert "nobody escaped" in str(played)
+    with pytest.warns(UserWarning, match="no episode reaches the target 5; nodes seen are '0', '1', '2'"):
+        assert measure_env(Corridor(), cell, 5, lambda observation: 1, episodes=2, max_steps=9).success_rate == 0
+
+
+def test_each_dash_is_explained():
+    assert "-: not observed, as one episode has no deviation" in str(measure_trajectories([["a", "b"]], "b"))
+    cut = measure_trajectories([["a", "b"], ["a", "a"]], "b")
+    assert "-: not observed, as episodes were truncated after 1 steps" in str(cut)
+    both = str(measure_trajectories([["a", "b"], ["a", "a", "b"]], "b"))
+    assert "not observed" not in both
+
+
+def test_a_chain_of_counts_needs_a_label_for_each_node():
+    played = measure_trajectories([["a", "b"]], "b")
+    with pytest.raises(InputError, match="counts over 2 nodes need 2 labels, not 1"):
+        replace(played, labels=("a",))
+    with pytest.raises(InputError, match="level between 0 and 1"):
+        replace(played, level=95)
 
 
 def test_random_play_in_a_gymnasium_environment():
@@ -96,16 +119,32 @@ def test_random_play_in_a_gymnasium_environment():
     played = measure_env(Corridor(), cell, 4, episodes=400, seed=1, progress=done.append)
     assert played.success_rate == 1
     assert done == list(range(1, 401))
-    error = played.observed_std / 20
-    assert abs(played.chain.expected_steps - 20) < 4.5 * error
-    assert played.observed_std == pytest.approx(played.chain.std, rel=0.2)
+    mean, std = played.observed["expected_steps"], played.observed["std"]
+    assert abs(played.chain.expected_steps - 20) < 4.5 * std.value / 20
+    assert std.value == pytest.approx(played.chain.std, rel=0.2)
+    assert mean.low < 20 < mean.high
+    assert played.intervals["expected_steps"].low < 20 < played.intervals["expected_steps"].high
+    assert not played.markov.is_rejected
     again = measure_env(Corridor(), cell, 4, episodes=400, seed=1)
-    np.testing.assert_array_equal(played.times, again.times)
+    np.testing.assert_array_equal(played.counts.lengths, again.counts.lengths)
+    assert again.to_dict() == played.to_dict()
+
+
+def test_a_memory_is_seen():
+    """Whoever came to the fork from the left goes right: the chain of places says that one in two turns back."""
+    walks = [["left", "fork", "right", "goal"], ["left", "start", "left", "fork", "right", "goal"]] * 20
+    walks += [["left", "start", "right", "fork", "left", "fork", "right", "goal"]] * 20
+    played = measure_trajectories(walks, "goal")
+    assert played.markov.is_rejected
+    assert "play is NOT Markov" in str(played)
+    assert played.chain.expected_steps == pytest.approx(np.mean([3, 5, 7]))
+    assert "play is NOT Markov" in played._repr_html_()
 
 
 def test_a_policy_and_a_limit():
-    assert measure_env(Corridor(), cell, 4, lambda observation: 1, episodes=3).observed_steps == 4
-    assert measure_env(Corridor(), cell, 4, lambda observation: 1, episodes=3, max_steps=3).success_rate == 0
+    assert measure_env(Corridor(), cell, 4, lambda observation: 1, episodes=3).empirical_steps == 4
+    with pytest.warns(UserWarning, match="no episode reaches"):
+        assert measure_env(Corridor(), cell, 4, lambda observation: 1, episodes=3, max_steps=3).success_rate == 0
 
 
 def test_bad_input_is_one_line():
@@ -119,6 +158,8 @@ def test_bad_input_is_one_line():
     twins = nx.DiGraph([(1, "1")])
     for attempt, message in (
         (lambda: Chain.from_networkx(nx.path_graph(3), 0, 7), "no node 7 among the 3 nodes 0, 1, 2"),
+        (lambda: Chain.from_networkx(nx.path_graph("sab"), "s", "s"), "two nodes, but both are 's'"),
+        (lambda: Chain.from_matrix([[0, 1], [1, 0]], 1, 1), "two nodes, but both are '1'"),
         (lambda: Chain.from_networkx(nx.Graph(), 0, 1), "at least one node"),
         (lambda: Chain.from_networkx(half, 0, 1), "1 of 2 have it"),
         (lambda: Chain.from_networkx(heavy, 0, 1), "sum to at most 1"),
@@ -127,6 +168,10 @@ def test_bad_input_is_one_line():
         (lambda: Chain.from_matrix([[0, 1], [1, 0]], 0, 2), "from 0 to 1"),
         (lambda: Chain.from_matrix([[0, 1], [1, 0]], 0, 1, ["a"]), "2 nodes need as many labels, not 1"),
         (lambda: measure_trajectories([], 1), "there is none"),
+        (
+            lambda: measure_trajectories([["hall", "garden"]], "gardn"),
+            "no episode reaches the target 'gardn'; nodes seen ",
+        ),
         (lambda: measure_trajectories([[1, 2]], 1), "at least one step"),
         (lambda: measure_trajectories([[0, 1], [2, 1]], 1), "begin at the same node, not at 2 and 0"),
         (lambda: measure_env(Corridor(), cell, 4, episodes=0), "at least one episode"),

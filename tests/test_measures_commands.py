@@ -42,6 +42,17 @@ def test_json_and_csv_hold_the_same(printed):
     assert float(row["covering_high"]) == graph["covering_high"]
 
 
+def test_tables_for_papers_hold_what_is_printed(printed):
+    shown = [line.split() for line in printed(graph="c").splitlines() if line.startswith(" c ")]
+    latex = printed(graph="c", latex=True).splitlines()
+    assert latex[4].removesuffix(r" \\").split(" & ") == [*shown[0], *shown[1][1:]]
+    assert latex[2].count("&") == latex[4].count("&")
+    assert r"H\_1" in latex[2]
+    head, _, row = printed(graph="c", markdown=True).splitlines()
+    assert row.strip("| ").split(" | ") == [*shown[0], *shown[1][1:]]
+    assert head.count("|") == row.count("|")
+
+
 def test_levels_have_no_walk(printed):
     text = printed(graph="a", levels=2, horizon=40, seed=1)
     assert [line.split()[:2] for line in text.splitlines() if line.startswith(" a ")] == [["a", "1"], ["a", "2"]]
@@ -55,7 +66,7 @@ def test_levels_have_no_walk(printed):
         ({"graph": "g", "horizon": 5}, "go with --measures"),
         ({"graph": "g", "levels": 2}, "go with --measures"),
         ({"measures": True, "graph": "g", "levels": -1}, "at least one level"),
-        ({"measures": True, "graph": "g", "sort": "std"}, "none of --draw, --sort, --latex and --markdown"),
+        ({"measures": True, "graph": "g", "sort": "std"}, "neither --draw nor --sort"),
         ({"measures": True, "graph": "g", "horizon": 0}, "horizon"),
         ({"measures": True, "from_play": "random"}, "--from-play"),
         ({"seed": 3}, "or --seed with --levels"),

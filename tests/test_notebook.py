@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hierroom import GoalGraph
-from hierroom.complexity import analyze
+from hierroom.complexity import analyze, measure_trajectories
 from hierroom.complexity.html import html_table
 from hierroom.complexity.measured import MeasuredReport
 
@@ -62,6 +62,18 @@ def test_a_measured_report_is_a_table_of_what_it_prints():
     rows = [[cell.text or "" for cell in row] for row in shown.iter("tr")]
     notes = [note.text for note in shown.iter("p")]
     assert "nobody escaped, so the times to the exit are infinite" in notes
+    for line, cells in zip([columns, *lines], [*rows, *([note] for note in notes)], strict=True):
+        assert line.split() == " ".join(cells).split()
+
+
+def test_a_played_chain_is_a_table_of_what_it_prints():
+    played = measure_trajectories([["hall", "<cellar>", "garden"], ["hall", "hall", "garden"]], "garden")
+    shown = ElementTree.fromstring(f"<div>{played._repr_html_()}</div>")
+    head, columns, *lines = str(played).splitlines()
+    assert shown.find("table/caption").text == head
+    rows = [[cell.text or "" for cell in row] for row in shown.iter("tr")]
+    notes = [note.text for note in shown.iter("p")]
+    assert len(rows) > 5
     for line, cells in zip([columns, *lines], [*rows, *([note] for note in notes)], strict=True):
         assert line.split() == " ".join(cells).split()
 

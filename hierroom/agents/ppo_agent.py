@@ -13,6 +13,7 @@ from hierroom.agents.features import Features
 from hierroom.agents.warm_up import WarmUp
 from hierroom.controller import Observation
 from hierroom.errors import InputError, shown
+from hierroom.learners.decision import Decision
 from hierroom.learners.policy import Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.options import Transition
@@ -196,6 +197,11 @@ class FrozenAgent:
         self.features = features
         self._policy = policy
         self._act = policy.act_greedily if is_greedy else policy.act
+
+    @property
+    def decision(self) -> Decision | None:
+        """What its policy computed for its last turn; None before the first."""
+        return self._policy.decision
 
     def act(self, observation: Observation) -> NDArray[np.integer]:
         """[M] actions, all legal, in the environments of an observation."""

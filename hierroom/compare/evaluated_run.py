@@ -86,7 +86,7 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
     """The folders of runs among some paths.
 
     Args:
-        paths: folders of runs, or folders that contain them.
+        paths: folders of runs, or folders that contain them: see `runs_inside`.
 
     Returns:
         The folders of runs, each once; and the runs without evaluations after the first step that lay in a
@@ -101,9 +101,7 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
         if (path / "config.json").is_file():
             found.setdefault(path.resolve(), path)
             continue
-        inside = sorted(one.parent for one in path.glob("*/config.json")) if path.is_dir() else []
-        if not inside:
-            raise InputError(f"{path} is neither a run folder (it has no config.json) nor a folder that contains some")
+        inside = runs_inside(path)
         for one in inside:
             if _has_curve(one):
                 found.setdefault(one.resolve(), one)
@@ -112,13 +110,24 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
     return list(found.values()), left_out
 
 
+def runs_inside(path: Path) -> list[Path]:
+    """The folders of runs in a folder, or in its folder ``runs``, as that of a sweep has.
+
+    Raises:
+        InputError: if there is none.
+    """
+    for pattern in ("*/config.json", "runs/*/config.json") if path.is_dir() else ():
+        if inside := sorted(one.parent for one in path.glob(pattern)):
+            return inside
+    raise InputError(f"{path} is neither a run folder (it has no config.json) nor a folder that contains some")
+
+
 def _has_curve(path: Path) -> bool:
     """Whether a run was evaluated after its first step; a broken table is for `read_run` to speak of."""
     try:
-        rows = RunFolder(path).evaluations.numbers()
-    except InputError:
+        return any(float(row.get("steps", 0)) > 0 for row in RunFolder(path).evaluations.read())
+    except (InputError, ValueError):
         return True
-    return any(row.get("steps", 0) > 0 for row in rows)
 
 
 def read_run(path: Path) -> EvaluatedRun:
@@ -158,7 +167,7 @@ def read_run(path: Path) -> EvaluatedRun:
     method = config.resolved_method
     counts = frozenset(map(int, episodes.values()))
     own = {spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)}
-    return EvaluatedRun(path, _entries(config), method.meta, str(method.controller.reward), curves, counts, own)
+    return EvaluatedRun(path, flat_entries(config), method.meta, str(method.controller.reward), curves, counts, own)
 
 
 def _reader(path: Path) -> Callable[[Mapping[str, str], str], float]:
@@ -171,7 +180,7 @@ def _reader(path: Path) -> Callable[[Mapping[str, str], str], float]:
     return number
 
 
-def _entries(config: TrainConfig) -> dict[str, Any]:
+def flat_entries(config: TrainConfig) -> dict[str, Any]:
     """The entries of a config in plain types, flat; those of ``meta_ppo`` with its name in front."""
     table = config.to_dict()
     parts = [table.pop(name) for name in ("env", "agents", "ppo")]

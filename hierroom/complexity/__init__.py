@@ -41,10 +41,11 @@ from hierroom.complexity.hitting import (
     passage_time_sensitivity,
 )
 from hierroom.complexity.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
-from hierroom.complexity.played_chain import PlayedChain, measure_trajectories
+from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.reach import expected_states, reach_probability
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.tables import to_frame
+from hierroom.complexity.trajectories import measure_trajectories
 from hierroom.complexity.walk import Reading, Walk
 
 __all__ = [

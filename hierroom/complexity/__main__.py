@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Annotated
@@ -12,7 +12,15 @@ import tyro
 from hierroom.cli import one_line_usage, program, run, words
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.report import ComplexityReport, analyze
-from hierroom.complexity.tables import COLUMNS, ColumnName, csv_text, latex_text, markdown_text
+from hierroom.complexity.tables import (
+    COLUMNS,
+    ColumnName,
+    csv_text,
+    latex_table,
+    latex_text,
+    markdown_table,
+    markdown_text,
+)
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.env_config import GRAPHS
 from hierroom.errors import InputError
@@ -199,29 +207,36 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
 
 
 def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...]) -> None:
-    if options.draw is not None or options.sort is not None or options.latex or options.markdown:
-        raise InputError("--measures allows none of --draw, --sort, --latex and --markdown")
+    if options.draw is not None or options.sort is not None:
+        raise InputError("--measures allows neither --draw nor --sort")
     if (options.walk, options.reading) != (ComplexityArguments.walk, ComplexityArguments.reading):
         raise InputError("--measures knows no --walk and no --reading: its policies choose among the moves themselves")
     from hierroom.complexity.measures.graphs import measure_graphs
-    from hierroom.complexity.measures.table import print_measures, print_measures_csv  # rich loads slowly
+    from hierroom.complexity.measures.table import measures_table, print_measures, print_measures_csv  # rich loads
 
     horizon = options.horizon if options.horizon is not None else 1000 if options.levels else 20
     drop = "with" if options.drop else "without"
+    what = f"{_counted(graphs)}, {drop} drop, horizon {horizon}"
     if options.levels:
         from hierroom.measure.levels import measure_levels  # it loads the world
 
         measured = measure_levels(graphs, options.levels, horizon, options.drop, options.seed)
-        title = f"levels of {len(graphs)} goal graphs, {drop} drop, horizon {horizon}"
+        title = f"levels of {what}"
     else:
         measured = measure_graphs(graphs, horizon, options.drop)
-        title = f"MDPs of {len(graphs)} goal graphs, {drop} drop, horizon {horizon}"
+        title = f"MDPs of {what}"
     if options.json:
         print(to_json([graph.to_dict() for graph in measured]))
     elif options.csv:
         print_measures_csv(measured)
+    elif options.latex or options.markdown:
+        print(measures_table(measured, latex_table if options.latex else markdown_table), end="")
     else:
         print_measures(measured, title)
+
+
+def _counted(graphs: Sequence[object]) -> str:
+    return f"{len(graphs)} goal graph{'s' * (len(graphs) > 1)}"
 
 
 def _print_table(reports: list[ComplexityReport]) -> None:
@@ -231,7 +246,7 @@ def _print_table(reports: list[ComplexityReport]) -> None:
     from rich.table import Table
 
     table = Table(
-        title=f"{len(reports)} goal graphs, {'with' if reports[0].drop_key else 'without'} drop",
+        title=f"{_counted(reports)}, {'with' if reports[0].drop_key else 'without'} drop",
         box=SIMPLE_HEAD,
         padding=0,  # graphs of 8 rooms have long names, and the table must fit into 80 columns
     )

@@ -63,8 +63,8 @@ class Chain:
             None: all nodes.
 
     Raises:
-        InputError: if there is not one label for each node, two are the same, there is no goal `"exit"`, or the source
-            or a node of a goal is not a node.
+        InputError: if there is not one label for each node, two are the same, there is no goal `"exit"`, the source or
+            a node of a goal is not a node, or the source is the exit.
     """
 
     weights: sp.csr_array
@@ -86,6 +86,8 @@ class Chain:
             )
         for node in (self.source, *(node for nodes in self.goals.values() for node in nodes)):
             as_node(node, n)
+        if self.source in self.goals[EXIT]:
+            raise InputError(f"a chain's start and exit must be two nodes, but both are {self.labels[self.source]!r}")
 
     @classmethod
     def from_matrix(
@@ -101,7 +103,8 @@ class Chain:
             rates: divide each row by its sum, because it holds rates or counts.
 
         Raises:
-            InputError: if the matrix, a node or a label is not valid, or a row of probabilities sums to more than one.
+            InputError: if the matrix, a node or a label is not valid, a row of probabilities sums to more than one, or
+                source and target are the same.
         """
         weights = normalized(as_weights(matrix)) if rates else as_weights(matrix)
         as_moves(weights)
@@ -126,7 +129,8 @@ class Chain:
             rates: divide each node's weights by their sum, because they are rates or counts.
 
         Raises:
-            InputError: if there is no such node, a weight is not valid, or only some edges have one.
+            InputError: if there is no such node, source and target are the same, a weight is not valid, or only some
+                edges have one.
         """
         weights, nodes = graph_weights(graph, weight, rates), list(graph)
         return cls.from_matrix(weights, node_index(nodes, source), node_index(nodes, target), nodes)

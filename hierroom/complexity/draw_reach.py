@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +14,7 @@ from hierroom.complexity.chain import EXIT, Chain
 from hierroom.complexity.draw import save_figure
 from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.observed import wilson_interval
+from hierroom.complexity.played_chain import PlayedChain
 
 POINTS = 200
 
@@ -38,26 +40,40 @@ def draw_reach(axes: Axes, chains: Mapping[str, Chain], last: int = 1000, goal: 
     axes.legend(frameon=False)
 
 
-def draw_measured_reach(axes: Axes, report: MeasuredReport, last: int | None = None) -> None:
-    """Draw the reach curves of the assumed walk, of the measured chain, and of the episodes, with Wilson's interval.
+def draw_played_reach(
+    axes: Axes, played: PlayedChain, last: int | None = None, beside: Mapping[str, Chain] = MappingProxyType({})
+) -> None:
+    """Draw the reach curves of a measured chain and of its episodes, with Wilson's interval.
 
     The curve of the episodes ends at their step limit.
 
     Args:
         axes: where to draw.
-        report: a chain measured from play.
+        played: a chain measured from play, in any environment.
         last: the greatest number of steps; None: that of the longest episode.
+        beside: further chains by their names in the legend.
     """
-    last = int(report.counts.lengths.max()) if last is None else last
+    last = int(played.counts.lengths.max()) if last is None else last
     times = _times(last)
-    shares = report.empirical_reach(times)
+    shares = played.empirical_reach(times)
     seen = ~np.isnan(shares)
-    low, high = np.transpose([wilson_interval(share, report.episodes, report.level)[1:] for share in shares[seen]])
+    low, high = np.transpose([wilson_interval(share, played.episodes, played.level)[1:] for share in shares[seen]])
     axes.fill_between(times[seen], low, high, color="#35a853", alpha=0.25, linewidth=0)
     axes.plot(
-        times[seen], shares[seen], color="#35a853", label=f"{report.episodes} episodes, {report.level:.0%} interval"
+        times[seen], shares[seen], color="#35a853", label=f"{played.episodes} episodes, {played.level:.0%} interval"
     )
-    draw_reach(axes, {"their chain": report.chain, "assumed walk": report.assumed.chain}, last)
+    draw_reach(axes, {"their chain": played.chain, **beside}, last)
+
+
+def draw_measured_reach(axes: Axes, report: MeasuredReport, last: int | None = None) -> None:
+    """Draw the reach curves of the assumed walk beside those of `draw_played_reach`.
+
+    Args:
+        axes: where to draw.
+        report: a chain measured from play on a goal graph.
+        last: the greatest number of steps; None: that of the longest episode.
+    """
+    draw_played_reach(axes, report.played, last, {"assumed walk": report.assumed.chain})
     axes.set_title(f"goal graph {report.assumed.graph.name}", parse_math=False)
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Hashable
 from typing import Any
 
 import gymnasium
 
-from hierroom.complexity.played_chain import PlayedChain, measure_trajectories
+from hierroom.complexity.played_chain import PlayedChain
+from hierroom.complexity.trajectories import measure_trajectories, missed
 from hierroom.errors import InputError
 
 
@@ -31,7 +33,8 @@ def measure_env(
         target: the node to reach. An episode that ends elsewhere has missed it.
         policy: an action for an observation; random actions by default.
         episodes: number of episodes, at least 1.
-        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is one of its own.
+        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is one of its own; it fixes the
+            random actions and the bootstrap too.
         max_steps: ends an episode after so many steps, if the environment does not do so itself.
         progress: called with the number of episodes done.
 
@@ -41,6 +44,9 @@ def measure_env(
     Raises:
         InputError: if fewer than one episode is asked for, or an episode begins at the target or at another node than
             those before.
+
+    Warns:
+        UserWarning: if no episode reached the target, which may be a misspelt one.
     """
     if episodes < 1 or (max_steps is not None and max_steps < 1):
         raise InputError(f"play at least one episode of at least one step, not {episodes} of {max_steps}")
@@ -56,4 +62,7 @@ def measure_env(
             has_ended = terminated or truncated or nodes[-1] == target or len(nodes) - 1 == max_steps
         trajectories.append(nodes)
         progress(episode + 1)
-    return measure_trajectories(trajectories, target)
+    played = measure_trajectories(trajectories, target, may_miss=True, seed=seed)
+    if not played.counts.escaped.any():
+        warnings.warn(missed(target, played.labels[:-1]), stacklevel=2)
+    return played

@@ -1,131 +1,235 @@
-"""A chain measured from trajectories of nodes, whatever environment they come from."""
+"""A chain measured from play, in any environment: its numbers beside those of the episodes, all with intervals."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.chain import Chain
-from hierroom.complexity.exploration_graph import normalized
-from hierroom.complexity.weights import as_times
+from hierroom.complexity.chain import EXIT, Chain
+from hierroom.complexity.episodes import EpisodeCounts
+from hierroom.complexity.html import html_table
+from hierroom.complexity.markov_order import MarkovTest, markov_test
+from hierroom.complexity.observed import (
+    Interval,
+    observed,
+    observed_steps,
+    percentile_interval,
+    wilson_interval,
+    within,
+)
+from hierroom.complexity.text import text_table
+from hierroom.complexity.walk import PAPER_WALK
+from hierroom.complexity.weights import row_sums
 from hierroom.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
 class PlayedChain:
-    """The walk whose moves are as frequent as those of the trajectories, and the trajectories' own times beside it.
+    """The walk whose moves are as frequent as those of the episodes, and beside it what was observed of them.
 
-    W_ij is the fraction of the steps from node i that led to node j. An episode that ends without reaching the target
-    leads from its last node back to the source, which takes one more step: this makes the chain's `expected_steps` and
-    `observed_steps` the same number, whatever the policy. All else the chain predicts holds as far as the nodes are
-    Markov states, which the observed numbers beside it tell.
+    W_ij is the fraction of the steps from node i that led to node j. Two kinds of edges come from elsewhere. An episode
+    that ends without reaching the exit leads from its last node back to the source, which takes one more step: this
+    makes the chain's `expected_steps` and `empirical_steps` the same number, whatever the policy. The exit leads back
+    to the source with the probability ``restart``.
+
+    Everything else that the chain says, such as a standard deviation or a probability within t steps, holds for play
+    only if play is Markov on these nodes. So what was observed stands beside it, and `markov` tests it.
 
     Args:
-        chain: the chain; its goal ``"exit"`` is the target.
-        times: [E] int64, number of steps of each episode until the target, or until it ended.
-        reached: [E] bool, whether it reached the target.
+        counts: the transitions of the episodes; each has at least one.
+        labels: the name of each node.
+        source: index of the node at which every episode begins.
+        goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
+        restart: probability to leave the exit for the source in one step.
+        times: numbers of steps at which the probability to have escaped is reported.
+        level: confidence level of the intervals, above 0 and below 1.
+        n_resamples: number of bootstrap resamples of whole episodes, at least 2.
+        seed: seed of the resamples.
+
+    Raises:
+        InputError: if there is not one label for each node, or the level or number of resamples is out of range.
     """
 
-    chain: Chain
-    times: NDArray[np.int64]
-    reached: NDArray[np.bool_]
+    counts: EpisodeCounts
+    labels: tuple[str, ...]
+    source: int
+    goals: Mapping[str, tuple[int, ...]]
+    restart: float = PAPER_WALK.restart
+    times: tuple[int, ...] = (10, 100, 1000)
+    level: float = 0.95
+    n_resamples: int = 200
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        n = self.counts.n_nodes
+        if len(self.labels) != n:
+            raise InputError(f"counts over {n} nodes need {n} labels, not {len(self.labels)}")
+        if not 0 < self.level < 1 or self.n_resamples < 2:
+            raise InputError(
+                "intervals need a level between 0 and 1 and at least 2 resamples, "
+                f"not {self.level} and {self.n_resamples}"
+            )
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The measured walk: a `Chain` with W from the counts."""
+        return self._chain(self.counts.total())
 
     @property
     def episodes(self) -> int:
-        """Number of episodes E."""
-        return len(self.times)
+        """Number of episodes played."""
+        return len(self.counts.lengths)
 
     @property
     def success_rate(self) -> float:
-        """Fraction of the episodes that reached the target."""
-        return float(self.reached.mean())
+        """Fraction of the episodes that reached the exit."""
+        return float(self.counts.escaped.mean())
+
+    @property
+    def empirical_steps(self) -> float:
+        """Mean number of steps from a start to the next exit over consecutive episodes; ``inf`` if none escaped.
+
+        It is the number of all steps plus one for each restart, divided by the number of escapes. The measured chain's
+        `expected_steps` is the same number for any policy, because its counts balance at every node and this is their
+        stationary return time.
+        """
+        return observed_steps(self.counts)
+
+    def empirical_reach(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit.
+
+        A difference from `chain.reach_probability` shows that the nodes are not Markov states: the policy's next step
+        depends on more than the node, for example on the distance to the next object.
+        """
+        return self.counts.reach(t)
 
     @cached_property
-    def observed_times(self) -> NDArray[np.int64]:
-        """Steps from a start to the next visit of the target, over the episodes one after the other."""
-        total = np.cumsum(self.times + ~self.reached)[self.reached]
-        return np.diff(total, prepend=0)
+    def observed(self) -> dict[str, Interval]:
+        """Mean, deviation and reach of the episodes themselves, with intervals; see `complexity.observed.observed`."""
+        rng = np.random.default_rng([self.seed, 1])
+        return observed(self.counts, self.times, self.level, 5 * self.n_resamples, rng)
 
-    @property
-    def observed_steps(self) -> float:
-        """Mean number of steps from a start to the next visit of the target; ``inf`` if it was never visited.
+    @cached_property
+    def markov(self) -> MarkovTest | None:
+        """Whether play is Markov on the nodes; None if the counts do not suffice, see `complexity.markov_order`."""
+        return None if self.counts.triples is None else markov_test(self.counts.triples)
 
-        The steps after the last visit count too: it is the number of all steps, one more for each episode that missed
-        the target, divided by the number of visits.
+    @cached_property
+    def intervals(self) -> dict[str, Interval]:
+        """Times to the exit and to each goal, and reach probabilities, of the chain, with intervals over episodes.
+
+        Episodes are resampled with replacement and the whole report is computed again (Efron and Tibshirani, 1993,
+        chapter 13). So an interval covers what the chain would be after very many episodes, which is what play does
+        only if `markov` is not rejected. A resample without an escape has infinite times, so an interval may end at
+        ``inf``. Where the resamples do not differ or the episodes are few, a time has no interval, and that of a
+        probability is as wide as Wilson's at least. Chains of thousands of nodes take a minute for 200 resamples.
         """
-        n_visits = int(self.reached.sum())
-        return float((self.times + ~self.reached).sum() / n_visits) if n_visits else float("inf")
+        rng = np.random.default_rng(self.seed)
+        share = np.full(self.episodes, 1 / self.episodes)
+        resamples = [
+            summary(self._chain(self.counts.total(rng.multinomial(self.episodes, share))), self.times)
+            for _ in range(self.n_resamples)
+        ]
+        intervals = {}
+        for name, value in summary(self.chain, self.times).items():
+            drawn = [resample[name] for resample in resamples]
+            intervals[name] = percentile_interval(value, drawn, self.episodes, self.level)
+            if name.startswith("exit within") and np.isnan(intervals[name].low):
+                intervals[name] = wilson_interval(value, self.episodes, self.level)
+        return intervals
+
+    def to_dict(self) -> dict[str, Any]:
+        """The episodes and their chain as plain numbers, strings, lists and dicts."""
+        names = list(map(str, self.times))
+        return {
+            "episodes": self.episodes,
+            "nodes": len(self.labels),
+            "success_rate": self.success_rate,
+            "empirical_steps": self.empirical_steps,
+            "level": self.level,
+            "observed": {name: interval._asdict() for name, interval in self.observed.items()},
+            "markov_test": None if self.markov is None else self.markov._asdict(),
+            "measured": {name: interval._asdict() for name, interval in self.intervals.items()},
+            "empirical_reach": dict(zip(names, self.empirical_reach(self.times).tolist(), strict=True)),
+            "expected_states": dict(zip(names, self.chain.expected_states(self.times).tolist(), strict=True)),
+            "goal_sensitivity": self.chain.goal_sensitivity(),
+        }
 
     @property
-    def observed_std(self) -> float:
-        """Standard deviation of `observed_times`; ``nan`` with fewer than two visits."""
-        return float(self.observed_times.std(ddof=1)) if len(self.observed_times) > 1 else float("nan")
+    def columns(self) -> tuple[str, ...]:
+        """The headings of `rows`."""
+        interval = f"{self.level:.0%} interval"
+        return "", "observed", interval, "their chain", interval
 
-    def observed_reach(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Fraction of `observed_times` of at most t steps, which `Chain.reach_probability` predicts."""
-        ends = np.sort(self.observed_times)
-        return np.searchsorted(ends, as_times(t), side="right") / max(len(ends), 1)
+    def rows(self) -> list[tuple[str, ...]]:
+        """What is printed: for each number its name, the observed one, the chain's, and the interval of each."""
+        rows = []
+        for name, measured in self.intervals.items():
+            seen = self.observed.get(name)
+            cells = (
+                ("", "") if seen is None else ("-", "") if np.isnan(seen.value) else (f"{seen.value:.4g}", str(seen))
+            )
+            rows.append((name, *cells, f"{measured.value:.4g}", str(measured)))
+        return rows
+
+    def notes(self) -> list[str]:
+        """What has to be known to read `rows`, a sentence or less a line."""
+        notes = self._test_notes()
+        if not self.counts.escaped.any():
+            notes.append("nobody escaped, so the times to the exit are infinite")
+        if any(np.isnan(interval.value) for interval in self.observed.values()):
+            cut = f"episodes were truncated after {self.counts.step_limit:.0f} steps"
+            notes.append(f"-: not observed, as {cut if self.counts.is_cut else 'one episode has no deviation'}")
+        if any(np.isnan(interval.low) for interval in self.intervals.values()):
+            notes.append("none: the episodes are too few, or too much alike, for an interval")
+        return notes
+
+    def _test_notes(self) -> list[str]:
+        """Whether the chain's numbers are those of play."""
+        if self.markov is None:
+            return ["too few steps to test whether play is Markov on these nodes: trust what was observed"]
+        test = f"Markov of order 1 against 2: chi2({self.markov.degrees}) = {self.markov.statistic:.1f}"
+        if not self.markov.is_rejected:
+            return [f"{test}, p = {self.markov.p_value:.2g}: nothing speaks against the chain"]
+        return [
+            f"{test}, p = {self.markov.p_value:.1g}: play is NOT Markov on these nodes. The chain's expected steps",
+            "are those of play all the same; its other numbers and intervals are not: read what was observed instead",
+        ]
+
+    @property
+    def _head(self) -> str:
+        exit_label = self.labels[self.goals[EXIT][0]]
+        played = f"{self.episodes} episode{'s' * (self.episodes > 1)} played over {len(self.labels)} nodes"
+        return f"{played}, {self.success_rate:.1%} reached the exit, {exit_label!r}"
 
     def __str__(self) -> str:
-        half = int(np.median(self.observed_times)) if self.reached.any() else 1
-        rows = [("expected steps", self.observed_steps, self.chain.expected_steps)]
-        rows += [("standard deviation", self.observed_std, self.chain.std)]
-        for t in (half, 2 * half, 4 * half):
-            reach = float(self.chain.reach_probability(t))
-            rows.append((f"target within {t}", float(self.observed_reach(t)), reach))
-        nodes = len(self.chain.labels)
-        lines = [f"{self.episodes} episodes over {nodes} nodes, {self.success_rate:.1%} reached the target"]
-        lines += [f"  {'':<22}{'episodes':>12}{'their chain':>14}"]
-        lines += [f"  {name:<22}{observed:>12.4g}{predicted:>14.4g}" for name, observed, predicted in rows]
-        return "\n".join(lines)
+        return text_table(self._head, self.columns, self.rows(), self.notes())
+
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        return html_table(self._head, self.columns, self.rows(), self.notes())
+
+    def _chain(self, counts: sp.csr_array) -> Chain:
+        steps, end = row_sums(counts), self.goals[EXIT][0]
+        from_exit = sp.coo_array(([self.restart], ([end], [self.source])), shape=counts.shape)
+        shares = counts.multiply(1 / np.maximum(steps, 1)[:, None])  # a node never visited keeps a row of zeros
+        return Chain((shares + from_exit).tocsr(), self.labels, self.source, self.goals)
 
 
-def measure_trajectories(trajectories: Iterable[Sequence[Hashable]], target: Hashable) -> PlayedChain:
-    """Measure the chain of one's own trajectories.
+def summary(chain: Chain, times: tuple[int, ...]) -> dict[str, float]:
+    """The numbers of a chain that are reported: hitting time, mean, deviation, reach, and the mean to each goal.
 
     Args:
-        trajectories: for each episode its node at every step, that of the start first; all must begin at the same
-            node. What follows the first visit of the target is left out.
-        target: the node to reach, whose visit ends an episode.
-
-    Returns:
-        The chain and what was observed. Nodes are in the order in which they were first seen, the target last.
-
-    Raises:
-        InputError: if there is no trajectory, one has no step, they begin at several nodes or at the target, or two
-            nodes have the same name.
+        chain: the chain.
+        times: numbers of steps for its reach.
     """
-    numbers: dict[Hashable, int] = {}
-    edges: list[NDArray[np.int64]] = []
-    times, reached = [], []
-    for trajectory in trajectories:
-        nodes = list(trajectory)
-        is_reached = target in nodes
-        nodes = nodes[: nodes.index(target) + 1] if is_reached else nodes
-        if len(nodes) < 2:
-            raise InputError("a trajectory must have at least one step, from a node that is not the target")
-        visited = np.array([numbers.setdefault(node, len(numbers)) for node in nodes])
-        if visited[0] != 0:
-            raise InputError(
-                f"all trajectories must begin at the same node, not at {nodes[0]!r} and {next(iter(numbers))!r}; "
-                "put one common node before them"
-            )
-        edges.append(np.stack([visited[:-1], visited[1:]]))
-        if not is_reached:
-            edges.append(np.array([[visited[-1]], [0]]))
-        times.append(len(nodes) - 1)
-        reached.append(is_reached)
-    if not times:
-        raise InputError("a chain is measured from at least one trajectory, but there is none")
-    end = numbers.setdefault(target, len(numbers))
-    n, (sources, targets) = len(numbers), np.concatenate(edges, axis=1)
-    counts = sp.coo_array((np.ones(len(sources)), (sources, targets)), shape=(n, n)).tocsr()
-    order = np.array([*np.delete(np.arange(n), end), end])
-    names = list(numbers)
-    chain = Chain.from_matrix(normalized(counts)[order][:, order], 0, n - 1, [names[i] for i in order])
-    return PlayedChain(chain, np.array(times), np.array(reached))
+    reached = chain.reach_probability(times)
+    found = {"hitting_time": chain.hitting_time, "expected_steps": chain.expected_steps, "std": chain.std}
+    chances = {within(t): float(chance) for t, chance in zip(times, reached, strict=True)}
+    return found | chances | {f"steps to {goal}": chain.expected_steps_to(goal) for goal in chain.goals if goal != EXIT}

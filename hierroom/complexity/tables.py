@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -43,6 +43,11 @@ TEX = str.maketrans({
 })  # fmt: skip
 
 
+FIELDS: tuple[str, ...] = ("key_rooms", "exit_room", "drop_key", *COLUMNS)
+"""The columns of `rows_of`."""
+HEADS = tuple(column.heading.replace("\n", " ") for column in COLUMNS.values())
+
+
 def rows_of(reports: Iterable[ComplexityReport]) -> list[dict[str, Any]]:
     """Each report as one row: what its goal graph is, and the columns of the list, in full precision."""
     return [
@@ -60,31 +65,42 @@ def csv_text(reports: Iterable[ComplexityReport]) -> str:
     """The list as CSV, with a line of headings, in full precision."""
     text = io.StringIO()
     rows = rows_of(reports)
-    writer = csv.DictWriter(text, ["key_rooms", "exit_room", "drop_key", *COLUMNS], lineterminator="\n")
+    writer = csv.DictWriter(text, FIELDS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()
 
 
-def latex_text(reports: Iterable[ComplexityReport]) -> str:
-    """The list as a LaTeX tabular with the rules of booktabs, rounded as it is printed."""
-    heads = [column.heading.replace("\n", " ") for column in COLUMNS.values()]
-    lines = [r"\begin{tabular}{l" + "r" * (len(COLUMNS) - 1) + "}  % \\usepackage{booktabs}", r"\toprule"]
-    lines += [" & ".join(heads) + r" \\", r"\midrule"]
-    for report in reports:
-        cells = [_cell(column, report) for column in COLUMNS.values()]
-        lines.append(" & ".join(r"$\infty$" if cell == "inf" else cell.translate(TEX) for cell in cells) + r" \\")
+def latex_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A LaTeX tabular with the rules of booktabs.
+
+    Args:
+        heads: the headings, the first that of names.
+        rows: the texts of each line's cells.
+    """
+    lines = [r"\begin{tabular}{l" + "r" * (len(heads) - 1) + "}  % \\usepackage{booktabs}", r"\toprule"]
+    lines += [" & ".join(head.translate(TEX) for head in heads) + r" \\", r"\midrule"]
+    for cells in rows:
+        texts = (r"$\infty$" if cell == "inf" else cell.translate(TEX).replace(" +- ", r" $\pm$ ") for cell in cells)
+        lines.append(" & ".join(texts) + r" \\")
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
+
+
+def markdown_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A Markdown table; arguments as for `latex_table`."""
+    lines = ["| " + " | ".join(heads) + " |", "|---|" + "---:|" * (len(heads) - 1)]
+    lines += ["| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |" for cells in rows]
+    return "\n".join([*lines, ""])
+
+
+def latex_text(reports: Iterable[ComplexityReport]) -> str:
+    """The list as a LaTeX tabular, rounded as it is printed."""
+    return latex_table(HEADS, map(_cells, reports))
 
 
 def markdown_text(reports: Iterable[ComplexityReport]) -> str:
     """The list as a Markdown table, rounded as it is printed."""
-    heads = [column.heading.replace("\n", " ") for column in COLUMNS.values()]
-    lines = ["| " + " | ".join(heads) + " |", "|---|" + "---:|" * (len(COLUMNS) - 1)]
-    for report in reports:
-        cells = [_cell(column, report).replace("|", r"\|") for column in COLUMNS.values()]
-        lines.append("| " + " | ".join(cells) + " |")
-    return "\n".join([*lines, ""])
+    return markdown_table(HEADS, map(_cells, reports))
 
 
 def to_frame(reports: ComplexityReport | Iterable[ComplexityReport]) -> pandas.DataFrame:
@@ -101,7 +117,11 @@ def to_frame(reports: ComplexityReport | Iterable[ComplexityReport]) -> pandas.D
     except ImportError as error:
         raise InputError("to_frame needs pandas, which is not installed: pip install pandas") from error
     several = [reports] if isinstance(reports, ComplexityReport) else list(reports)
-    return pd.DataFrame(rows_of(several)).set_index("graph")
+    return pd.DataFrame(rows_of(several), columns=list(FIELDS)).set_index("graph")
+
+
+def _cells(report: ComplexityReport) -> list[str]:
+    return [_cell(column, report) for column in COLUMNS.values()]
 
 
 def _cell(column: Column, report: ComplexityReport) -> str:

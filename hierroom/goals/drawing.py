@@ -21,7 +21,7 @@ def tree_svg(key_rooms: Sequence[int], exit_room: int, title: str) -> str:
     Returns:
         an SVG document.
     """
-    places = _places(key_rooms)  # (column, depth) of each room
+    places = tree_places(key_rooms)
     width = max(int(COLUMN * (1 + max(column for column, _ in places))), 8 * len(title) + 20)
     height = TOP + ROW * max(depth for _, depth in places) + 2 * RADIUS + 24
     centres = [(COLUMN * (column + 0.5), TOP + RADIUS + ROW * depth) for column, depth in places]
@@ -51,8 +51,12 @@ def _text(x: float, y: float, words: str, size: int, colour: str = INK, behind: 
     return f'<text x="{x:g}" y="{y:g}" font-size="{size}" text-anchor="middle" fill="{colour}" {halo}>{words}</text>'
 
 
-def _places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
-    """(column, depth) of each room: leaves side by side, every other room in the middle above its first and last."""
+def tree_places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
+    """(column, depth) of each room: leaves side by side, every other room in the middle above its first and last.
+
+    Args:
+        key_rooms: where the keys of rooms 1, 2, ... lie.
+    """
     places: dict[int, tuple[float, int]] = {}
     n_leaves = 0
 

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.learners.decision import Decision
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.sampling import greedy_actions, sample_actions
 
@@ -33,6 +34,9 @@ class Policy:
         space: observations and actions of the agent.
         num_envs: number of environments N.
         seed: seed of the sampled actions.
+
+    Attributes:
+        decision: what the last call of `act` or `act_greedily` computed; None before the first.
     """
 
     def __init__(self, stepper: Stepper, space: AgentSpace, num_envs: int, seed: int) -> None:
@@ -40,6 +44,7 @@ class Policy:
         self._space = space
         self._random = np.random.default_rng(seed)
         self._states = stepper.initial_states(num_envs)
+        self.decision: Decision | None = None
 
     def act(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
@@ -65,5 +70,6 @@ class Policy:
         self._space.check_masks(envs, masks)
         if len(envs) == 0:
             return np.empty((0, self._space.n_actions), np.float32)
-        logits, _, self._states[envs] = self._stepper.step(features, self._states[envs])
+        logits, values, self._states[envs] = self._stepper.step(features, self._states[envs])
+        self.decision = Decision(envs, logits, masks, values)
         return logits

@@ -177,7 +177,8 @@ def measure_named(
         player: Player = make_player(name, seed)
     else:
         turns, player = _trained(name, entries, drop_key, num_envs, seed, trust)
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:  # in a file: an empty line
         task = bar.add_task("playing", total=episodes)
         return measure(turns, player, episodes, lambda done: bar.update(task, completed=done), seed, walk, reading)
 

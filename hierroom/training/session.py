@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -18,9 +18,9 @@ from hierroom.options import META
 from hierroom.training import checkpoint
 from hierroom.training.assembly import evaluation_seed
 from hierroom.training.config import TrainConfig
-from hierroom.training.events import Events
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import LearningCurve, evaluation_rows
+from hierroom.training.logs import DEFAULT, NONE, Logs
 from hierroom.training.output import lasting_output, warn
 from hierroom.training.provenance import record_session
 from hierroom.training.results import write_results
@@ -88,10 +88,15 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
     return trainer, folder
 
 
-def run_session(trainer: Trainer, folder: RunFolder) -> int:
+def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT) -> int:
     """Train until the end or an interrupt and print the results; returns the exit code of the command.
 
     Training does not depend on whether anybody reads what is printed.
+
+    Args:
+        trainer: what trains.
+        folder: of the run.
+        log: the loggers, as `logs.logger_names` gives them.
     """
     torch.set_num_threads(1)  # more threads gain nothing at these sizes
     with folder.lock, lasting_output():
@@ -109,11 +114,12 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
                 soft_wrap=True,
             )
         with Interrupt() as interrupt, _progress_bar(trainer, console) as report:
-            train(trainer, folder, interrupt, report)
+            train(trainer, folder, interrupt, report, log)
         if not trainer.is_done:
             console.print("stopped and saved; go on with:")
             console.print(
-                f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}",
+                f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}"
+                + (f" --log {','.join(log) or NONE}" if tuple(log) != DEFAULT else ""),
                 soft_wrap=True,
                 markup=False,
             )
@@ -123,9 +129,13 @@ def run_session(trainer: Trainer, folder: RunFolder) -> int:
 
 
 def train(
-    trainer: Trainer, folder: RunFolder, interrupt: Interrupt, report: Callable[[str], object] = lambda status: None
+    trainer: Trainer,
+    folder: RunFolder,
+    interrupt: Interrupt,
+    report: Callable[[str], object] = lambda status: None,
+    log: Sequence[str] = DEFAULT,
 ) -> None:
-    """Train until the end or an interrupt, with tables, TensorBoard events and checkpoints.
+    """Train until the end or an interrupt, with tables, loggers and checkpoints.
 
     What is written before a checkpoint is what a run that goes on from it has behind it: the checkpoint is the last.
 
@@ -134,19 +144,29 @@ def train(
         folder: of the run.
         interrupt: asks to stop.
         report: called after each update with a few words on how training stands.
+        log: the loggers, as `logs.logger_names` gives them.
 
     Raises:
         DivergenceError: if training diverges; the checkpoints are as they were.
     """
+    logs = Logs(folder.path, trainer.config, _last_kept(trainer), log)
+    try:
+        _train(trainer, folder, interrupt, report, logs)
+    finally:
+        logs.close(is_done=trainer.is_done)
+
+
+def _train(
+    trainer: Trainer, folder: RunFolder, interrupt: Interrupt, report: Callable[[str], object], logs: Logs
+) -> None:
     config, sampler = trainer.config, trainer.turns.sampler
     schedule = Schedule(config.steps, config.evaluations)
-    events = Events(folder.path, config, _last_kept(trainer))
     evaluated = ""
 
     def evaluate() -> str:
         evaluation = trainer.evaluate()
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
-        events.add_evaluation(trainer.steps, evaluation)
+        logs.add_evaluation(trainer.steps, evaluation)
         return f" (evaluated {evaluation.success_rate:.0%})"
 
     if trainer.steps == 0 and schedule.is_evaluation_due(-1, 0):
@@ -167,12 +187,12 @@ def train(
         folder.episodes.append(trainer.log.ended)
         if schedule.is_row_due(before, trainer.steps):
             folder.metrics.append([row])
-            events.add_metrics(row)
+            logs.add_metrics(row)
         if schedule.is_evaluation_due(before, trainer.steps):
             evaluated = evaluate()
         if trainer.is_done:
-            events.add_hyperparameters(LearningCurve.of_rows(folder.evaluations.read()))
-        events.sync()
+            logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
+        logs.sync()
         if schedule.is_checkpoint_due(before, trainer.steps):
             folder.save_checkpoint(trainer.state_dict())
         elif is_last:

@@ -60,7 +60,7 @@ class TrainedAgent:
             raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
         return replace(self.config.env, **({"exclude": (), **entries} if "graph" in entries else entries))
 
-    def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None) -> Turns:
+    def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, autoreset: bool = True) -> Turns:
         """Environments it can play in, whose shortest lengths are measured.
 
         Args:
@@ -68,6 +68,7 @@ class TrainedAgent:
             seed: of their first episodes.
             env: what they are made of; None: as those it was trained in. Where its reward is None, it is the one it was
                 trained with; where its levels are None, they are those that training never uses.
+            autoreset: whether an environment whose episode ends begins its next one in the same step.
 
         Raises:
             InputError: if their ``drop_key`` is another than the agent was trained with.
@@ -76,7 +77,8 @@ class TrainedAgent:
         if config.env.drop_key != self.config.env.drop_key:
             raise InputError("a trained agent cannot be played with another drop_key")
         levels = (env and env.levels) or "evaluation"
-        return make_turns(config, num_envs, seed, levels=levels, whole_interval=True, measure_shortest=True)
+        settings = {"whole_interval": True, "measure_shortest": True, "autoreset": autoreset}
+        return make_turns(config, num_envs, seed, levels=levels, **settings)
 
     def pair(self, num_envs: int, *, seed: int = 0) -> Pair:
         """The agents as a `Player` in a number of environments; a new one for each use.

@@ -52,7 +52,7 @@ def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: st
     if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
         raise InputError(f"tile_size must be a whole number of at least 1, not {tile_size!r}")
     tiles, level, size = _tiles(state), state.levels[0], state.size
-    is_seen = _seen(state)
+    is_seen = seen_cells(state)
     agent = level.row - MARGIN, level.col - MARGIN
     frame = np.empty((size, tile_size, size, tile_size, 3), np.uint8)
     for row, col in np.ndindex(size, size):
@@ -150,14 +150,19 @@ def _tiles(state: State) -> NDArray[np.uint8]:
     return state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN]
 
 
-def _seen(state: State) -> NDArray[np.bool_]:
-    """Which cells of the grid are in the agent's current view: [size, size] bool."""
+def view_of(state: State) -> NDArray[np.uint8]:
+    """The tile codes [7, 7] in the agent's current view, by column from left to right and row from far to near."""
     scratch, outcomes = state.copy(), np.zeros(1, OUTCOME)  # on a copy, because looking updates the level's memories
     batch_kernels.look_levels(scratch.levels, scratch.grids, outcomes)
+    return outcomes["tiles"][0]
+
+
+def seen_cells(state: State) -> NDArray[np.bool_]:
+    """Which cells of the grid are in the agent's current view: [size, size] bool."""
     level = state.levels[0]
     ahead = kernels.ROW_STEP[level.direction], kernels.COL_STEP[level.direction]
     right = kernels.ROW_STEP[(level.direction + 1) % 4], kernels.COL_STEP[(level.direction + 1) % 4]
-    i, j = np.nonzero(outcomes["tiles"][0] != UNSEEN)
+    i, j = np.nonzero(view_of(state) != UNSEEN)
     is_seen = np.zeros(state.grids.shape[1:], bool)
     rows = level.row + (VIEW - 1 - j) * ahead[0] + (i - VIEW // 2) * right[0]
     cols = level.col + (VIEW - 1 - j) * ahead[1] + (i - VIEW // 2) * right[1]

@@ -1,11 +1,11 @@
-"""The measures of several goal graphs or levels as one table: on the terminal, as CSV or as JSON."""
+"""The measures of several goal graphs or levels as one table: on the terminal, as CSV, JSON, LaTeX or Markdown."""
 
 from __future__ import annotations
 
 import csv
 import math
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -90,6 +90,29 @@ def print_measures_csv(measured: Sequence[MeasuredGraph]) -> None:
     writer = csv.DictWriter(sys.stdout, fields, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
+
+
+def measures_table(
+    measured: Sequence[MeasuredGraph], table: Callable[[Sequence[str], Iterable[Sequence[str]]], str]
+) -> str:
+    """The measures as one table for a paper, rounded as they are printed.
+
+    Args:
+        measured: the measures.
+        table: `tables.latex_table` or `tables.markdown_table`.
+    """
+    has_walk = all(graph.walk is not None for graph in measured)
+    heads = ["graph", *MDP_COLUMNS, *(WALK_COLUMNS if has_walk else ())]
+    unknown = ["-"] * (len(MDP_COLUMNS) - 1)  # of a level with too many states
+    rows = [
+        [
+            graph.name,
+            *([graph.states, *unknown] if graph.mdp is None else [cell(graph.mdp) for cell in MDP_COLUMNS.values()]),
+            *([] if graph.walk is None else [cell(graph.walk) for cell in WALK_COLUMNS.values()]),
+        ]
+        for graph in measured
+    ]
+    return table([head.replace("\n", " ") for head in heads], rows)
 
 
 def _print(title: str, columns: Mapping[str, Callable[[Any], str]], rows: list[tuple[str, Any, str]]) -> None:

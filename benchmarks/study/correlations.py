@@ -1,0 +1,212 @@
+"""How well measures rank goal graphs by their difficulty: rank correlations, and how far seeds and graphs decide them.
+
+With y the difficulty, x a measure, z the number of goals and r Spearman's rank correlation:
+
+| statistic | what it is |
+|---|---|
+| `spearman` | r_xy |
+| `kendall` | Kendall's tau-b (`scipy.stats.kendalltau`) |
+| `given goals` | partial correlation (r_xy - r_xz r_yz) / sqrt((1 - r_xz^2) (1 - r_yz^2)) |
+| `at N goals` | r_xy over the graphs of N goals |
+| `at fixed goals` | mean of these, each weighted by its number of graphs |
+| `minus goals` | r_xy - r_zy: how much better than the plain count |
+| `minus hitting time` | the same against the paper's hitting time, where that is one of the measures |
+
+Intervals are those of a hierarchical bootstrap: graphs are drawn with replacement, and of each graph drawn its seeds
+(Davison and Hinkley, Bootstrap Methods and their Application, 1997, section 3.8). Drawing seeds of those that were
+drawn doubles their noise, which lowers the correlations of all resamples; so the percentiles are moved by the
+difference of the resamples' mean and the number itself. `benchmarks/study/interval_coverage.py` shows that they then
+hold the truth as often as they say. All measures are computed of the same resamples, so that a difference is one of
+pairs. A graph on which half of the seeds or more never reached the milestone ranks last, and all of these alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import kendalltau, rankdata
+
+from benchmarks.study.trained import FEWEST_GRAPHS, Trained, medians
+
+Table = dict[tuple[str, str], float]
+"""A number for each measure and statistic."""
+LEAST_SHARE = 0.9
+"""Where fewer of the resamples have a value, there is no interval: in the others the graphs are all alike."""
+
+
+class Estimate(NamedTuple):
+    """A number and its interval, ``nan`` where there is none."""
+
+    value: float
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        value, low, high = (f"{round(number, 2) + 0.0:.2f}" for number in self)  # no -0.00
+        return "-" if np.isnan(self.value) else value if np.isnan(self.low) else f"{value} [{low}, {high}]"
+
+
+def correlations(
+    difficulty: NDArray[np.float64], measures: Mapping[str, NDArray[np.float64]], goals: NDArray[np.float64]
+) -> Table:
+    """Every statistic of every measure; ``nan`` where it has none.
+
+    Args:
+        difficulty: [G], may hold ``inf``.
+        measures: for each its values [G].
+        goals: [G] the number of goals of each graph.
+    """
+    columns = np.column_stack([difficulty, goals, *measures.values()])
+    with_difficulty, with_goals = rank_correlations(columns)[:2]
+    count = with_difficulty[1]
+    table: Table = {}
+    strata = [goals == n for n in np.unique(goals)]
+    strata = [graphs for graphs in strata if graphs.sum() >= FEWEST_GRAPHS]
+    fixed = [rank_correlations(columns[graphs])[0] for graphs in strata]
+    paper = with_difficulty[2 + [*measures].index("hitting_time")] if "hitting_time" in measures else np.nan
+    for i, (name, values) in enumerate(measures.items(), start=2):
+        r_xy, r_xz = with_difficulty[i], with_goals[i]
+        left = (1 - r_xz**2) * (1 - count**2)
+        table[name, "spearman"] = r_xy
+        table[name, "kendall"] = float(kendalltau(values, difficulty).statistic)
+        table[name, "given goals"] = (r_xy - r_xz * count) / np.sqrt(left) if left > 1e-12 else np.nan
+        table[name, "minus goals"], table[name, "minus hitting time"] = r_xy - count, r_xy - paper
+        own = [(row[i], int(graphs.sum())) for row, graphs in zip(fixed, strata, strict=True) if not np.isnan(row[i])]
+        weight = sum(n for _, n in own)
+        table[name, "at fixed goals"] = sum(r * n for r, n in own) / weight if own else np.nan
+        for row, graphs in zip(fixed, strata, strict=True):
+            table[name, f"at {goals[graphs][0]:.0f} goals"] = row[i]
+    return table
+
+
+def estimates(
+    trained: Trained,
+    measures: Mapping[str, NDArray[np.float64]],
+    goals: NDArray[np.float64],
+    *,
+    n_resamples: int = 2000,
+    level: float = 0.95,
+    seed: int = 0,
+    progress: Callable[[int], object] = lambda done: None,
+) -> dict[tuple[str, str], Estimate]:
+    """Every statistic of every measure with its interval.
+
+    Args:
+        trained: the outcomes of one method.
+        measures: for each its values [G].
+        goals: [G] the number of goals of each graph.
+        n_resamples: of the bootstrap.
+        level: confidence level of the intervals, above 0 and below 1.
+        seed: of the resamples.
+        progress: called with the number of resamples done.
+    """
+    rng = np.random.default_rng(seed)
+    tables = []
+    for i in range(n_resamples):
+        graphs = rng.integers(len(trained.graphs), size=len(trained.graphs))
+        difficulty = medians(resampled(trained.outcomes[graphs], rng))
+        drawn = {name: values[graphs] for name, values in measures.items()}
+        tables.append(correlations(difficulty, drawn, goals[graphs]))
+        progress(i + 1)
+    found = correlations(medians(trained.outcomes), measures, goals)
+    return {
+        key: interval(
+            value, [table.get(key, np.nan) for table in tables], level, 2 if key[1].startswith("minus") else 1
+        )
+        for key, value in found.items()
+    }
+
+
+def resampled(outcomes: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
+    """Seeds of each graph drawn with replacement, as many as it has.
+
+    Args:
+        outcomes: [G, S] with ``nan`` at the end of a row for what is missing.
+        rng: source of the draws.
+    """
+    n = (~np.isnan(outcomes)).sum(axis=1)[:, None]
+    seeds = (rng.random(outcomes.shape) * n).astype(int)
+    return np.where(np.isnan(outcomes), np.nan, np.take_along_axis(outcomes, seeds, axis=1))
+
+
+def noise_of_halves(trained: Trained, *, n_splits: int = 1000, level: float = 0.95, seed: int = 0) -> Estimate:
+    """Spearman's correlation between the medians of two halves of the seeds: how far graphs can be ranked at all.
+
+    The value is the mean over random halves; the interval is over halves and graphs drawn with replacement. The medians
+    of all seeds are steadier than those of halves, so this is a cautious bound.
+
+    Args:
+        trained: the outcomes of one method; ``nan`` is returned if a graph has a single seed.
+        n_splits: number of random halves.
+        level: confidence level, above 0 and below 1.
+        seed: of the halves.
+    """
+    if (~np.isnan(trained.outcomes)).sum(axis=1).min() < 2:
+        return Estimate(np.nan, np.nan, np.nan)
+    rng, found, drawn = np.random.default_rng(seed), [], []
+    for _ in range(n_splits):
+        order = rng.random(trained.outcomes.shape)
+        order[np.isnan(trained.outcomes)] = 2  # missing ones stay at the end
+        mixed = np.take_along_axis(trained.outcomes, order.argsort(axis=1), axis=1)
+        pair = np.column_stack([medians(mixed[:, 0::2]), medians(mixed[:, 1::2])])
+        graphs = rng.integers(len(pair), size=len(pair))
+        found.append(rank_correlations(pair)[0, 1])
+        drawn.append(rank_correlations(pair[graphs])[0, 1])
+    return interval(float(np.nanmean(found)) if not np.isnan(found).all() else np.nan, drawn, level)
+
+
+def noise_of_twins(trained: Trained, *, n_resamples: int = 2000, level: float = 0.95, seed: int = 0) -> Estimate:
+    """Spearman's correlation between goal graphs and their twins, which are the same but for the numbers of rooms.
+
+    Args:
+        trained: the outcomes of one method; ``nan`` is returned if fewer than four graphs have a twin.
+        n_resamples: of the bootstrap over pairs, and of each over its seeds.
+        level: confidence level, above 0 and below 1.
+        seed: of the resamples.
+    """
+    n, originals = len(trained.twins), trained.outcomes[trained.twins]
+    if n < FEWEST_GRAPHS:
+        return Estimate(np.nan, np.nan, np.nan)
+    rng, drawn = np.random.default_rng(seed), []
+    for _ in range(n_resamples):
+        pairs = rng.integers(n, size=n)
+        both = [medians(resampled(outcomes[pairs], rng)) for outcomes in (originals, trained.twin_outcomes)]
+        drawn.append(rank_correlations(np.column_stack(both))[0, 1])
+    both = np.column_stack([medians(originals), medians(trained.twin_outcomes)])
+    return interval(float(rank_correlations(both)[0, 1]), drawn, level)
+
+
+def twin_factor(trained: Trained) -> float:
+    """By which factor a goal graph and its twin differ: the median over pairs; ``nan`` if no pair has two numbers."""
+    pairs = np.column_stack([medians(trained.outcomes[trained.twins]), medians(trained.twin_outcomes)])
+    pairs = pairs[np.isfinite(pairs).all(axis=1) & (pairs > 0).all(axis=1)]
+    return float(np.median(pairs.max(axis=1) / pairs.min(axis=1))) if len(pairs) else np.nan
+
+
+def interval(value: float, resamples: ArrayLike, level: float, bound: float = 1.0) -> Estimate:
+    """A number with the interval of its resamples: percentiles, moved by what the resamples are off on average.
+
+    Args:
+        value: the number.
+        resamples: [R] may hold ``nan``.
+        level: confidence level, above 0 and below 1.
+        bound: the greatest absolute value that such a number can have.
+    """
+    drawn = np.asarray(resamples, float)
+    drawn = drawn[~np.isnan(drawn)]
+    if np.isnan(value) or len(drawn) < LEAST_SHARE * np.size(resamples):
+        return Estimate(float(value), np.nan, np.nan)
+    low, high = np.quantile(drawn, ((1 - level) / 2, (1 + level) / 2)) - (drawn.mean() - value)
+    return Estimate(float(value), float(max(low, -bound)), float(min(high, bound)))
+
+
+def rank_correlations(columns: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[K, K] Pearson's correlations of the ranks of K columns; ``nan`` where a column is constant.
+
+    `scipy.stats.spearmanr` is the same, but gives a single ``nan`` for all columns if one is constant.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.corrcoef(rankdata(columns, axis=0), rowvar=False)

@@ -1,0 +1,195 @@
+"""Every measure of each goal graph of the study, computed before any training.
+
+    python -m benchmarks.study.measures_table
+
+A row a graph. What is there already is kept, if it was made with the same settings, so that an interrupted table goes
+on where it stopped. `python -m benchmarks.study.statistics` holds it against what was trained.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tyro
+from rich.console import Console
+from rich.progress import track
+
+from benchmarks.study.graphs import study_graphs, twins
+from benchmarks.study.tables import MEASURES_PATH, read_measures
+from hierroom.agents.player import make_player
+from hierroom.cli import run
+from hierroom.complexity import analyze
+from hierroom.complexity.measures import graph_mdp, measure_mdp, measure_walk
+from hierroom.env_config import EnvConfig
+from hierroom.files import write_atomically
+from hierroom.goals import GoalGraph
+from hierroom.measure import MAX_ENVS, measure
+from hierroom.measure.levels import GORP_RUNS, LEVEL_POLICIES, MAX_LEVEL_STATES, level_mdp
+from hierroom.turns import Turns
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the numbers of a row depend on beside its graph.
+
+    Args:
+        horizon: steps of an episode on the goal graph's MDP.
+        size: cells of the grid's side in random play and in levels.
+        episodes: episodes of random play of the usual length, for the rate of success.
+        max_steps: steps after which such an episode is truncated.
+        chain_episodes: long episodes of random play, from which the chain is measured.
+        chain_steps: steps after which a long episode is truncated.
+        levels: levels of each graph that are measured by their exact states; takes minutes for each.
+        level_horizon: steps of an episode in them.
+        seed: of levels and actions.
+    """
+
+    horizon: int = 20
+    size: int = 19
+    episodes: int = 2000
+    max_steps: int = 1000
+    chain_episodes: int = 200
+    chain_steps: int = 20_000
+    levels: int = 0
+    level_horizon: int = 1000
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Options:
+    """Measure the goal graphs of the study.
+
+    Args:
+        settings: how they are measured.
+        sampled: graphs of six rooms, and of seven, that are sampled.
+        graphs_seed: of the sample, and of the twins' numbers.
+        out: the table.
+    """
+
+    settings: Settings = field(default_factory=Settings)
+    sampled: int = 20
+    graphs_seed: int = 0
+    out: Path = MEASURES_PATH
+
+
+def measured_row(graph: GoalGraph, settings: Settings, twin_of: str = "") -> dict[str, Any]:
+    """Every measure of a goal graph.
+
+    Args:
+        graph: the graph.
+        settings: how it is measured.
+        twin_of: the name of the graph of which it is a copy with other numbers of rooms.
+    """
+    report = analyze(graph)
+    mdp = measure_mdp(graph_mdp(report.augmented), settings.horizon)
+    return {
+        "graph": graph.name,
+        "twin_of": twin_of,
+        "key_rooms": "-".join(map(str, graph.key_rooms)),
+        "exit_room": graph.exit_room,
+        "rooms": graph.n_rooms,
+        "goals": graph.n_goals,
+        "exit_depth": graph.exit_depth,
+        "width": graph.width,
+        "hitting_time": report.hitting_time,
+        "expected_steps": report.expected_steps,
+        **asdict(mdp),
+        **asdict(measure_walk(report.chain)),
+        **_of_play(graph, settings),
+        **_of_levels(graph, settings),
+        "settings": settings_text(settings),
+    }
+
+
+def settings_text(settings: Settings) -> str:
+    """The settings as the text by which a row of others is recognised."""
+    return " ".join(f"{name}={value}" for name, value in asdict(settings).items())
+
+
+def make_table(graphs: Mapping[str, tuple[GoalGraph, str]], settings: Settings, path: Path) -> list[dict[str, str]]:
+    """Measure the graphs that the table at a path lacks, writing it after each.
+
+    Args:
+        graphs: by name each graph, and the name of that of which it is a twin, or nothing.
+        settings: how they are measured.
+        path: the table; its folder is made.
+
+    Returns:
+        Their rows, in the order of the graphs. The table holds rows of other graphs with the same settings after them.
+
+    Raises:
+        InputError: if the file cannot be read or written, or is no such table.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    rows = {row["graph"]: row for row in read_measures(path) if row["settings"] == settings_text(settings)}
+    missing = [name for name in graphs if name not in rows]
+    console = Console(stderr=True)
+    for name in track(missing, "measuring", console=console, transient=True, disable=not console.is_terminal):
+        graph, twin_of = graphs[name]
+        rows[name] = {column: str(value) for column, value in measured_row(graph, settings, twin_of).items()}
+        others = [row for name, row in rows.items() if name not in graphs]
+        _write(path, [*(rows[one] for one in graphs if one in rows), *others])
+    return [rows[name] for name in graphs]
+
+
+def _of_play(graph: GoalGraph, settings: Settings) -> dict[str, float]:
+    """The random policy's success in real levels, and the chain measured from its play.
+
+    In episodes of the usual length random play reaches few nodes beyond the first, so the chain is that of longer ones.
+    """
+
+    def play(episodes: int, max_steps: int):
+        config = EnvConfig(graph=graph, size=settings.size, max_steps=max_steps, levels="evaluation")
+        turns = Turns(config, min(MAX_ENVS, episodes), seed=settings.seed)
+        return measure(turns, make_player("random", settings.seed), episodes, seed=settings.seed)
+
+    usual, long = play(settings.episodes, settings.max_steps), play(settings.chain_episodes, settings.chain_steps)
+    return {
+        "play_success": usual.success_rate,
+        "play_hitting_time": long.chain.hitting_time,
+        "play_expected_steps": long.chain.expected_steps,
+        "play_long_success": long.success_rate,
+    }
+
+
+def _of_levels(graph: GoalGraph, settings: Settings) -> dict[str, float | int | None]:
+    """Medians over levels of the measures of their exact states; nothing where a level is too large."""
+    if not settings.levels:
+        return {}
+    mdps = [level_mdp(graph, settings.seed + i, size=settings.size) for i in range(settings.levels)]
+    names = ("random_success", "planning_window", "horizon_bound", "effective_horizon", "covering_high", "pic", "poic")
+    if any(mdp.n_states > MAX_LEVEL_STATES for mdp in mdps):
+        return {f"level_{name}": "" for name in ("states", *names)}
+    measures = [
+        measure_mdp(mdp, settings.level_horizon, n_policies=LEVEL_POLICIES, gorp_runs=GORP_RUNS) for mdp in mdps
+    ]
+    return {f"level_{name}": float(np.median([getattr(one, name) for one in measures])) for name in ("states", *names)}
+
+
+def _write(path: Path, rows: Sequence[Mapping[str, str]]) -> None:
+    text = io.StringIO()
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_atomically(path, text.getvalue().encode())
+
+
+def main() -> int:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__, config=(tyro.conf.OmitArgPrefixes,))
+    graphs = {graph.name: (graph, "") for graph in study_graphs(options.sampled, options.graphs_seed)}
+    graphs |= {twin.name: (twin, name) for name, twin in twins(options.graphs_seed).items()}
+    rows = make_table(graphs, options.settings, options.out)
+    print(f"{len(rows)} goal graphs with {len(rows[0])} columns are in {options.out}")
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,167 @@
+"""Which measure, computed before training, predicts how long training takes?
+
+    python -m benchmarks.study.statistics TABLE.csv
+
+TABLE.csv is a tidy table of training runs, one a row: graph, method, seed, steps_to_95 and the like (empty: never
+reached), as `python -m hierroom.sweep` writes it. `python -m benchmarks.study.measures_table` makes the measures.
+`benchmarks/study/correlations.py` says what each number is, docs/study.md what would refute which claim.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tyro
+from rich.console import Console
+from rich.progress import Progress
+
+from benchmarks.study.correlations import Estimate, estimates, noise_of_halves, noise_of_twins, twin_factor
+from benchmarks.study.tables import MEASURES_PATH, Row, read_measures, read_rows
+from benchmarks.study.trained import Outcome, Trained, measures_of, read_trained
+from hierroom.cli import run
+from hierroom.errors import InputError, require_number
+from hierroom.files import write_atomically
+
+PRINTED = ("spearman", "kendall", "given goals", "at fixed goals", "minus goals", "minus hitting time")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Hold the measures against what was trained.
+
+    Args:
+        table: the training runs.
+        measures: the measures of their goal graphs.
+        outcome: what says how hard a graph was.
+        rooms: only goal graphs of so many rooms; all by default.
+        resamples: of the bootstrap.
+        level: confidence level of the intervals.
+        seed: of the resamples.
+        out: a CSV file for every number, those at each number of goals too.
+    """
+
+    table: tyro.conf.Positional[Path]
+    measures: Path = MEASURES_PATH
+    outcome: Outcome = "steps_to_95"
+    rooms: tuple[int, ...] = ()
+    resamples: int = 2000
+    level: float = 0.95
+    seed: int = 0
+    out: Path | None = None
+
+
+@dataclass(frozen=True)
+class Result:
+    """What was found of one method.
+
+    Args:
+        trained: its outcomes.
+        estimates: by measure and statistic.
+        halves: the correlation of halves of the seeds.
+        twins: the correlation of graphs and their twins.
+        factor: by which these differ.
+    """
+
+    trained: Trained
+    estimates: Mapping[tuple[str, str], Estimate]
+    halves: Estimate
+    twins: Estimate
+    factor: float
+
+    @property
+    def measures(self) -> list[str]:
+        """The measures, the best first."""
+        names = dict.fromkeys(name for name, _ in self.estimates)
+        return sorted(names, key=lambda name: -np.nan_to_num(self.estimates[name, "spearman"].value, nan=-2))
+
+
+def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result]:
+    """Every statistic of each method of a table.
+
+    Args:
+        rows: of the table of training runs.
+        measured: of the table of measures.
+        options: outcome, rooms, and how intervals are computed.
+
+    Raises:
+        InputError: as `read_trained`.
+    """
+    if options.rooms:
+        chosen = {row["graph"] for row in measured if int(row["rooms"]) in options.rooms}
+        rows = [row for row in rows if row["graph"] in chosen]
+    results = []
+    goals_of = {row["graph"]: float(row["goals"]) for row in measured}
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        for trained in read_trained(rows, measured, options.outcome):
+            task = bar.add_task(trained.method, total=options.resamples)
+            found = estimates(
+                trained,
+                measures_of(trained.graphs, measured),
+                np.array([goals_of[graph] for graph in trained.graphs]),
+                n_resamples=options.resamples,
+                level=options.level,
+                seed=options.seed,
+                progress=lambda done, task=task: bar.update(task, completed=done),
+            )
+            settings = {"level": options.level, "seed": options.seed}
+            halves = noise_of_halves(trained, n_splits=options.resamples, **settings)
+            twins = noise_of_twins(trained, n_resamples=options.resamples, **settings)
+            results.append(Result(trained, found, halves, twins, twin_factor(trained)))
+    return results
+
+
+def markdown(result: Result, outcome: Outcome) -> str:
+    """The table of one method, and below it how far its graphs can be ranked at all."""
+    seeds = (~np.isnan(result.trained.outcomes)).sum(axis=1)
+    several = f"{seeds.min()} to {seeds.max()}" if seeds.min() < seeds.max() else str(seeds[0])
+    of = f"{outcome}, {len(seeds)} goal graphs, {several} seeds"
+    if outcome != "success_rate":
+        of += f", never reached by half of the seeds on {result.trained.never}"
+    lines = [f"**{result.trained.method}**: {of}", ""]
+    lines += ["| measure | " + " | ".join(PRINTED) + " |", "|---|" + "---|" * len(PRINTED)]
+    for name in result.measures:
+        lines.append(f"| {name} | " + " | ".join(str(result.estimates[name, one]) for one in PRINTED) + " |")
+    lines += ["", f"halves of the seeds: {result.halves}; {len(result.trained.twins)} twins: {result.twins}"]
+    if not np.isnan(result.factor):
+        lines[-1] += f", which differ by a factor of {result.factor:.2f}"
+    return "\n".join(lines)
+
+
+def csv_text(results: list[Result], outcome: Outcome) -> str:
+    """Every number of every method as a row."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["method", "outcome", "measure", "statistic", "value", "low", "high", "graphs"])
+    for result in results:
+        noise = {("seeds", "halves"): result.halves, ("twins", "spearman"): result.twins}
+        for (measure, statistic), estimate in {**result.estimates, **noise}.items():
+            numbers = ("" if np.isnan(number) else f"{number:.6g}" for number in estimate)
+            n = len(result.trained.twins) if measure == "twins" else len(result.trained.graphs)
+            writer.writerow([result.trained.method, outcome, measure, statistic, *numbers, n])
+    return text.getvalue()
+
+
+def main() -> int:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__)
+    require_number("resamples", options.resamples, 2, 10**6, is_whole=True)
+    if not 0 < options.level < 1:
+        raise InputError(f"the level must be between 0 and 1, not {options.level}")
+    measured = read_measures(options.measures)
+    if not measured:
+        raise InputError(f"{options.measures} holds no measures; make it: python -m benchmarks.study.measures_table")
+    results = study(read_rows(options.table), measured, options)
+    print("\n\n".join(markdown(result, options.outcome) for result in results))
+    if options.out is not None:
+        write_atomically(options.out, csv_text(results, options.outcome).encode())
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)

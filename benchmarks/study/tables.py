@@ -1,0 +1,43 @@
+"""The study's tables as they stand in files: the measures of goal graphs, and what was trained on them."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+
+from hierroom.errors import InputError
+
+MEASURES_PATH = Path("benchmarks/results/study/measures.csv")
+NEEDED = {"graph", "twin_of", "rooms", "goals", "settings"}
+Row = Mapping[str, str]
+
+
+def read_measures(path: Path) -> list[Row]:
+    """The rows of a table of measures, one a goal graph; none where there is no file.
+
+    Raises:
+        InputError: if it cannot be read, or is no such table.
+    """
+    rows = read_rows(path) if path.exists() else []
+    missing = NEEDED.difference(*rows[:1]) if rows else ()
+    if missing:
+        raise InputError(f"{path} is no table of measures: it has no column {', '.join(sorted(missing))}")
+    return rows
+
+
+def read_rows(path: Path) -> list[Row]:
+    """The rows of a CSV file, such as a table of training runs; lines that begin with # are comments.
+
+    Raises:
+        InputError: if it cannot be read, or a row has another number of columns than its headings.
+    """
+    try:
+        lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+        rows = list(csv.DictReader(lines, strict=True))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"cannot read the table {path}: {error}") from error
+    for number, row in enumerate(rows, start=1):
+        if None in row or None in row.values():
+            raise InputError(f"row {number} of {path} has another number of columns than its headings")
+    return rows

@@ -1,0 +1,169 @@
+"""What was trained on the study's goal graphs, by method, and the measures of those graphs, as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.study.tables import Row
+from hierroom.errors import InputError
+
+Outcome = Literal["steps_to_50", "steps_to_90", "steps_to_95", "steps_to_99", "success_rate"]
+
+FEWEST_GRAPHS = 4
+"""Fewer can be ranked alike by chance."""
+SETTINGS = ("variant", "preset", "meta", "size")
+"""Columns that make a method another one where they differ, if the table has them."""
+MEASURES: Mapping[str, int] = {
+    "goals": 1,
+    "exit_depth": 1,
+    "width": 1,
+    "hitting_time": 1,
+    "expected_steps": 1,
+    "play_hitting_time": 1,
+    "play_expected_steps": 1,
+    "play_success": -1,
+    "random_success": -1,
+    "effective_horizon": 1,
+    "horizon_bound": 1,
+    "samples": 1,
+    "planning_window": 1,
+    "covering_low": 1,
+    "covering_high": 1,
+    "pic": -1,
+    "poic": -1,
+    "escape": -1,
+    "spectral_gap": -1,
+    "mixing": 1,
+    "commute": 1,
+    "cover": 1,
+    "level_random_success": -1,
+    "level_planning_window": 1,
+    "level_horizon_bound": 1,
+    "level_effective_horizon": 1,
+    "level_covering_high": 1,
+    "level_pic": -1,
+    "level_poic": -1,
+}
+"""The measures of the study, and 1 where more of it should be harder, -1 where it should be easier."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trained:
+    """The difficulty of each goal graph to one method, seed by seed.
+
+    Args:
+        method: its name, with the settings in which the table's methods differ.
+        graphs: [G] names of the graphs, without twins.
+        outcomes: [G, S] the difficulty: steps, ``inf`` where never reached, or the rate of failure; ``nan`` after the
+            last seed of a graph that has fewer.
+        twins: [P] the graphs that have a twin, as indices into ``graphs``.
+        twin_outcomes: [P, S] their twins' difficulty.
+    """
+
+    method: str
+    graphs: tuple[str, ...]
+    outcomes: NDArray[np.float64]
+    twins: NDArray[np.int64]
+    twin_outcomes: NDArray[np.float64]
+
+    @property
+    def never(self) -> int:
+        """On how many graphs half of the seeds or more never reached the milestone."""
+        return int(np.isinf(medians(self.outcomes)).sum())
+
+
+def medians(outcomes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The median of each row; ``inf`` where half of it is, or more.
+
+    Args:
+        outcomes: [G, S] with ``nan`` for what is missing; each row has at least one number.
+    """
+    ordered = np.sort(outcomes, axis=1)  # nan comes last
+    n = (~np.isnan(outcomes)).sum(axis=1)[:, None]
+    return sum(np.take_along_axis(ordered, at, axis=1)[:, 0] for at in ((n - 1) // 2, n // 2)) / 2  # type: ignore[return-value]
+
+
+def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome) -> list[Trained]:
+    """The rows of a table of training runs, method by method.
+
+    Args:
+        rows: a row for each run: ``graph``, ``method``, ``seed``, the outcome, and ``steps`` if they are told.
+        measured: rows of the table of measures, which know each graph and of which it is a twin.
+        outcome: the column that says how hard a graph was. An empty number of steps: never reached.
+
+    Raises:
+        InputError: if a column is missing, an outcome is no number, a graph is not measured, runs of a method are of
+            different lengths or the same seed stands twice, or a method has fewer than four graphs.
+    """
+    missing = {"graph", "method", "seed", outcome}.difference(*rows[:1])
+    if missing:
+        raise InputError(f"there are no runs with {', '.join(sorted(missing))} in this table, or none of such graphs")
+    twin_of = {row["graph"]: row["twin_of"] for row in measured}
+    unknown = sorted({row["graph"] for row in rows} - twin_of.keys())
+    if unknown:
+        raise InputError(f"{len(unknown)} graphs are in no row of the measures, such as {unknown[0]!r}")
+    varied = [name for name in SETTINGS if len({row.get(name) for row in rows}) > 1]
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    lengths: dict[str, set[str]] = {}
+    for row in rows:
+        method = " ".join([row["method"], *(row[name] for name in varied if row.get(name))])
+        seeds = found.setdefault(method, {}).setdefault(row["graph"], {})
+        if row["seed"] in seeds:
+            raise InputError(f"seed {row['seed']} of {method} on {row['graph']} stands in the table twice")
+        seeds[row["seed"]] = _difficulty(row, outcome)
+        lengths.setdefault(method, set()).add(row.get("steps", ""))
+    for method, steps in lengths.items():
+        if len(steps) > 1:
+            raise InputError(f"runs of {method} are of different lengths: {', '.join(sorted(steps))} steps")
+    return [_trained(method, graphs, twin_of) for method, graphs in found.items()]
+
+
+def measures_of(graphs: Sequence[str], measured: Sequence[Row]) -> dict[str, NDArray[np.float64]]:
+    """The measures of some graphs, each [G] and turned so that more should be harder.
+
+    They are rounded to nine digits: isomorphic graphs differ in the last ones, and are to be ranked alike. What is not
+    known of every graph, or is the same for all, is left out.
+
+    Args:
+        graphs: their names.
+        measured: rows of the table of measures.
+    """
+    row_of = {row["graph"]: row for row in measured}
+    found = {}
+    for name, sign in MEASURES.items():
+        texts = [row_of[graph].get(name, "") for graph in graphs]
+        if all(texts):
+            values = sign * np.array([float(f"{float(text):.9g}") for text in texts])
+            if len(np.unique(values)) > 1:
+                found[name] = values
+    return found
+
+
+def _trained(method: str, graphs: Mapping[str, Mapping[str, float]], twin_of: Mapping[str, str]) -> Trained:
+    names = tuple(graph for graph in graphs if not twin_of[graph])
+    if len(names) < FEWEST_GRAPHS:
+        raise InputError(f"a correlation needs {FEWEST_GRAPHS} goal graphs or more, but {method} has {len(names)}")
+    pairs = [(names.index(twin_of[graph]), graph) for graph in graphs if twin_of[graph] in names]
+    width = max(map(len, graphs.values()))
+
+    def table(of: Sequence[str]) -> NDArray[np.float64]:
+        rows = [[*graphs[graph].values()] for graph in of]
+        return np.array([[*row, *[np.nan] * (width - len(row))] for row in rows]).reshape(len(rows), width)
+
+    twins = np.array([index for index, _ in pairs], np.int64)
+    return Trained(method, names, table(names), twins, table([graph for _, graph in pairs]))
+
+
+def _difficulty(row: Row, outcome: Outcome) -> float:
+    try:
+        value = float(row[outcome] or "inf")
+    except ValueError:
+        value = np.nan
+    if np.isnan(value) or value < 0 or (outcome == "success_rate" and value > 1):
+        raise InputError(f"{outcome} of {row['method']} on {row['graph']} is no number of it: {row[outcome]!r}")
+    return 1 - value if outcome == "success_rate" else value

@@ -1,0 +1,77 @@
+"""Write what `docs/environments.md` and `docs/concepts.md` show of the package: the table of ids, and pictures.
+
+``python docs/scripts/environments.py`` from the root of the repository; `tests/test_docs_environments.py` compares.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+import hierroom
+from hierroom.complexity import analyze
+from hierroom.complexity.draw import draw_graph
+from hierroom.files import write_atomically
+from hierroom.goals import NAMED_GRAPHS
+from hierroom.world.render import draw_level
+
+DOCS = Path(__file__).parents[1]
+PICTURES = DOCS / "pictures"
+TILE_SIZE, N_COLOURS, SEED = 12, 32, 0
+MARKS = ("<!-- table: python docs/scripts/environments.py -->\n", "<!-- end of table -->")
+
+
+def table() -> str:
+    """The ids of the paper's graphs with what is computed of each, and below them a picture of a level of each."""
+    lines = [
+        "| id | rooms | exit depth | width | hitting time | expected steps |",
+        "|---|---|---|---|---|---|",
+    ]
+    for letter in NAMED_GRAPHS:
+        report = analyze(letter)
+        lines.append(
+            f"| `hierroom/EscapeRoom-{letter}-v0` | {report.graph.n_rooms} | {report.exit_depth} | "
+            f"{report.width} | {report.hitting_time:.2f} | {report.expected_steps:.1f} |"
+        )
+    names = list(NAMED_GRAPHS)
+    for row in (names[:4], names[4:]):
+        pictures = (f"![A level of graph {letter}](pictures/level-{letter}.png)" for letter in row)
+        lines += ["", f"| {' | '.join(row)} |", "|" + "---|" * len(row), f"| {' | '.join(pictures)} |"]
+    return "\n".join(lines) + "\n"
+
+
+def level(letter: str) -> NDArray[np.uint8]:
+    """[H, W, 3] uint8, the first level of seed 0 of a graph."""
+    env = hierroom.raw_env(graph=letter)
+    env.reset(seed=SEED)
+    return draw_level(env.single.turns.world.state, tile_size=TILE_SIZE)
+
+
+def as_png(picture: NDArray[np.uint8]) -> bytes:
+    """A picture as a PNG of few colours."""
+    stream = io.BytesIO()
+    Image.fromarray(picture).quantize(N_COLOURS, dither=Image.Dither.NONE).save(stream, "PNG", optimize=True)
+    return stream.getvalue()
+
+
+def main() -> None:
+    """Write the table and all pictures."""
+    PICTURES.mkdir(exist_ok=True)
+    for letter in NAMED_GRAPHS:
+        write_atomically(PICTURES / f"level-{letter}.png", as_png(level(letter)))
+    os.environ["SOURCE_DATE_EPOCH"] = "0"  # the same file whenever it is drawn
+    with matplotlib.rc_context({"svg.hashsalt": "hierroom"}):
+        draw_graph(analyze("f").augmented, PICTURES / "graph-f.svg")
+    page = DOCS / "environments.md"
+    before, rest = page.read_text().split(MARKS[0])
+    write_atomically(page, f"{before}{MARKS[0]}{table()}{MARKS[1]}{rest.split(MARKS[1])[1]}".encode())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,49 @@
+"""What lies outside ``docs/`` becomes part of the site: README.md as its first page, and files that pages link to.
+
+Links are written for those who read the pages in the repository. In the site ``docs/own.md`` is ``own.md`` and
+``examples/aec.py`` keeps its path; a link to something that does not exist is left, so that a strict build names it.
+"""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from pathlib import Path
+
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+
+LINK = re.compile(r"(\]\()(?![a-z]+:|[#/])([^)\s#]+)")
+HOME = "README.md"
+
+
+def in_repository(page: str) -> str:
+    """The path of a page of the site in the repository."""
+    return page if page == HOME else f"docs/{page}"
+
+
+def in_site(page: str, target: str, root: Path) -> str | None:
+    """Where the target of a link in a page (a path in the repository) is in the site; None: there is no such file."""
+    path = posixpath.normpath(posixpath.join(posixpath.dirname(page), target))
+    return path.removeprefix("docs/") if (root / path).is_file() else None
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add README.md, and the files outside ``docs/`` that it or another page links to."""
+    root = Path(config.config_file_path).parent
+    home = File.generated(config, HOME, content=(root / HOME).read_text())
+    files.append(home)
+    for page in files.documentation_pages():
+        source = in_repository(page.src_uri)
+        for _, target in LINK.findall(page.content_string):
+            path = in_site(source, target, root)
+            if path is not None and files.get_file_from_path(path) is None:
+                files.append(File.generated(config, path, abs_src_path=str(root / path)))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Write the links as they are in the site."""
+    root, source = Path(config.config_file_path).parent, in_repository(page.file.src_uri)
+    return LINK.sub(lambda link: link[1] + (in_site(source, link[2], root) or link[2]), markdown)

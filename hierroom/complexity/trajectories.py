@@ -1,0 +1,84 @@
+"""Measure a chain from trajectories of nodes, whatever environment they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.complexity.chain import EXIT
+from hierroom.complexity.episodes import counts_of
+from hierroom.complexity.exploration_graph import node_labels
+from hierroom.complexity.played_chain import PlayedChain
+from hierroom.errors import InputError
+
+
+def measure_trajectories(
+    trajectories: Iterable[Sequence[Hashable]], target: Hashable, *, may_miss: bool = False, seed: int = 0
+) -> PlayedChain:
+    """Measure the chain of one's own trajectories.
+
+    Args:
+        trajectories: for each episode its node at every step, that of the start first; all must begin at the same
+            node. What follows the first visit of the target is left out.
+        target: the node to reach, whose visit ends an episode; the chain's goal ``"exit"``.
+        may_miss: accept that no trajectory reaches the target; its times are infinite then.
+        seed: seed of the bootstrap that gives intervals.
+
+    Returns:
+        The chain and what was observed. Nodes are in the order in which they were first seen, the target last. The
+        probability to have escaped is reported within the median number of steps, and twice and four times as many.
+
+    Raises:
+        InputError: if there is no trajectory, one has no step, they begin at several nodes or at the target, two
+            nodes have the same name, or no trajectory reaches the target.
+    """
+    numbers: dict[Hashable, int] = {}
+    walks: list[NDArray[np.int64]] = []
+    reached: list[bool] = []
+    for trajectory in trajectories:
+        nodes = list(trajectory)
+        reached.append(target in nodes)
+        nodes = nodes[: nodes.index(target)] if reached[-1] else nodes  # without the target, which comes last
+        if len(nodes) + reached[-1] < 2 or not nodes:
+            raise InputError("a trajectory must have at least one step, from a node that is not the target")
+        walks.append(np.array([numbers.setdefault(node, len(numbers)) for node in nodes]))
+        if walks[-1][0] != 0:
+            raise InputError(
+                f"all trajectories must begin at the same node, not at {nodes[0]!r} and {next(iter(numbers))!r}; "
+                "put one common node before them"
+            )
+    if not walks:
+        raise InputError("a chain is measured from at least one trajectory, but there is none")
+    if not (may_miss or any(reached)):
+        raise InputError(f"{missed(target, list(numbers))}; say may_miss=True if that may be")
+    return _measured(walks, np.array(reached), node_labels([*numbers, target]), seed)
+
+
+def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
+    """What to say where no episode reaches the target, which may be a misspelt one.
+
+    Args:
+        target: the target.
+        seen: the nodes that were seen.
+    """
+    names = ", ".join(map(repr, seen[:5]))
+    return f"no episode reaches the target {target!r}; nodes seen are {names}{', ...' if len(seen) > 5 else ''}"
+
+
+def _measured(
+    walks: list[NDArray[np.int64]], reached: NDArray[np.bool_], labels: tuple[str, ...], seed: int
+) -> PlayedChain:
+    """The chain of walks over nodes 0, 1, ..., each without its target, which is the last node."""
+    n, target = len(labels), len(labels) - 1
+    keys, triples = [], []
+    for episode, (walk, is_reached) in enumerate(zip(walks, reached.tolist(), strict=True)):
+        nodes = np.append(walk, target if is_reached else 0)  # what missed the target begins anew
+        keys.append((episode * n + nodes[:-1]) * n + nodes[1:])
+        seen = nodes if is_reached else walk
+        triples.append((seen[:-2] * n + seen[1:-1]) * n + seen[2:])
+    lengths = np.array([len(walk) for walk in walks]) - ~reached
+    counts = counts_of(np.concatenate(keys), n, lengths, reached, np.concatenate(triples))
+    median = max(1, int(np.median(lengths[reached] if reached.any() else lengths)))
+    return PlayedChain(counts, labels, 0, {EXIT: (target,)}, times=(median, 2 * median, 4 * median), seed=seed)

@@ -1,0 +1,1 @@
+"""Playing a level oneself, in a window."""

@@ -1,0 +1,95 @@
+"""Play a level yourself: ``python -m hierroom.play --graph f``."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from hierroom.cli import one_line_usage, program, run, words
+from hierroom.env_config import GRAPHS
+from hierroom.errors import InputError, require_number
+from hierroom.goals import GraphSpecs
+
+if TYPE_CHECKING:
+    from hierroom.play.game import Game
+
+
+@dataclass(frozen=True)
+class PlayArguments:
+    """Play levels yourself in a window, beside which the goal graph lights up as goals are reached.
+
+    Arrows or wasd move, space picks up or opens what is in front, o shows the oracle's next action, t lets a trained
+    agent take over, f switches fog, n begins the next level, r this one again, q quits.
+
+    Args:
+        graph: goal graphs, of which each level samples one, given as in training; by default c, or the agent's own.
+        size: cells of the grid's side; by default 13, or the agent's own.
+        max_steps: steps after which a level ends; by default 1000, or the agent's own.
+        drop_key: whether keys can be dropped; an agent's own with --agent.
+        agent: the folder of a run, whose trained agent can take over, and whose subgoals are shown.
+        trust_run: run the code that the agent's config names beside what ships with hierroom.
+        greedy: let the agent take its most probable action instead of drawing one.
+        fog: begin with fog, which hides what was not seen yet.
+        seed: fixes the levels and the agent's actions.
+    """
+
+    graph: Annotated[GraphSpecs, GRAPHS] = ()
+    size: int | None = None
+    max_steps: int | None = None
+    drop_key: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    agent: Path | None = None
+    trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    greedy: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    fog: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    seed: int = 0
+
+
+def main(argv: list[str] | None = None) -> int:
+    """The command."""
+    argv = words(argv)
+    with one_line_usage(argv):
+        arguments = tyro.cli(PlayArguments, prog=program("play"), args=argv)
+    require_number("seed", arguments.seed, 0, 2**63 - 1, is_whole=True)
+    game = make_game(arguments)
+    game.has_fog = arguments.fog
+    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+    from hierroom.play.app import App
+
+    App(game).run()
+    return 0
+
+
+def make_game(arguments: PlayArguments) -> Game:
+    """The game that is asked for.
+
+    Raises:
+        InputError: if an argument cannot be used, or there is no such run.
+    """
+    from hierroom.env_config import EnvConfig  # these bring torch along, and --help needs none of it
+    from hierroom.play.game import Game
+    from hierroom.training.trained_agent import load
+    from hierroom.turns import Turns
+
+    named = {name: getattr(arguments, name) for name in ("graph", "size", "max_steps")}
+    chosen: dict[str, Any] = {name: value for name, value in named.items() if value not in (None, ())}
+    if arguments.agent is None:
+        config = EnvConfig(**{"graph": "c", "size": 13, **chosen}, drop_key=arguments.drop_key)
+        return Game(Turns(config, 1, seed=arguments.seed, autoreset=False, measure_shortest=True))
+    agent = load(arguments.agent, greedy=arguments.greedy, trust=arguments.trust_run)
+    if arguments.drop_key and not agent.config.env.drop_key:
+        raise InputError(f"the agent of {arguments.agent} was trained without --drop-key, so keys cannot be dropped")
+    turns = agent.turns(1, seed=arguments.seed, env=agent.env(**chosen), autoreset=False)
+    return Game(turns, agent, arguments.seed)
+
+
+def script() -> None:
+    """The command, as ``hierroom-play``."""
+    run(main)
+
+
+if __name__ == "__main__":
+    script()

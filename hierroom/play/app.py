@@ -1,0 +1,119 @@
+"""The window of a game: keys in, pictures out."""
+
+from __future__ import annotations
+
+import os
+
+import pygame
+
+from hierroom.errors import InputError
+from hierroom.play.board import Board, window_size
+from hierroom.play.game import Game
+from hierroom.world.kernels import DROP, FORWARD, LEFT, RIGHT
+
+FRAMES_PER_SECOND, STEPS_PER_SECOND = 30, 6
+NOWHERE = ("dummy", "offscreen", "evdev")
+"""What SDL falls back on where there is no screen: it would play unseen, and for ever."""
+MOVES = {
+    pygame.K_UP: FORWARD,
+    pygame.K_w: FORWARD,
+    pygame.K_LEFT: LEFT,
+    pygame.K_a: LEFT,
+    pygame.K_RIGHT: RIGHT,
+    pygame.K_d: RIGHT,
+}
+
+
+class App:
+    """A window in which a game is played.
+
+    Args:
+        game: the game.
+        steps_per_second: how fast an agent that has taken over plays.
+
+    Attributes:
+        surface: what the window shows.
+        is_open: whether it has not been asked to close yet.
+
+    Raises:
+        InputError: if there is no screen on which to open a window.
+    """
+
+    def __init__(self, game: Game, steps_per_second: float = STEPS_PER_SECOND) -> None:
+        self.game, self.is_open = game, True
+        self._wait, self._waited = 1000 / steps_per_second, 0.0
+        try:
+            pygame.display.init()
+            if pygame.display.get_driver() in NOWHERE and "SDL_VIDEODRIVER" not in os.environ:
+                pygame.display.quit()
+                raise InputError("play needs a screen, and there is none here; watch and report need none")
+            self.surface = pygame.display.set_mode(window_size(game.state.size))
+        except pygame.error as error:
+            raise InputError(f"cannot open a window ({error}): play needs a screen") from error
+        pygame.display.set_caption("hierroom")
+        pygame.key.set_repeat(280, 90)
+        self._board, self._clock = Board(self.surface), pygame.time.Clock()
+        self._board.draw(game)
+        pygame.display.flip()
+
+    def run(self) -> None:
+        """Play until the window is closed."""
+        try:
+            while self.is_open:
+                self.frame(self._clock.tick(FRAMES_PER_SECOND))
+        finally:
+            pygame.display.quit()
+
+    def frame(self, milliseconds: float) -> None:
+        """Do what the keys ask for, let the agent step if it plays and is due, and draw.
+
+        Args:
+            milliseconds: since the last frame.
+        """
+        is_changed = False
+        for event in pygame.event.get():
+            if event.type == pygame.QUIT:
+                self.is_open = False
+            elif event.type == pygame.KEYDOWN:
+                self._press(event.key)
+                is_changed = True
+            elif event.type in (pygame.WINDOWEXPOSED, pygame.WINDOWSIZECHANGED):
+                is_changed = True
+        if self.game.is_piloted and not self.game.has_ended:
+            self._waited += milliseconds
+            if self._waited >= self._wait:
+                self._waited, is_changed = 0.0, True
+                self.game.step()
+        if is_changed and self.is_open:
+            self._board.draw(self.game)
+            pygame.display.flip()
+
+    def _press(self, key: int) -> None:
+        game = self.game
+        if key in MOVES:
+            self._act(MOVES[key])
+        elif key == pygame.K_SPACE:
+            game.is_piloted = False
+            game.use()
+        elif key == pygame.K_x:
+            if game.turns.world.n_actions > DROP:
+                self._act(DROP)
+            else:
+                game.message = "keys cannot be dropped here; begin with --drop-key"
+        elif key == pygame.K_o:
+            game.has_hints = not game.has_hints
+        elif key == pygame.K_t:
+            game.switch_pilot()
+        elif key == pygame.K_f:
+            game.has_fog = not game.has_fog
+        elif key == pygame.K_n:
+            game.next_level()
+        elif key == pygame.K_r:
+            game.restart()
+        elif key in (pygame.K_q, pygame.K_ESCAPE):
+            self.is_open = False
+
+    def _act(self, action: int) -> None:
+        """Take the person's action; whoever moves while the agent plays has taken over."""
+        self.game.is_piloted = False
+        self.game.step(action)

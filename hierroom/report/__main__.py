@@ -1,0 +1,200 @@
+"""Write a report on training runs: ``python -m hierroom.report RUN [RUN ...]``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+from rich.console import Console
+from rich.progress import Progress
+
+from hierroom.cli import one_line_usage, program, run
+from hierroom.errors import InputError, require_number
+from hierroom.files import write_atomically
+
+if TYPE_CHECKING:
+    from hierroom.report.curves import Curves
+    from hierroom.report.runs import ReportedRun
+
+
+@dataclass(frozen=True)
+class ReportArguments:
+    """Write a report on training runs: one HTML file that needs no network and no server.
+
+    Args:
+        runs: folders of runs, or folders that contain them, such as that of a sweep.
+        out: the file to write, which is replaced.
+        by: entries of the config that make a group, as for compare: meta, or method,gamma. By default the fewest that
+            tell the runs apart, apart from seed and graph.
+        replays: of how many runs the trained agents are played, the first of each group and graph; 0: of none.
+        episodes: episodes of each that the page replays; an escape and a failure come first, where there are.
+        played: episodes of each by which success and steps to each goal are measured.
+        seed: fixes the levels and the actions; training never sees the levels, whatever its seed.
+        greedy: let the controllers take their most probable actions instead of drawing them.
+        trust_run: run the code that a run's config names beside what ships with hierroom (a network, a reward, a
+            meta-controller of somebody's own).
+    """
+
+    runs: Annotated[
+        tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUNS", help_behavior_hint="(required)")
+    ]
+    out: Path = Path("report.html")
+    by: str | None = None
+    replays: int = 8
+    episodes: int = 3
+    played: int = 200
+    seed: int = 0
+    greedy: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+
+
+def main(argv: list[str] | None = None) -> int:
+    """The command."""
+    with one_line_usage(argv):
+        arguments = tyro.cli(ReportArguments, prog=program("report"), args=argv)
+    if not arguments.runs:
+        raise InputError("give the folders of the runs, or a folder that contains them")
+    bounds = {"replays": (0, 1000), "episodes": (1, 20), "played": (1, 10**6), "seed": (0, 2**63 - 1)}
+    for name, (least, most) in bounds.items():
+        require_number(name, getattr(arguments, name), least, most, is_whole=True)
+    if arguments.out.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"a report is an .html file, not {arguments.out}")
+    if not arguments.out.parent.is_dir():
+        raise InputError(f"cannot write {arguments.out}: there is no folder {arguments.out.parent}")
+    page, notes = _page(arguments)
+    write_atomically(arguments.out, page)
+    console = Console()
+    for note in notes:
+        console.print(f"- {note}", markup=False, highlight=False, soft_wrap=True)
+    size = f"{len(page) / 1e6:.1f} MB"
+    console.print(f"{arguments.out} ({size}); open it in a browser", markup=False, highlight=False, soft_wrap=True)
+    return 0
+
+
+def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
+    """The page, and lines on what a reader must know."""
+    import torch  # it takes its time, as does what follows, and --help needs none of it
+
+    from hierroom import __version__
+    from hierroom.compare.figure import COLOURS
+    from hierroom.compare.metric import METRICS
+    from hierroom.report.curves import compare_runs, curve_rows, run_rows
+    from hierroom.report.difficulty import MEASURES, complexities, learning_points
+    from hierroom.report.page import render_page
+    from hierroom.report.replay import TILES
+    from hierroom.report.runs import read_runs
+    from hierroom.report.texts import page_texts
+
+    torch.set_num_threads(1)  # as in training
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("reading", total=1)
+        runs, notes = read_runs(arguments.runs)
+        bar.update(task, description="comparing", total=len(METRICS))
+        curves = compare_runs(runs, arguments.by, lambda: bar.advance(task))
+        chosen = _chosen(runs, curves, arguments.replays)
+        bar.update(task, description="playing", total=len(chosen), completed=0)
+        played = []
+        for one in chosen:
+            played.append(_play(one, arguments, notes))
+            bar.advance(task)
+        bar.update(task, description="computing complexity", total=None)
+        complexity, too_large = complexities(runs)
+    notes += [*curves.notes, *too_large]
+    if 0 < len(chosen) < len(runs):
+        notes.append(f"episodes were played by {len(chosen)} of {len(runs)} runs; --replays N plays more")
+    goals = [
+        {"run": one.name, "group": curves.group_of[str(one.path)], **row} for one, (row, _) in _both(chosen, played)
+    ]
+    replays = [{"run": one.name, "episodes": episodes} for one, (_, episodes) in _both(chosen, played)]
+    points = learning_points(curves)
+    data = {
+        "tiles": TILES,
+        "groups": [
+            {"label": label, "colour": COLOURS[n % len(COLOURS)], "dash": _dash(n)}
+            for n, label in enumerate(curves.labels)
+        ],
+        "metrics": [
+            {"name": name, "label": metric.label, "is_rate": metric.is_rate} for name, metric in METRICS.items()
+        ],
+        "curves": curve_rows(curves),
+        "runs": run_rows(runs, curves),
+        "measures": dict(MEASURES),
+        "complexity": complexity,
+        "points": points,
+        "goals": goals,
+        "replays": replays,
+    }
+    has = {"replay": bool(replays), "curves": bool(data["runs"]), "goals": bool(goals), "points": bool(points)}
+    sections = [("runs", "Runs")]
+    sections += [("replay", "Episodes")] * has["replay"] + [("learning", "Learning")] * has["curves"]
+    sections += [("goals", "Goals")] * has["goals"]
+    sections += [("complexity", "Complexity"), ("configuration", "Configuration")]
+    texts = {
+        **page_texts(runs, curves, goals, complexity, points, notes),
+        **{f"has_{name}": value for name, value in has.items()},
+        "title": runs[0].name if len(runs) == 1 else f"hierroom: {len(runs)} runs",
+        "summary": _summary(runs, curves),
+        "sections": sections,
+        "version": __version__,
+    }
+    return render_page(texts, data), notes
+
+
+def _both(runs: Sequence[ReportedRun], played: Sequence[Any]) -> list[tuple[ReportedRun, Any]]:
+    return [(run, found) for run, found in zip(runs, played, strict=True) if found is not None]
+
+
+def _dash(number: int) -> str:
+    from hierroom.compare.figure import COLOURS
+
+    return ("solid", "dash", "dot", "dashdot")[number // len(COLOURS) % 4]
+
+
+def _summary(runs: Sequence[ReportedRun], curves: Curves) -> str:
+    if len(runs) == 1:
+        return runs[0].config.title
+    groups = dict.fromkeys(curves.labels)
+    return f"{len(runs)} runs in {len(groups)} group{'s' * (len(groups) > 1)}: {', '.join(groups)}"
+
+
+def _chosen(runs: Sequence[ReportedRun], curves: Curves, most: int) -> list[ReportedRun]:
+    """The first run of each group on each graph, as many as are to be played."""
+    firsts: dict[int, dict[tuple[str, ...], ReportedRun]] = {}
+    for one in runs:
+        firsts.setdefault(curves.group_of[str(one.path)], {}).setdefault(tuple(one.graphs), one)
+    in_turn = zip_longest(*(of_group.values() for of_group in firsts.values()))
+    return [one for group in in_turn for one in group if one is not None][:most]
+
+
+def _play(one: ReportedRun, arguments: ReportArguments, notes: list[str]) -> tuple[dict[str, Any], list[Any]] | None:
+    """What a run's agents achieve, and episodes of theirs; None, and a line that says why, if they cannot play."""
+    from hierroom.report.goals import goal_row, training_goals
+    from hierroom.report.replay import replays
+    from hierroom.training.evaluation import evaluate
+    from hierroom.training.run_folder import RunFolder
+    from hierroom.training.trained_agent import load
+
+    try:
+        agent = load(one.path, greedy=arguments.greedy, trust=arguments.trust_run)
+        num_envs = min(100, arguments.played)
+        turns, pair = agent.turns(num_envs, seed=arguments.seed), agent.pair(num_envs, seed=arguments.seed)
+        row = goal_row(evaluate(pair, turns, arguments.played))
+        episodes = replays(agent, arguments.episodes, arguments.seed)
+    except InputError as error:
+        notes.append(f"not played: {error}")
+        return None
+    return {**row, "training": training_goals(RunFolder(one.path))}, episodes
+
+
+def script() -> None:
+    """The command, as ``hierroom-report``."""
+    run(main)
+
+
+if __name__ == "__main__":
+    script()

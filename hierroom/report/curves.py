@@ -1,0 +1,155 @@
+"""The learning curves of a report: each run's own, and of groups of runs with their bands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.compare.caveats import caveats
+from hierroom.compare.comparison import ALL, Comparison, GroupSummary, compare
+from hierroom.compare.evaluated_run import EvaluatedRun
+from hierroom.compare.figure import MAX_GROUPS
+from hierroom.compare.grouping import Group, differing_entries, group_runs
+from hierroom.compare.metric import METRICS
+from hierroom.compare.tasks import Tasks
+from hierroom.errors import InputError
+from hierroom.report.runs import ReportedRun
+from hierroom.training.run_folder import RunFolder
+
+RESAMPLES = 1000
+
+
+@dataclass(frozen=True)
+class Curves:
+    """What the report draws of learning.
+
+    Args:
+        labels: the groups' names.
+        group_of: for each run, by its path, the number of its group.
+        by: the entries that make the groups; none where each run is one.
+        comparisons: the groups compared, by each metric: on the graphs that all have, and on each other graph those
+            that have it.
+        notes: lines that go with them.
+    """
+
+    labels: list[str]
+    group_of: dict[str, int]
+    by: tuple[str, ...] = ()
+    comparisons: list[Comparison] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable[[], object] = lambda: None) -> Curves:
+    """Group the runs and estimate their curves; where they cannot be compared, each run is a group of its own.
+
+    Args:
+        runs: the runs.
+        by: entries of the config that make a group, as for `hierroom.compare`; None: the fewest that tell them apart.
+        progress: called after each metric.
+
+    Raises:
+        InputError: if a ``by`` that was given cannot be used.
+    """
+    evaluated = [run.evaluated for run in runs if run.evaluated is not None]
+    alone = Curves([run.name for run in runs], {str(run.path): n for n, run in enumerate(runs)})
+    if not evaluated:
+        return alone
+    try:
+        names = tuple(by.replace("-", "_").split(",")) if by else differing_entries(evaluated)
+        groups = group_runs(evaluated, names)
+        if len(groups) > MAX_GROUPS:
+            raise InputError(f"by {', '.join(names)} there are {len(groups)} groups; at most {MAX_GROUPS} can be shown")
+        parts = _parts(groups)
+        comparisons = []
+        for metric in METRICS:
+            comparisons += [compare(members, part, metric, RESAMPLES, 0) for members, part in parts]
+            progress()
+    except InputError as error:
+        if by is not None:
+            raise
+        alone.notes.append(f"the runs are shown one by one: {error}")
+        return alone
+    labels = [group.label for group in groups]
+    group_of = {str(run.path): n for n, group in enumerate(groups) for run in group.runs}
+    for run in runs:
+        if str(run.path) not in group_of:
+            group_of[str(run.path)] = len(labels)
+            labels.append(run.name)
+    notes = caveats(comparisons[0]) if len(evaluated) > 1 else []
+    return Curves(labels, group_of, names, comparisons, [note for note in notes if not note.startswith("left out")])
+
+
+def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
+    """What is compared: all groups on the graphs that all have, and on each other graph those that have it."""
+    by_group = [{graph for run in group.runs for graph in run.curves} for group in groups]
+    shared = set.intersection(*by_group)
+    parts: list[tuple[Sequence[Group], Tasks]] = [(groups, Tasks.common(groups))] if shared else []
+    for graph in sorted(set.union(*by_group) - shared):
+        parts.append(([group for group, own in zip(groups, by_group, strict=True) if graph in own], Tasks((graph,))))
+    return parts
+
+
+def drawn(curves: Curves) -> list[tuple[int, str, GroupSummary]]:
+    """The number of its group and the metric of each curve that is drawn: that over all graphs where there are some."""
+    return [
+        (curves.labels.index(summary.group.label), comparison.metric, summary)
+        for comparison in curves.comparisons
+        for summary in comparison.summaries
+        if summary.graph != ALL or len(comparison.tasks.graphs) > 1
+    ]
+
+
+def curve_rows(curves: Curves) -> list[dict[str, Any]]:
+    """The groups' curves, for the page: one for each group, graph and metric."""
+    return [
+        {
+            "group": group,
+            "graph": summary.graph,
+            "metric": metric,
+            "n": summary.n_runs,
+            "steps": rounded(summary.steps),
+            "values": rounded(summary.curve.values),
+            "lows": rounded(summary.curve.lows),
+            "highs": rounded(summary.curve.highs),
+        }
+        for group, metric, summary in drawn(curves)
+    ]
+
+
+def run_rows(runs: Sequence[ReportedRun], curves: Curves) -> list[dict[str, Any]]:
+    """The runs' own curves, for the page: for each graph the steps and seconds, the metrics and success's interval."""
+    return [
+        {"name": run.name, "group": curves.group_of[str(run.path)], "graphs": _graph_curves(run.evaluated)}
+        for run in runs
+        if run.evaluated is not None
+    ]
+
+
+def _graph_curves(run: EvaluatedRun) -> dict[str, dict[str, list[float | None]]]:
+    table, found = RunFolder(run.path).evaluations.read(), {}
+    for graph, metrics in run.curves.items():
+        rows = [row for row in table if row["graph"] == graph]
+        others = {name: [_number(row.get(name)) for row in rows] for name in ("seconds", "success_low", "success_high")}
+        steps = next(iter(metrics.values())).steps
+        columns = {"steps": steps, **{name: curve.values for name, curve in metrics.items()}, **others}
+        found[graph] = {name: rounded(values) for name, values in columns.items()}
+    return found
+
+
+def _number(text: str | None) -> float:
+    """What a cell of a table holds; NaN where it is none or no number."""
+    try:
+        return float(text or "nan")
+    except ValueError:
+        return np.nan
+
+
+def rounded(values: Sequence[float] | NDArray, digits: int = 5) -> list[float | None]:
+    """Numbers with so many significant digits, so that the page stays small; what is not finite is None."""
+    return [
+        float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in np.asarray(values, float).tolist()
+    ]

@@ -1,0 +1,66 @@
+"""Complexity against learning: how hard each goal graph is, computed, beside how long learning took on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from hierroom.compare.comparison import ALL, SUCCESS_LEVELS
+from hierroom.complexity.report import analyze
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+from hierroom.report.curves import Curves, drawn, rounded
+from hierroom.report.runs import ReportedRun
+
+MEASURES: Mapping[str, str] = {
+    "expected_steps": "expected steps of a random walk, true",
+    "hitting_time": "hitting time, paper's",
+    "exit_depth": "exit depth",
+    "width": "width",
+    "n_rooms": "rooms",
+}
+"""What is computed of a graph, and what it is called."""
+
+
+def complexities(runs: Sequence[ReportedRun]) -> tuple[list[dict[str, Any]], list[str]]:
+    """How hard the graphs of some runs are to explore.
+
+    Returns:
+        for each graph its ``name``, ``key_rooms``, ``exit_room``, whether keys can be dropped, and `MEASURES`; and
+            lines on those that are too large.
+    """
+    graphs: dict[tuple[str, GoalGraph, bool], None] = {}
+    for run in runs:
+        for name, graph in run.graphs.items():
+            graphs.setdefault((name, graph, run.config.env.drop_key))
+    rows, notes = [], []
+    for name, graph, drop_key in graphs:
+        try:
+            report = analyze(graph, drop_key=drop_key)
+            measures = [report.expected_steps, report.hitting_time, report.exit_depth, report.width, graph.n_rooms]
+        except InputError as error:
+            notes.append(f"no complexity of graph {name}: {error}")
+            continue
+        values = dict(zip(MEASURES, rounded(measures), strict=True))
+        shape = {"key_rooms": list(graph.key_rooms), "exit_room": graph.exit_room}
+        rows.append({"name": name, "drop_key": drop_key, **shape, "measures": values})
+    return rows, notes
+
+
+def learning_points(curves: Curves) -> list[dict[str, Any]]:
+    """How many steps each group needed on each graph: the median over its runs; None where fewer than half got there.
+
+    Returns:
+        for each group and graph: numbers by level of success, and the ``last`` step that was looked at.
+    """
+    return [
+        {
+            "group": group,
+            "graph": summary.graph,
+            "n": summary.n_runs,
+            "steps_to": {f"{100 * level:.0f}": rounded([summary.steps_to[level]])[0] for level in SUCCESS_LEVELS},
+            "last": float(summary.steps[-1]),
+        }
+        for group, metric, summary in drawn(curves)
+        if metric == "success_rate" and summary.graph != ALL
+    ]

@@ -1,0 +1,158 @@
+"""Episodes for the page's replay: each step as numbers, from which the browser draws the level."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise, zip_longest
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.agents.decision_tape import DecisionTape, EpisodeDecisions
+from hierroom.agents.episode import ACTION_NAMES, Episode
+from hierroom.agents.recorder import record
+from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
+from hierroom.goals.drawing import tree_places
+from hierroom.options import CONTROLLER, META
+from hierroom.report.curves import rounded
+from hierroom.training.trained_agent import TrainedAgent
+from hierroom.world.kernels import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
+from hierroom.world.layout import State
+from hierroom.world.render import view_of
+
+LETTERS = "0123456789abcdefghijklmnopqrstuvwxyz"
+"""A tile code is one of these on the page: the first stands for 0."""
+TILES = {
+    "letters": LETTERS,
+    "unseen": UNSEEN,
+    "empty": EMPTY,
+    "exit": EXIT,
+    "key": KEY,
+    "open_door": OPEN_DOOR,
+    "locked_door": LOCKED_DOOR,
+    "wall": WALL,
+    "colours": list(COLOURS),
+    "actions": list(ACTION_NAMES.values()),
+}
+"""What the page must know of tiles and actions."""
+N_TRIED = 20
+"""Episodes that are played, and of which some are shown."""
+
+
+def replays(agent: TrainedAgent, episodes: int, seed: int) -> list[dict[str, Any]]:
+    """Play episodes and choose what to show: an escape and a failure, if there are, of each graph in turn.
+
+    Args:
+        agent: who plays.
+        episodes: how many to show at most.
+        seed: of the levels and the actions.
+
+    Returns:
+        the episodes as plain types.
+    """
+    n = max(N_TRIED, episodes)
+    tape = DecisionTape(agent.pair(n, seed=seed))
+    played = list(record(agent.turns(n, seed=seed), tape, n))
+    return [
+        replay(
+            played[env],
+            tape.of_first_episode(CONTROLLER, env, len(played[env])),
+            tape.of_first_episode(META, env, len(played[env])),
+        )
+        for env in _chosen(played, episodes)
+    ]
+
+
+def _chosen(played: Sequence[Episode], n: int) -> list[int]:
+    """Which episodes are shown: the first escape and the first failure of each graph in turn, then the rest."""
+    firsts: dict[tuple[bool, str], int] = {}
+    for number, episode in enumerate(played):
+        firsts.setdefault((episode.success, episode.graph.name), number)
+    ends = [[number for (success, _), number in firsts.items() if success is wanted] for wanted in (True, False)]
+    order = [number for pair in zip_longest(*ends) for number in pair if number is not None]
+    return [*order, *(number for number in range(len(played)) if number not in order)][:n]
+
+
+def replay(
+    episode: Episode, controller: EpisodeDecisions | None = None, meta: EpisodeDecisions | None = None
+) -> dict[str, Any]:
+    """An episode of L steps as plain types, from which each of its L + 1 states can be drawn.
+
+    Args:
+        episode: the episode.
+        controller: what the controller computed at each step.
+        meta: what a learned meta-controller computed at its turns.
+    """
+    states = list(episode.states())
+    first, size = states[0].levels[0], episode.start.size
+    n_rooms = int(first.n_rooms)
+    tiles = [_inner(state).ravel() for state in states]
+    levels = np.concatenate([state.levels for state in states])
+    return {
+        "title": episode.title,
+        "graph": {
+            "name": episode.graph.name,
+            "key_rooms": list(episode.graph.key_rooms),
+            "exit_room": episode.graph.exit_room,
+            "places": [list(place) for place in tree_places(episode.graph.key_rooms)],
+        },
+        "size": size,
+        "limit": int(first.max_steps),
+        "success": episode.success,
+        "shortest": episode.shortest,
+        "colours": first.colours[: n_rooms - 1].tolist(),
+        "tiles": _letters(tiles[0]),
+        "changes": [
+            [[int(cell), int(now[cell])] for cell in np.flatnonzero(before != now)] for before, now in pairwise(tiles)
+        ],
+        "views": [_letters(view_of(state).ravel()) for state in states],
+        "rows": (levels["row"] - MARGIN).tolist(),
+        "cols": (levels["col"] - MARGIN).tolist(),
+        "directions": levels["direction"].tolist(),
+        "keys": levels["keys"].tolist(),
+        "found": levels["found"].tolist(),
+        "doors": levels["doors"].tolist(),
+        "rooms": _rooms(levels),
+        "actions": episode.actions.tolist(),
+        "goals": episode.goals.tolist(),
+        "achieved": episode.achieved.tolist(),
+        "rewards": rounded(episode.rewards, 3),
+        "subgoals": [vars(subgoal).copy() for subgoal in episode.subgoals],
+        "names": {str(goal): episode.name_of(goal) for goal in _goals(episode, n_rooms)},
+        "controller": _decisions(controller),
+        "meta": _decisions(meta),
+    }
+
+
+def _inner(state: State) -> NDArray[np.uint8]:
+    return state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN]
+
+
+def _letters(tiles: NDArray[np.uint8]) -> str:
+    return "".join(LETTERS[tile] for tile in tiles.tolist())
+
+
+def _rooms(levels: np.ndarray) -> list[int]:
+    """In which room the agent is in each state; -1 in a doorway."""
+    rectangles = levels["rectangles"][0, : int(levels["n_rooms"][0])]
+    rows, cols = levels["row"][:, None], levels["col"][:, None]
+    top, left, bottom, right = rectangles.T
+    inside = (top <= rows) & (rows <= bottom) & (left <= cols) & (cols <= right)
+    return np.where(inside.any(axis=1), inside.argmax(axis=1), -1).tolist()
+
+
+def _goals(episode: Episode, n_rooms: int) -> list[int]:
+    """The ids of the goals of its level, and of no goal."""
+    colours = episode.start.levels[0].colours[: n_rooms - 1].tolist()
+    return [NO_GOAL, *colours, *(FIRST_DOOR_GOAL + colour for colour in colours), EXIT_GOAL]
+
+
+def _decisions(decisions: EpisodeDecisions | None) -> dict[str, Any] | None:
+    if decisions is None:
+        return None
+    return {
+        "steps": decisions.steps.tolist(),
+        "probabilities": [rounded(row, 3) for row in decisions.probabilities],
+        "values": rounded(decisions.values, 4),
+    }

@@ -1,0 +1,105 @@
+"""The runs of a report: what each was, where it came from, and how it fared."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from hierroom.compare.evaluated_run import EvaluatedRun, flat_entries, read_run, runs_inside
+from hierroom.complexity.curriculum import GraphSampler
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+from hierroom.training.config import TrainConfig
+from hierroom.training.run_folder import RunFolder
+
+
+@dataclass(frozen=True)
+class ReportedRun:
+    """A run as the report shows it.
+
+    Args:
+        path: its folder.
+        config: its config.
+        entries: the entries of the config in plain types, flat.
+        evaluated: how it fared at its evaluations; None if there was none after the first step.
+        sessions: where it came from, as ``provenance.json`` tells it; empty where that cannot be read.
+    """
+
+    path: Path
+    config: TrainConfig
+    entries: Mapping[str, Any]
+    evaluated: EvaluatedRun | None
+    sessions: list[dict[str, Any]]
+
+    @property
+    def name(self) -> str:
+        """The name of its folder."""
+        return self.path.resolve().name
+
+    @cached_property
+    def graphs(self) -> dict[str, GoalGraph]:
+        """The goal graphs it trained on, by their names, the easiest first."""
+        env = self.config.env
+        return {graph.name: graph for graph in GraphSampler(env.graph, env.exclude, env.drop_key, 1).everything}
+
+    @property
+    def meta(self) -> str:
+        """Its meta-controller."""
+        return str(self.config.resolved_method.meta)
+
+
+def read_runs(paths: Iterable[Path]) -> tuple[list[ReportedRun], list[str]]:
+    """Read the runs among some paths.
+
+    Args:
+        paths: folders of runs, or folders that contain them, as that of a sweep.
+
+    Returns:
+        the runs, each once; and lines on what could not be read.
+
+    Raises:
+        InputError: if a path is neither, or no run can be read.
+    """
+    found: dict[Path, Path] = {}
+    for path in paths:
+        for one in [path] if (path / "config.json").is_file() else runs_inside(path):
+            found.setdefault(one.resolve(), one)
+    runs, notes = [], []
+    for path in found.values():
+        try:
+            runs.append(_read(path, notes))
+        except InputError as error:
+            if len(found) == 1:
+                raise
+            notes.append(f"left out: {error}")
+    if not runs:
+        raise InputError("; ".join(notes) or "give the folders of the runs, or a folder that contains them")
+    return runs, notes
+
+
+def _read(path: Path, notes: list[str]) -> ReportedRun:
+    config = RunFolder.open(path).config()
+    evaluated = None
+    try:
+        evaluated = read_run(path)
+        if evaluated.last_steps <= evaluated.first_steps:
+            evaluated = None
+            notes.append(f"{path} was evaluated only once so far: it has no learning curve")
+    except InputError as error:
+        notes.append(f"no learning curve: {error}")
+    return ReportedRun(path, config, flat_entries(config), evaluated, _sessions(path, notes))
+
+
+def _sessions(path: Path, notes: list[str]) -> list[dict[str, Any]]:
+    try:
+        sessions = json.loads((path / "provenance.json").read_text())["sessions"]
+        return [session for session in sessions if isinstance(session, dict)]
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
+        notes.append(f"{path / 'provenance.json'} cannot be read: {error}")
+        return []

@@ -1,0 +1,137 @@
+/* The charts, by Plotly, which is kept compressed in this page. */
+(async function () {
+  const charts = [...document.querySelectorAll(".chart")];
+  if (!charts.length) return;
+  await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+  try {
+    const bytes = Uint8Array.from(atob(byId("plotly").textContent), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    const script = document.createElement("script");
+    script.textContent = await new Response(stream).text();
+    document.head.append(script);
+    byId("plotly").remove();
+  } catch (error) {
+    for (const chart of charts) chart.textContent = `This browser cannot unpack the charts (${error.message}); the tables hold the numbers.`;
+    return;
+  }
+
+  /** Plotly reads tags in names; names are to be read as they are. */
+  const plain = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+  const faded = (colour, alpha) => colour + Math.round(255 * alpha).toString(16).padStart(2, "0");
+  const isNarrow = () => innerWidth < 640;
+  const CONFIG = { responsive: true, displaylogo: false, modeBarButtons: [["zoom2d", "pan2d", "zoomIn2d", "zoomOut2d", "resetScale2d", "toImage"]] };
+
+  function draw(id, traces, xaxis, yaxis, legend = true) {
+    const [ink, line] = [colourOf("ink"), colourOf("line")];
+    const axis = { gridcolor: line, zerolinecolor: line, linecolor: line, automargin: true };
+    for (const chart of byId(id).querySelectorAll(".loading")) chart.remove();
+    Plotly.react(byId(id), traces, {
+      paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", font: { color: ink, size: 13, family: "system-ui, sans-serif" },
+      margin: { l: 56, r: 12, t: 40, b: isNarrow() ? 70 + 16 * traces.filter((trace) => trace.showlegend !== false).length : 44 }, height: isNarrow() ? 380 + 16 * traces.filter((trace) => trace.showlegend !== false).length : 430, hovermode: "closest", showlegend: legend,
+      legend: isNarrow() || traces.length > 12 ? { orientation: "h", yref: "container", yanchor: "bottom", y: 0, font: { size: 11 } } : { font: { size: 12 } },
+      modebar: { bgcolor: "rgba(0,0,0,0)", color: colourOf("faint"), activecolor: colourOf("accent") }, barmode: "group", uirevision: `${xaxis.type}${xaxis.title}${yaxis.title}`,
+      xaxis: { ...axis, ...xaxis, title: { text: xaxis.title } }, yaxis: { ...axis, ...yaxis, title: { text: yaxis.title } },
+      hoverlabel: { namelength: -1 },
+    }, CONFIG);
+  }
+
+  /** Names of goals: key 1, door 1, key 2, ... exit. */
+  const place = (name) => name === "exit" ? 1e9 : 2 * Number(name.split(" ")[1]) + name.startsWith("door");
+  const inOrder = (names) => [...new Set(names)].sort((one, other) => place(one) - place(other));
+
+  function listen(ids, act) {
+    for (const id of ids) byId(id).addEventListener("change", act);
+    onTheme.push(act);
+    act();
+  }
+
+  if (byId("learning-chart")) {
+    fill(byId("metric"), DATA.metrics.map((metric) => [metric.name, metric.label]));
+    const graphs = [...new Set([...DATA.curves.map((curve) => curve.graph), ...DATA.runs.flatMap((run) => Object.keys(run.graphs))])];
+    const shown = graphs.length > 1 && !graphs.includes("all") && !DATA.curves.length ? ["all", ...graphs] : graphs;
+    fill(byId("curve-graph"), shown.map((graph) => [graph, graph === "all" ? "all together" : graph]));
+    byId("single").checked = !DATA.curves.length;
+    listen(["metric", "curve-graph", "over", "bands", "single"], () => {
+      const metric = DATA.metrics.find((one) => one.name === byId("metric").value);
+      const graph = byId("curve-graph").value, over = byId("over").value, hasBands = byId("bands").checked;
+      const scale = metric.is_rate ? 100 : 1, traces = [], single = [];  // single runs lie below
+      const scaled = (values) => values.map((value) => value === null ? null : value * scale);
+      const group = (number) => DATA.groups[number];
+      const band = (x, lows, highs, number, key, into) => {
+        if (!hasBands || !lows.some((low) => low !== null)) return;
+        const shared = { x, legendgroup: key, showlegend: false, hoverinfo: "skip", mode: "lines", line: { width: 0 } };
+        into.push({ ...shared, y: scaled(lows) }, { ...shared, y: scaled(highs), fill: "tonexty", fillcolor: faded(group(number).colour, .18) });
+      };
+      let n = 0;
+      for (const curve of over === "seconds" ? [] : DATA.curves.filter((one) => one.metric === metric.name && one.graph === graph)) {
+        const { label, colour, dash } = group(curve.group), key = `group${curve.group}`;
+        band(curve.steps, curve.lows, curve.highs, curve.group, key, traces);
+        traces.push({ x: curve.steps, y: scaled(curve.values), name: plain(`${label} (${curve.n} run${curve.n === 1 ? "" : "s"})`), legendgroup: key, mode: "lines", line: { color: colour, dash, width: 2.5 } });
+        n += 1;
+      }
+      const isLonely = DATA.runs.length === 1;
+      if (byId("single").checked || over === "seconds" || !n || isLonely) for (const run of DATA.runs) {
+        const names = graph === "all" ? Object.keys(run.graphs) : [graph].filter((name) => name in run.graphs);
+        for (const name of names) {
+          const own = run.graphs[name], x = over === "seconds" ? own.seconds : own.steps, key = `${run.name} ${name}`;
+          if (metric.name === "success_rate" && (isLonely || !n && DATA.runs.length <= 6)) band(x, own.success_low, own.success_high, run.group, key, single);
+          const title = names.length > 1 ? `${run.name}, graph ${name}` : run.name;
+          const isFew = DATA.runs.length <= 8;
+          single.push({ x, y: scaled(own[metric.name]), name: plain(title), legendgroup: key, mode: isFew ? "lines+markers" : "lines", marker: { size: 4 }, line: { color: faded(group(run.group).colour, isLonely || !n ? 1 : isFew ? .45 : .25), width: n ? 1 : 2 }, showlegend: n ? isFew && (!isLonely || names.length > 1) : true });
+        }
+      }
+      const xaxis = over === "seconds" ? { title: "seconds of training" } : { title: "training steps", type: over === "log" ? "log" : "linear" };
+      draw("learning-chart", [...single, ...traces], xaxis, { title: metric.is_rate ? `${metric.label} (%)` : metric.label, ...(metric.is_rate ? { range: [-2, 103] } : {}) });
+      byId("learning-said").textContent = isLonely
+        ? "The band is the 95% interval (Wilson) of the success rate from the episodes of each evaluation."
+        : n ? "Thick lines are interquartile means over the runs of a group, bands their 95% stratified bootstrap intervals; a single run has none." : "Each line is a run.";
+    });
+  }
+
+  if (byId("goal-chart")) {
+    fill(byId("goal-run"), DATA.goals.map((row, index) => [index, row.run]));
+    listen(["goal-mode", "goal-run"], () => {
+      const mode = byId("goal-mode").value, isTraining = mode === "training";
+      byId("goal-run-label").hidden = !isTraining;
+      if (isTraining) {
+        const row = DATA.goals[byId("goal-run").value];
+        const shares = row.training ? inOrder(Object.keys(row.training.shares)).map((name) => [name, row.training.shares[name]]) : [];
+        const paints = ["#0072B2", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9", "#8c6d5a"];
+        draw("goal-chart", shares.map(([name, values]) => ({ x: row.training.steps, y: values.map((value) => 100 * value), name, mode: "lines", line: { color: name === "exit" ? colourOf("good") : paints[(Number(name.split(" ")[1]) - 1) % paints.length], dash: name.startsWith("door") ? "dash" : "solid", width: 2 } })),
+          { title: "training steps" }, { title: "episodes that achieve it (%)", range: [-2, 103] });
+        byId("goal-said").textContent = row.training ? "Episodes of training, as they were played: each point is the mean over at least ten of them." : "This run has no table of its training's episodes, or hardly a row in it.";
+        return;
+      }
+      draw("goal-chart", DATA.goals.map((row, index) => ({
+        type: "bar", name: plain(row.run), x: row.goals.map((goal) => goal.name), marker: { color: faded(DATA.groups[row.group].colour, Math.max(.3, .95 - .14 * DATA.goals.filter((other, at) => at < index && other.group === row.group).length)) },
+        y: row.goals.map((goal) => mode === "share" ? 100 * goal.share : goal.mean_step),
+        hovertext: row.goals.map((goal) => `${plain(row.run)}<br>${goal.name}: ${goal.mean_step === null ? "never" : goal.mean_step.toFixed(1) + " steps"}, ${(100 * goal.share).toFixed(1)}% of episodes`), hoverinfo: "text",
+      })), { title: "", categoryorder: "array", categoryarray: inOrder(DATA.goals.flatMap((row) => row.goals.map((goal) => goal.name))) }, mode === "share" ? { title: "episodes that achieve it (%)", range: [0, 103] } : { title: "mean step", rangemode: "tozero" });
+      byId("goal-said").textContent = `Played for this report by the newest checkpoints with sampled actions, ${DATA.goals[0].episodes} episodes each, on levels that training never sees.`;
+    });
+  }
+
+  if (byId("complexity-chart")) {
+    fill(byId("measure"), Object.entries(DATA.measures));
+    fill(byId("success-level"), ["95", "90", "50"].map((level) => [level, `${level}% success`]));
+    listen(["measure", "success-level", "log-steps"], () => {
+      const measure = byId("measure").value, level = byId("success-level").value;
+      const at = Object.fromEntries(DATA.complexity.map((row) => [row.name, row.measures[measure]]));
+      const traces = DATA.groups.flatMap(({ label, colour }, number) => {
+        const points = DATA.points.filter((point) => point.group === number && at[point.graph] !== undefined);
+        if (!points.length) return [];
+        const isOpen = (point) => point.steps_to[level] === null;
+        return [{
+          x: points.map((point) => at[point.graph]), y: points.map((point) => isOpen(point) ? 1.25 * point.last : point.steps_to[level]),
+          text: points.map((point) => points.length < 16 ? plain(point.graph) : ""), textposition: "top center", mode: "markers+text", name: plain(label),
+          marker: { color: colour, size: 11, symbol: points.map((point) => isOpen(point) ? "triangle-up-open" : "circle"), line: { width: 1.5, color: colour } },
+          hovertext: points.map((point) => `${plain(label)}, graph ${plain(point.graph)}, ${point.n} runs<br>${isOpen(point) ? "not reached in " + count(point.last) : count(point.steps_to[level])} steps`), hoverinfo: "text",
+        }];
+      });
+      const heights = traces.flatMap((trace) => trace.y), isLog = byId("log-steps").checked;
+      const scale = isLog ? { type: "log", dtick: "D2", tickformat: "~s", range: [Math.log10(Math.min(...heights) / 1.6), Math.log10(1.6 * Math.max(...heights))] } : { rangemode: "tozero" };
+      draw("complexity-chart", traces, { title: DATA.measures[measure], rangemode: "tozero" }, { title: `steps to ${level}% success`, ...scale });
+    });
+  }
+  document.documentElement.dataset.charts = "drawn";
+})();

@@ -1,0 +1,128 @@
+"""The loggers of a run: which they are, where an earlier session left them, and what happens if one fails."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from hierroom.errors import InputError
+from hierroom.files import to_json, write_atomically
+from hierroom.plugins import in_one_line
+from hierroom.training.config import TrainConfig
+from hierroom.training.evaluation import Evaluation
+from hierroom.training.events import Events
+from hierroom.training.learning_curve import LearningCurve
+from hierroom.training.logger import Logger
+from hierroom.training.mlflow_logger import MLflowLogger
+from hierroom.training.output import warn
+from hierroom.training.scalars import evaluation_scalars, hyperparameters, metric_scalars, result_scalars
+from hierroom.training.wandb_logger import WandbLogger
+
+TENSORBOARD, NONE = "tensorboard", "none"
+DEFAULT = (TENSORBOARD,)
+LIBRARIES: Mapping[str, Callable[..., WandbLogger | MLflowLogger]] = {"wandb": WandbLogger, "mlflow": MLflowLogger}
+"""The loggers that need a package of their own, by its name, which nothing of hierroom requires."""
+_FILE = "logs.json"
+"""Of a run that is shown elsewhere than in TensorBoard: the identity that it has there, by logger."""
+
+
+def logger_names(text: str) -> tuple[str, ...]:
+    """The loggers that ``tensorboard,wandb`` names; none of ``none``.
+
+    Raises:
+        InputError: if one is unknown, or its package is not installed.
+    """
+    names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
+    if names == (NONE,):
+        return ()
+    for name in names:
+        if name not in (TENSORBOARD, *LIBRARIES):
+            known = ", ".join((TENSORBOARD, *LIBRARIES))
+            raise InputError(f"--log takes {known}, joined by commas, or {NONE}, not {text!r}")
+        if name in LIBRARIES:
+            _library(name)
+    return names
+
+
+def _library(name: str) -> Any:
+    try:
+        library = importlib.import_module(name)
+    except ImportError:
+        library = None
+    if getattr(library, "__file__", None) is None:  # such as a folder of that name, in which it once kept its files
+        raise InputError(f"--log {name} needs the package {name}, which `pip install {name}` installs")
+    return library
+
+
+class Logs:
+    """The loggers of a session. One that fails is warned of once, and training goes on without it.
+
+    Args:
+        path: the run's folder.
+        config: the run's config.
+        begins_after: steps that were taken before this session, -1 before the first; see `Events`.
+        names: the loggers, as `logger_names` gives them. A folder is somebody's word, so it never says where a run is
+            shown: whoever resumes it does.
+    """
+
+    def __init__(self, path: Path, config: TrainConfig, begins_after: int, names: Sequence[str] = DEFAULT) -> None:
+        self._config = config
+        self._loggers: list[Logger] = [Events(path, begins_after)] if TENSORBOARD in names else []
+        identities = _identities(path)
+        for name in names:
+            if name == TENSORBOARD:
+                continue
+            try:
+                logger = LIBRARIES[name](_library(name), path, hyperparameters(config), identities.get(name))
+            except Exception as error:  # whatever a library of others may raise
+                _warn(error, LIBRARIES[name].label)
+                continue
+            self._loggers.append(logger)
+            identities[name] = logger.identity
+            write_atomically(path / _FILE, to_json(identities).encode())
+
+    def _tell(self, act: Callable[[Logger], object]) -> None:
+        for logger in [*self._loggers]:
+            try:
+                act(logger)
+            except Exception as error:  # likewise
+                self._loggers.remove(logger)
+                _warn(error, logger.label)
+
+    def add_metrics(self, row: Mapping[str, float]) -> None:
+        """Show a row of ``metrics.csv``."""
+        self._tell(lambda logger: logger.add(metric_scalars(row), int(row["steps"])))
+
+    def add_evaluation(self, steps: int, evaluation: Evaluation) -> None:
+        """Show an evaluation."""
+        self._tell(lambda logger: logger.add(evaluation_scalars(evaluation), steps))
+
+    def add_results(self, curve: LearningCurve | None) -> None:
+        """Show what the run was trained with beside how it ended."""
+        told = hyperparameters(self._config), result_scalars(curve), self._config.steps
+        self._tell(lambda logger: logger.add_results(*told))
+
+    def sync(self) -> None:
+        """Have what was shown outlive a loss of power."""
+        self._tell(lambda logger: logger.sync())
+
+    def close(self, *, is_done: bool) -> None:
+        """End the session."""
+        self._tell(lambda logger: logger.close(is_done=is_done))
+
+
+def _warn(error: Exception, label: str) -> None:
+    told = str(error) if isinstance(error, InputError) else in_one_line(error)
+    warn(f"{told}; training goes on without {label}")
+
+
+def _identities(path: Path) -> dict[str, str]:
+    """The identity that a run has in each logger of earlier sessions; nothing where that cannot be read."""
+    try:
+        told = json.loads((path / _FILE).read_text())
+        return {name: told[name] for name in LIBRARIES if isinstance(told.get(name), str)}
+    except (OSError, ValueError, AttributeError, RecursionError):
+        return {}

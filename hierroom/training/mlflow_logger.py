@@ -1,0 +1,71 @@
+"""MLflow as a `Logger`."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hierroom.training.logger import Plain
+
+EXPERIMENT = "hierroom"
+"""The experiment where ``MLFLOW_EXPERIMENT_NAME`` names none."""
+_PARAMS_AT_ONCE = 100
+"""So many a request may have."""
+
+
+class MLflowLogger:
+    """Shows a run in MLflow, at the place that ``MLFLOW_TRACKING_URI`` names, by default MLflow's own.
+
+    Args:
+        library: the package ``mlflow``.
+        path: the run's folder, after which it is called.
+        hyperparameters: what it is trained with.
+        identity: of the run that an earlier session began; None: it is new.
+
+    Attributes:
+        identity: of the run.
+    """
+
+    label = "MLflow"
+
+    def __init__(
+        self, library: Any, path: Path, hyperparameters: Mapping[str, Plain], identity: str | None = None
+    ) -> None:
+        self._entities, self._client = library.entities, library.MlflowClient()
+        if identity is None:
+            name = os.environ.get("MLFLOW_EXPERIMENT_NAME", EXPERIMENT)
+            found = self._client.get_experiment_by_name(name)
+            experiment = found.experiment_id if found is not None else self._client.create_experiment(name)
+            identity = str(self._client.create_run(experiment, run_name=path.resolve().name).info.run_id)
+            params = [library.entities.Param(name, str(value)) for name, value in hyperparameters.items()]
+            for first in range(0, len(params), _PARAMS_AT_ONCE):
+                self._client.log_batch(identity, params=params[first : first + _PARAMS_AT_ONCE])
+        else:
+            self._client.update_run(identity, status="RUNNING")
+        self.identity = identity
+
+    def add(self, scalars: Mapping[str, float], steps: int) -> None:
+        """Show numbers; those that are not finite are left out, and names have only letters that MLflow allows."""
+        now = int(1000 * time.time())
+        metrics = [
+            self._entities.Metric(re.sub(r"[^\w\-. /]", "_", name, flags=re.ASCII), float(value), now, steps)
+            for name, value in scalars.items()
+            if math.isfinite(value)
+        ]
+        self._client.log_batch(self.identity, metrics=metrics)
+
+    def add_results(self, hyperparameters: Mapping[str, Plain], results: Mapping[str, float], steps: int) -> None:
+        """Show how the run ended; its hyperparameters are there already."""
+        self.add({name: value for name, value in results.items() if "steps_to" in name}, steps)
+
+    def sync(self) -> None:
+        """Nothing: it keeps its own files."""
+
+    def close(self, *, is_done: bool) -> None:
+        """End a session."""
+        self._client.set_terminated(self.identity, "FINISHED" if is_done else "KILLED")

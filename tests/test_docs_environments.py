@@ -1,0 +1,67 @@
+"""docs/environments.md is what the package has: ids, numbers, pictures, spaces and arguments."""
+
+import importlib.util
+import inspect
+import io
+import re
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+from PIL import Image
+
+import hierroom
+from hierroom.gym_env import EscapeRoom
+
+DOCS = Path(__file__).parents[1] / "docs"
+PAGE = (DOCS / "environments.md").read_text()
+_spec = importlib.util.spec_from_file_location("environments", DOCS / "scripts" / "environments.py")
+script = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(script)
+
+
+def test_the_table_is_what_the_script_prints():
+    assert f"{script.MARKS[0]}{script.table()}{script.MARKS[1]}" in PAGE
+
+
+def test_every_id_is_on_the_page():
+    ids = {name for name in gymnasium.registry if re.fullmatch(r"hierroom/EscapeRoom(-[a-g])?-v0", name)}
+    assert len(ids) == 8
+    assert set(re.findall(r"`(hierroom/EscapeRoom\S*-v0)`", PAGE)) == ids
+
+
+@pytest.mark.parametrize("letter", "abcdefg")
+def test_the_pictures_are_of_the_levels(letter):
+    kept = np.asarray(Image.open(DOCS / "pictures" / f"level-{letter}.png").convert("RGB"))
+    drawn = np.asarray(Image.open(io.BytesIO(script.as_png(script.level(letter)))).convert("RGB"))
+    assert kept.shape == drawn.shape
+    assert (abs(kept.astype(int) - drawn) > 40).mean() < 0.001  # versions of the library may pick other shades
+
+
+def test_spaces():
+    env, dropping = hierroom.env(graph="c"), hierroom.env(graph="c", drop_key=True)
+    for agent in env.possible_agents:
+        assert f"{agent}: `{env.action_space(agent)}`" in PAGE
+    assert f"with `drop_key=True` `{dropping.action_space('controller_0')}`" in PAGE
+    section = PAGE.split("## Observations")[1].split("\n## ")[0]
+    told = {}
+    for names, whose, shape in re.findall(r"^\| (`[^|]*`) \| ([^|]*) \| ([^|]*) \|", section, re.MULTILINE):
+        for name in re.findall(r"`(\w+)`", names):
+            told[name] = whose, re.sub(r",? u?int8|,? float32", "", shape)
+    meta, controller = (env.observation_space(agent) for agent in ("meta_0", "controller_0"))
+    assert set(told) == set(meta)
+    assert set(meta) - set(controller) == {name for name, (whose, _) in told.items() if whose == "`meta_0`"}
+    for name in set(meta) - {"action_mask"}:
+        shape = meta[name].shape
+        assert told[name][1] == (" x ".join(map(str, shape)) if shape else "a number")
+
+
+def test_arguments_and_their_defaults():
+    told = dict(re.findall(r"^\| `(\w+)` \| `([^`]*)`", PAGE.split("## Arguments")[1], re.MULTILINE))
+    arguments = {}
+    for kind in (EscapeRoom, hierroom.parallel_env, hierroom.raw_env):
+        parameters = inspect.signature(kind.__init__).parameters
+        arguments |= {name: repr(one.default) for name, one in parameters.items() if name != "self"}
+    assert told == arguments
+    assert inspect.signature(EscapeRoom.__init__).parameters["reward"].default == "extrinsic"

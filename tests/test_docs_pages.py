@@ -1,0 +1,206 @@
+"""What the docs show is true: their Python runs, their commands are understood, their files can be read."""
+
+import argparse
+import ast
+import importlib.util
+import json
+import re
+import runpy
+import shlex
+import sys
+import tempfile
+import tomllib
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+import tyro
+from doc_pages import BLOCKS, PAGES, ROOT, commands, lines_of
+
+import hierroom
+from hierroom.complexity.__main__ import main as complexity
+from hierroom.sweep.plan import read_plan
+from hierroom.train import parse
+from hierroom.training.config import TrainConfig
+from hierroom.training.config_file import read_config
+from hierroom.training.run_folder import RunFolder
+
+COMMANDS = [(page, command) for page, found in commands().items() for command in found]
+PYTHON = [
+    block for block in BLOCKS if block.language == "python" and block.page not in ("README.md", "architecture.md")
+]
+TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+
+
+class Understood(BaseException):
+    """Raised in the place of what a command does once its options are read."""
+
+
+def test_blocks_are_of_known_kinds():
+    """No language: commands, one a line; text: what something prints or looks like."""
+    assert {block.language for block in BLOCKS} <= {"", "python", "toml", "text", "mermaid"}
+    for block in BLOCKS:
+        if block.language == "":
+            for line in lines_of(block):
+                assert re.match(r"(python|make|pip|pytest|mkdocs) ", line), (block.page, line)
+
+
+@pytest.mark.parametrize("block", PYTHON, ids=[f"{block.page}-{n}" for n, block in enumerate(PYTHON)])
+def test_python_runs(block, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(ROOT / "examples")
+    exec(compile(block.text, block.page, "exec"), {"__name__": "page"})
+
+
+def test_the_loop_shown_is_the_trainer_s():
+    shown = next(block.text for block in BLOCKS if block.page == "architecture.md" and block.language == "python")
+    source = (ROOT / "hierroom" / "training" / "trainer.py").read_text()
+
+    def code(text):
+        return [line.split("  #")[0].strip() for line in text.splitlines() if line.strip()]
+
+    lines = code(source)
+    at = lines.index(code(shown)[0])
+    assert lines[at : at + len(code(shown))] == code(shown)
+
+
+def test_the_innermost_wrapper_holds_a_view():
+    shown = next(block.text for block in BLOCKS if "class Innermost" in block.text)
+    names = {}
+    exec(shown, names)
+    env = names["Innermost"](hierroom.box_view(hierroom.parallel_env(size=11)))
+    assert env.unwrapped is env
+    assert set(env.observation_spaces) == {"meta_0", "controller_0"}
+
+
+@pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "toml"], ids=lambda block: block.page)
+def test_toml_is_read_by_what_it_is_for(block, tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(block.text)
+    entries = tomllib.loads(block.text)
+    if "key_rooms" in entries:
+        assert hierroom.env(graph=path).unwrapped.complexity.expected_steps > 0
+    elif "seeds" in entries:
+        assert len(read_plan(path, []).runs()) > 1
+    else:
+        assert read_config(path).steps > 0
+
+
+@pytest.mark.filterwarnings("ignore:.*found in sys.modules:RuntimeWarning")
+@pytest.mark.parametrize(("page", "command"), COMMANDS, ids=[f"{page}: {command}" for page, command in COMMANDS])
+def test_command_is_understood(page, command, tmp_path, monkeypatch):
+    program, *words = shlex.split(command)
+    if program == "make":
+        assert set(words) <= TARGETS
+    elif program == "pytest":
+        _find_tests(words)
+    elif program == "mkdocs":
+        assert words[0] == "build"
+    elif program == "pip":
+        assert words[0] in ("install", "check")
+    else:
+        monkeypatch.chdir(_folder(tmp_path, words))
+        _understand(words, monkeypatch)
+
+
+def _find_tests(words: list[str]) -> None:
+    """Each file is there, and has a test for each name after -k."""
+    at = words.index("-k") if "-k" in words else len(words)
+    tests = [" ".join(re.findall(r"^def (test_\w+)\(", (ROOT / file).read_text(), re.MULTILINE)) for file in words[:at]]
+    assert all(tests)
+    for name in " ".join(words[at + 1 :]).split(" or "):
+        assert name in " ".join(tests), name
+
+
+def _folder(folder: Path, words: list[str]) -> Path:
+    """A folder with the runs and files that the words name."""
+    for word in words:
+        run = word.removesuffix("/config.json")
+        if (word.startswith("runs/") or word == "RUN") and "*" not in word and not (folder / run).exists():
+            RunFolder.create(folder / run, TrainConfig())
+        if word.startswith("own") and word.endswith(".toml"):
+            (folder / word).write_text("seed = 1\n")
+    return folder
+
+
+def _understand(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Start the command, and stop it once it has read its options."""
+    if words == ["-m"]:  # `python -m` as such
+        return
+    monkeypatch.syspath_prepend(ROOT)  # for tests.fuzz and benchmarks
+    if words[0] == "-m":
+        start, name, words = partial(runpy.run_module, alter_sys=True), words[1], words[2:]
+        source = importlib.util.find_spec(name)
+        if source.submodule_search_locations is not None:
+            source = importlib.util.find_spec(f"{name}.__main__")
+        path = Path(source.origin)
+    else:
+        start, name, words = runpy.run_path, str(ROOT / words[0]), words[1:]
+        path = Path(name)
+        monkeypatch.syspath_prepend(path.parent)
+    assert path.is_file()
+    if not words:  # the page speaks of the command as such
+        return
+    if name == "hierroom.train":
+        assert parse(words).config.steps > 0
+    elif not re.search(r"\btyro\b|\bargparse\b|import .*\breport\b", path.read_text()):
+        assert not words, f"{path.name} takes no options"
+    else:
+        monkeypatch.setattr(sys, "argv", [str(path), *words])
+        for module, function in ((tyro, "cli"), (tyro._cli, "cli"), (argparse.ArgumentParser, "parse_args")):
+            monkeypatch.setattr(module, function, _stop_after(getattr(module, function)))
+        with pytest.raises(Understood):
+            start(name, run_name="__main__")
+
+
+def _stop_after(read):
+    def read_only(*args, **kwargs):
+        read(*args, **kwargs)
+        raise Understood
+
+    return read_only
+
+
+@pytest.mark.parametrize(
+    ("before", "block"),
+    [
+        (before, block)
+        for before, block in pairwise(BLOCKS)
+        if block.language == "text"
+        and before.page == block.page
+        and before.text.startswith("python -m hierroom.complexity")
+    ],
+)
+def test_what_follows_a_command_is_what_it_prints(before, block, capsys, monkeypatch):
+    [line] = lines_of(before)
+    monkeypatch.setattr(sys, "argv", shlex.split(line)[2:])
+    assert complexity() == 0
+    assert capsys.readouterr().out == block.text
+
+
+def test_the_notebook_runs(tmp_path, monkeypatch):
+    """Its cells one after the other, without Jupyter."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    notebook = json.loads((ROOT / "examples" / "first_steps.ipynb").read_text())
+    names: dict[str, object] = {}
+    for cell in notebook["cells"]:
+        assert not cell.get("outputs")
+        if cell["cell_type"] != "code":
+            continue
+        *body, last = ast.parse("".join(cell["source"])).body
+        if not isinstance(last, ast.Expr):
+            body, last = [*body, last], None
+        exec(compile(ast.Module(body, []), "first_steps.ipynb", "exec"), names)
+        if last is not None:
+            eval(compile(ast.Expression(last.value), "first_steps.ipynb", "eval"), names)
+    assert 0 <= sum(episode.success for episode in names["episodes"]) <= len(names["episodes"]) == 20
+
+
+def test_every_page_has_a_heading_and_lists_stand_apart():
+    """Markdown as the site reads it: a list that follows a paragraph without an empty line is no list there."""
+    for page, text in PAGES.items():
+        assert text.startswith("# "), page
+        outside = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+        assert not re.search(r"^(?![-|\s#]|\d+\. )[^\n]+\n- ", outside, re.MULTILINE), page

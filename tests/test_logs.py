@@ -1,0 +1,251 @@
+"""Loggers: what each is told, what becomes of one that fails, and that two need packages of their own.
+
+Weights & Biases and MLflow are stand-ins here, which take what the real ones take and nothing else.
+"""
+
+import json
+import math
+import subprocess
+import sys
+from types import ModuleType, SimpleNamespace
+
+import pytest
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+import hierroom
+from hierroom.errors import InputError
+from hierroom.train import main
+from hierroom.training.config import TrainConfig
+from hierroom.training.logs import Logs, logger_names
+from hierroom.training.run_folder import RunFolder
+from hierroom.training.scalars import tag
+
+TINY = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 16, "minibatches": 2, "steps": 1024}
+OPTIONS = "--graph a --size 11 --max-steps 60 --num-envs 16 --minibatches 2 --evaluation-episodes 5".split()  # noqa: SIM905
+
+
+class Wandb(ModuleType):
+    """What of ``wandb`` is used."""
+
+    def __init__(self):
+        super().__init__("wandb")
+        self.__file__ = "stand-in"
+        self.began, self.rows, self.summary, self.axes, self.ends, self.fails = [], [], {}, {}, [], False
+        self.Settings = lambda *, console: {"console": console}
+
+    def init(self, *, project, name, id, resume, config, dir, settings):
+        self.began.append(SimpleNamespace(**locals()))
+        return SimpleNamespace(
+            id=id or "abc123", define_metric=self._define, log=self._log, summary=self.summary, finish=self._finish
+        )
+
+    def _define(self, name, *, step_metric=None):
+        self.axes[name] = step_metric
+
+    def _log(self, row):
+        if self.fails:
+            raise ConnectionError("no\nnetwork")
+        self.rows.append(row)
+
+    def _finish(self, *, exit_code):
+        self.ends.append(exit_code)
+
+
+class Mlflow(ModuleType):
+    """What of ``mlflow`` is used."""
+
+    def __init__(self):
+        super().__init__("mlflow")
+        self.__file__ = "stand-in"
+        self.entities = SimpleNamespace(
+            Metric=lambda key, value, timestamp, step: SimpleNamespace(**locals()),
+            Param=lambda key, value: SimpleNamespace(**locals()),
+        )
+        self.experiments, self.names, self.metrics, self.params, self.status = {}, [], [], {}, []
+        self.MlflowClient = lambda: self
+
+    def get_experiment_by_name(self, name):
+        return SimpleNamespace(experiment_id=self.experiments[name]) if name in self.experiments else None
+
+    def create_experiment(self, name):
+        self.experiments[name] = str(len(self.experiments))
+        return self.experiments[name]
+
+    def create_run(self, experiment_id, *, run_name):
+        self.names.append((experiment_id, run_name))
+        return SimpleNamespace(info=SimpleNamespace(run_id=f"run{len(self.names)}"))
+
+    def log_batch(self, run_id, *, metrics=(), params=()):
+        assert len(params) <= 100
+        self.metrics += [(run_id, metric) for metric in metrics]
+        self.params |= {param.key: param.value for param in params}
+
+    def update_run(self, run_id, *, status):
+        self.status.append((run_id, status))
+
+    def set_terminated(self, run_id, status):
+        self.status.append((run_id, status))
+
+
+@pytest.fixture
+def libraries(monkeypatch):
+    wandb, mlflow = Wandb(), Mlflow()
+    monkeypatch.setitem(sys.modules, "wandb", wandb)
+    monkeypatch.setitem(sys.modules, "mlflow", mlflow)
+    for name in ("WANDB_PROJECT", "MLFLOW_EXPERIMENT_NAME"):
+        monkeypatch.delenv(name, raising=False)
+    return SimpleNamespace(wandb=wandb, mlflow=mlflow)
+
+
+def expected_of(folder):
+    """What a run's tables say that a logger was told: (tag, steps) to value, but for what is not finite."""
+    told = {}
+    for row in RunFolder(folder).metrics.numbers():
+        told |= {(tag(name), int(row["steps"])): value for name, value in row.items() if name != "steps"}
+    for row in RunFolder(folder).evaluations.read():
+        for name in ("success_rate", "length", "return", "length_over_shortest"):
+            told[f"eval/{name}", int(row["steps"])] = float(row[name])
+    return {key: value for key, value in told.items() if math.isfinite(value)}
+
+
+def test_all_loggers_are_told_the_same(libraries, tmp_path):
+    hierroom.train(**TINY, evaluations=3, evaluation_episodes=5, out=tmp_path / "run", log="tensorboard,wandb,mlflow")
+    expected = expected_of(tmp_path / "run")
+    wandb, mlflow = libraries.wandb, libraries.mlflow
+    assert len(expected) > 20
+    shown = {(name, row["steps"]): value for row in wandb.rows for name, value in row.items() if name != "steps"}
+    for key, value in expected.items():
+        assert shown[key] == pytest.approx(value, abs=1e-6)
+    assert all(math.isfinite(value) for value in shown.values())
+    for _, metric in mlflow.metrics:
+        if "steps_to" not in metric.key:
+            assert shown[metric.key, metric.step] == metric.value
+    assert {(metric.key, metric.step) for _, metric in mlflow.metrics} >= shown.keys()
+    events = EventAccumulator(str(tmp_path / "run")).Reload()
+    for name, steps in shown:
+        assert steps in [one.step for one in events.Scalars(name)]
+
+
+def test_weights_and_biases(libraries, tmp_path, monkeypatch):
+    monkeypatch.setenv("WANDB_PROJECT", "own project")
+    hierroom.train(**TINY, evaluations=2, evaluation_episodes=5, out=tmp_path / "run", log="wandb")
+    wandb = libraries.wandb
+    (began,) = wandb.began
+    assert (began.project, began.name, began.dir, began.id) == ("own project", "run", str(tmp_path / "run"), None)
+    assert (began.config["steps"], began.config["graph"], began.config["num_envs"]) == (1024, "a", 16)
+    assert began.settings == {"console": "off"}
+    assert wandb.axes == {"steps": None, "*": "steps"}
+    assert wandb.summary["steps"] == 1024
+    assert 0 <= wandb.summary["eval/success_rate"] <= 1
+    assert wandb.ends == [0]
+    assert json.loads((tmp_path / "run" / "logs.json").read_text()) == {"wandb": "abc123"}
+    assert not list((tmp_path / "run").glob("events*"))  # TensorBoard was not named
+
+
+def test_mlflow(libraries, tmp_path):
+    for name in ("one", "two"):
+        hierroom.train(**TINY, evaluations=2, evaluation_episodes=5, out=tmp_path / name, log="mlflow")
+    mlflow = libraries.mlflow
+    assert mlflow.experiments == {"hierroom": "0"}
+    assert mlflow.names == [("0", "one"), ("0", "two")]
+    assert mlflow.params["num_envs"] == "16"
+    assert mlflow.status == [("run1", "FINISHED"), ("run2", "FINISHED")]
+
+
+def test_mlflow_names_hold_only_what_it_allows(libraries, tmp_path):
+    logs = Logs(tmp_path, TrainConfig(), -1, ("mlflow",))
+    logs._loggers[0].add({"eval/graph/own: <graph>/length": 1.0, "nothing": math.nan}, 5)
+    assert [metric.key for _, metric in libraries.mlflow.metrics] == ["eval/graph/own_ _graph_/length"]
+
+
+def test_a_resumed_run_goes_on_where_it_is_shown(libraries, tmp_path, capsys):
+    out = tmp_path / "run"
+    assert main([*OPTIONS, "--steps", "1024", "--out", str(out), "--log", "wandb,mlflow"]) == 0
+    assert main(["--resume", str(out), "--steps", "2048", "--log", "wandb,mlflow"]) == 0
+    assert [began.id for began in libraries.wandb.began] == [None, "abc123"]
+    assert libraries.mlflow.names == [("0", "run")]
+    assert libraries.mlflow.status == [("run1", "FINISHED"), ("run1", "RUNNING"), ("run1", "FINISHED")]
+    n = len(libraries.wandb.rows)
+    assert main(["--resume", str(out), "--steps", "3072"]) == 0  # the folder does not say where
+    assert len(libraries.wandb.rows) == n
+    assert list(out.glob("events*"))
+
+
+def test_an_interrupted_run_says_so_and_how_to_go_on(libraries, tmp_path, monkeypatch, capsys):
+    from hierroom.training.trainer import Trainer
+
+    advance = Trainer.advance
+
+    def interrupted(self):
+        import os
+        import signal
+
+        os.kill(os.getpid(), signal.SIGINT)
+        advance(self)
+
+    monkeypatch.setattr(Trainer, "advance", interrupted)
+    assert main([*OPTIONS, "--steps", "4096", "--out", str(tmp_path / "run"), "--log", "wandb,mlflow"]) == 130
+    assert libraries.wandb.ends == [130]
+    assert libraries.mlflow.status == [("run1", "KILLED")]
+    assert f"--resume {tmp_path / 'run'} --log wandb,mlflow\n" in capsys.readouterr().out
+
+
+def test_none_shows_it_nowhere(tmp_path):
+    hierroom.train(**TINY, evaluations=0, out=tmp_path / "run", log="none")
+    assert not list((tmp_path / "run").glob("events*"))
+    assert not (tmp_path / "run" / "logs.json").exists()
+
+
+def test_a_logger_that_fails_is_warned_of_once_and_training_goes_on(libraries, tmp_path, capsys):
+    libraries.wandb.fails = True
+    hierroom.train(**TINY, evaluations=2, evaluation_episodes=5, out=tmp_path / "run", log="wandb,tensorboard")
+    warned = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
+    assert warned == ["warning: ConnectionError: no network; training goes on without Weights & Biases"]
+    assert expected_of(tmp_path / "run")
+    assert list((tmp_path / "run").glob("events*"))
+
+
+def test_a_logger_that_cannot_begin(libraries, tmp_path, monkeypatch, capsys):
+    def refuse():
+        raise PermissionError("no key")
+
+    monkeypatch.setattr(libraries.mlflow, "MlflowClient", refuse)
+    hierroom.train(**TINY, evaluations=0, out=tmp_path / "run", log="mlflow")
+    assert "warning: PermissionError: no key; training goes on without MLflow\n" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("content", ["{", "[1]", '{"wandb": 3}', '"wandb"', "\\xff"])
+def test_identities_that_cannot_be_read_begin_anew(libraries, tmp_path, content):
+    (tmp_path / "logs.json").write_text(content)
+    Logs(tmp_path, TrainConfig(), -1, ("wandb",))
+    assert libraries.wandb.began[0].id is None
+
+
+@pytest.mark.parametrize("name", ["wandb", "mlflow"])
+def test_a_package_that_is_not_there_is_one_line(name, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(InputError) as caught:
+        main([*OPTIONS, "--out", str(tmp_path / "run"), "--log", f"tensorboard,{name}"])
+    assert str(caught.value) == f"--log {name} needs the package {name}, which `pip install {name}` installs"
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_folder_of_that_name_is_no_package(tmp_path):
+    """Where Weights & Biases has kept its files there is a folder ``wandb``, which Python would import."""
+    (tmp_path / "mlflow").mkdir()
+    code = "from hierroom.training.logs import logger_names; logger_names('mlflow')"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    if "InputError" not in done.stderr:
+        pytest.skip("mlflow is installed")
+    assert "--log mlflow needs the package mlflow" in done.stderr
+
+
+@pytest.mark.parametrize("text", ["", "tensorbord", "none,wandb", "wandb,,mlflow"])
+def test_unknown_loggers_are_refused(libraries, text):
+    with pytest.raises(InputError, match="--log takes tensorboard, wandb, mlflow, joined by commas, or none, not"):
+        logger_names(text)
+
+
+def test_names(libraries):
+    assert logger_names("wandb, tensorboard,wandb") == ("wandb", "tensorboard")
+    assert logger_names("none") == ()

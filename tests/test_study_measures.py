@@ -1,0 +1,92 @@
+"""The table of measures of the study's goal graphs."""
+
+import csv
+import importlib
+import math
+from pathlib import Path
+
+import pytest
+
+from hierroom.complexity import analyze
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture
+def module(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT)
+    return lambda name: importlib.import_module(f"benchmarks.study.{name}")
+
+
+def test_the_graphs_are_all_of_five_rooms_and_a_sample_none_twice(module):
+    graphs = module("graphs").study_graphs(n_sampled=3)
+    rooms = [graph.n_rooms for graph in graphs]
+    assert [rooms.count(n) for n in range(2, 8)] == [1, 3, 9, 26, 3, 3]
+    assert len({graph.canonical() for graph in graphs}) == len({graph.name for graph in graphs}) == len(graphs)
+    assert graphs == module("graphs").study_graphs(n_sampled=3)
+    assert graphs != module("graphs").study_graphs(n_sampled=3, seed=1)
+
+
+def test_twins_are_isomorphic_and_other_graphs(module):
+    originals = {graph.name: graph for graph in module("graphs").study_graphs(0)}
+    twins = module("graphs").twins()
+    assert len(twins) == 9
+    for name, twin in twins.items():
+        assert twin.canonical() == originals[name].canonical()
+        assert twin != originals[name]
+        assert twin.name == f"{name}-twin"
+
+
+def test_rows_hold_the_measures_and_what_is_there_is_kept(module, tmp_path, monkeypatch):
+    table = module("measures_table")
+    settings = table.Settings(horizon=8, size=11, episodes=8, max_steps=40, chain_episodes=8, chain_steps=300)
+    fork = GoalGraph((0, 0), 2)
+    graphs = {"a": (GoalGraph((0,), 1), ""), "b": (fork, ""), "b-twin": (GoalGraph((0, 0), 1, label="b-twin"), "b")}
+    path = tmp_path / "new" / "measures.csv"
+    first = table.make_table({"a": graphs["a"]}, settings, path)
+    measured = []
+    monkeypatch.setattr(
+        table, "measured_row", lambda *given, make=table.measured_row: measured.append(given[0].name) or make(*given)
+    )
+    rows = table.make_table(graphs, settings, path)
+    assert measured == ["b", "b-twin"]
+    assert rows[0] == first[0]
+    assert list(csv.DictReader(path.open())) == rows
+    for row, graph in zip(rows, "abb", strict=True):
+        report = analyze(graph)
+        assert float(row["expected_steps"]) == pytest.approx(report.expected_steps, rel=1e-12)
+        assert float(row["hitting_time"]) == pytest.approx(report.hitting_time, rel=1e-9)
+        assert (int(row["nodes"]), int(row["goals"])) == (report.nodes, report.graph.n_goals)
+        assert 0 <= float(row["play_success"]) <= 1
+        assert not math.isnan(float(row["play_expected_steps"]))
+    assert [row["twin_of"] for row in rows] == ["", "", "b"]
+    table.make_table({"a": graphs["a"]}, table.Settings(horizon=9, size=11, episodes=4, chain_episodes=4), path)
+    assert measured[2:] == ["a"]  # other settings
+
+
+def test_levels_are_measured_where_they_are_asked_for(module):
+    table = module("measures_table")
+    settings = table.Settings(
+        size=11, episodes=2, max_steps=9, chain_episodes=2, chain_steps=9, levels=1, level_horizon=40
+    )
+    row = table.measured_row(GoalGraph((0,), 1), settings)
+    assert row["level_planning_window"] >= 3
+    assert row["level_states"] > 100
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("graph,twin_of,goals,settings\na,,3,x\n", "no table of measures: it has no column rooms"),
+        ("graph,settings\na\n", "row 1 of .* has another number of columns"),
+        ('"graph\n', "cannot read the table"),
+    ],
+)
+def test_another_table_is_refused(module, tmp_path, text, message):
+    path = tmp_path / "measures.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        module("tables").read_measures(path)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,310 @@
+"""The study's statistics, on tables whose answers are known."""
+
+import csv
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import pearsonr, rankdata, spearmanr
+
+from hierroom.errors import InputError
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture
+def module(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT)
+    return lambda name: importlib.import_module(f"benchmarks.study.{name}")
+
+
+def run_rows(steps, method="hippo", **columns):
+    """Rows of runs: for each graph the steps of its seeds, None where the milestone was never reached."""
+    return [
+        {"method": method, "graph": graph, "seed": str(seed), "steps_to_95": "" if n is None else str(n), **columns}
+        for graph, several in steps.items()
+        for seed, n in enumerate(several)
+    ]
+
+
+def measured_rows(graphs, twins=(), **measures):
+    rows = [
+        {"graph": graph, "twin_of": "", **{name: str(values[i]) for name, values in measures.items()}}
+        for i, graph in enumerate(graphs)
+    ]
+    return [*rows, *({**rows[graphs.index(of)], "graph": f"{of}-twin", "twin_of": of} for of in twins)]
+
+
+def trained_of(module, steps, twins=()):
+    graphs = [graph for graph in steps if not graph.endswith("-twin")]
+    (trained,) = module("trained").read_trained(run_rows(steps), measured_rows(graphs, twins), "steps_to_95")
+    return trained
+
+
+def test_medians_where_never_reached_is_infinite(module):
+    inf, nan = np.inf, np.nan
+    outcomes = np.array([[3, 1, 9], [5, 7, nan], [1, inf, nan], [1, 2, inf], [inf, inf, 4], [8, nan, nan]])
+    assert module("trained").medians(outcomes).tolist() == [3, 6, inf, 2, inf, 8]
+
+
+def test_correlations_by_hand(module):
+    """Ranks 1 2 3 5 4: rho = 1 - 6 * 2 / (5 * 24) = 0.9, tau = (9 - 1) / 10; goals 1 1 2 2 2: rho = 9 / sqrt(120)."""
+    goals = np.array([3.0, 3, 5, 5, 5])
+    table = module("correlations").correlations(
+        np.array([10.0, 20, 30, 40, 50]), {"x": np.array([1.0, 2, 3, 9, 4]), "goals": goals}, goals
+    )
+    count = 0.8660254
+    assert table["x", "spearman"] == pytest.approx(0.9)
+    assert table["x", "kendall"] == pytest.approx(0.8)
+    assert table["goals", "spearman"] == pytest.approx(count)
+    assert table["x", "minus goals"] == pytest.approx(0.9 - count)
+    assert table["x", "given goals"] == pytest.approx((0.9 - count**2) / (1 - count**2))
+    assert table["goals", "minus goals"] == 0
+    assert np.isnan(table["x", "minus hitting time"])
+    assert np.isnan(table["goals", "given goals"])
+    assert np.isnan(table["x", "at fixed goals"])  # no four graphs have as many
+
+
+def test_against_the_hitting_time(module):
+    x, y = np.array([1.0, 2, 3, 4, 5]), np.array([1.0, 2, 3, 5, 4])
+    table = module("correlations").correlations(x, {"x": x, "hitting_time": y}, np.array([3.0, 3, 5, 5, 5]))
+    assert table["x", "minus hitting time"] == pytest.approx(1 - 0.9)
+    assert table["hitting_time", "minus hitting time"] == 0
+
+
+def test_never_reached_ranks_last_and_alike(module):
+    """Ranks 1 2 3.5 3.5 against 1 2 3 4: rho = 4.5 / sqrt(4.5 * 5), tau-b = 5 / sqrt(5 * 6)."""
+    table = module("correlations").correlations(
+        np.array([5.0, 6, np.inf, np.inf]), {"x": np.array([1.0, 2, 3, 4])}, np.array([3.0, 3, 5, 5])
+    )
+    assert table["x", "spearman"] == pytest.approx(4.5 / np.sqrt(4.5 * 5))
+    assert table["x", "kendall"] == pytest.approx(5 / np.sqrt(30))
+
+
+def test_given_goals_is_the_correlation_of_what_goals_leave(module):
+    """The partial correlation is that of the residuals of both regressions on the ranks of the number of goals."""
+    rng = np.random.default_rng(0)
+    goals = rng.integers(3, 7, 40).astype(float)
+    x, y = goals + rng.normal(size=40), goals + rng.normal(size=40)
+    table = module("correlations").correlations(y, {"x": x}, goals)
+    z = np.column_stack([np.ones(40), rankdata(goals)])
+    left = [rankdata(v) - z @ np.linalg.lstsq(z, rankdata(v), rcond=None)[0] for v in (x, y)]
+    assert table["x", "given goals"] == pytest.approx(pearsonr(*left)[0])
+    assert table["x", "spearman"] == pytest.approx(spearmanr(x, y)[0])
+
+
+def test_at_fixed_goals_is_the_mean_weighted_by_graphs(module):
+    goals = np.array([5.0] * 4 + [7.0] * 6 + [3.0] * 2)
+    x = np.array([1.0, 2, 3, 4, 1, 2, 3, 4, 5, 6, 9, 8])
+    y = np.array([1.0, 2, 3, 4, 6, 5, 4, 3, 2, 1, 7, 7])
+    table = module("correlations").correlations(y, {"x": x}, goals)
+    assert (table["x", "at 5 goals"], table["x", "at 7 goals"]) == (pytest.approx(1), pytest.approx(-1))
+    assert table["x", "at fixed goals"] == pytest.approx((4 - 6) / 10)
+    assert ("x", "at 3 goals") not in table
+
+
+def test_the_bootstrap_draws_graphs_and_seeds(module):
+    graphs = [f"g{i}" for i in range(20)]
+    goals, x = np.repeat([5.0, 7.0], 10), np.arange(20.0)
+    rng = np.random.default_rng(1)
+    sure = trained_of(module, {graph: [10 * i + 10] * 5 for i, graph in enumerate(graphs)})
+    drawn = 10 * np.arange(20)[:, None] + 10 + rng.integers(0, 200, (20, 5))
+    noisy = trained_of(module, dict(zip(graphs, drawn.tolist(), strict=True)))
+    estimates = module("correlations").estimates
+    of_sure = estimates(sure, {"x": x, "goals": goals}, goals, n_resamples=200)
+    of_noisy = estimates(noisy, {"x": x, "goals": goals}, goals, n_resamples=200)
+    assert of_sure["x", "spearman"] == pytest.approx((1, 1, 1))
+    assert of_sure["goals", "minus goals"] == (0, 0, 0)
+    value, low, high = of_noisy["x", "spearman"]
+    assert low < value < 1
+    assert high - low > 0.1
+    assert estimates(noisy, {"x": x}, goals, n_resamples=200)["x", "kendall"] == of_noisy["x", "kendall"]
+    only_graphs = estimates(
+        trained_of(module, {graph: [m] * 5 for graph, m in zip(graphs, np.median(drawn, axis=1), strict=True)}),
+        {"x": x, "goals": goals},
+        goals,
+        n_resamples=200,
+    )["x", "spearman"]
+    assert only_graphs.value == pytest.approx(value)
+    assert only_graphs.high - only_graphs.low < high - low
+
+
+def test_intervals_hold_the_truth_about_as_often_as_they_say(module):
+    """In a population of graphs with Pearson's correlation r, Spearman's is 6 / pi asin(r / 2).
+
+    The median of five normal seeds with deviation 1 has a variance of 0.2868, so r is 0.8 / sqrt(1.2868).
+    """
+    truth = 6 / np.pi * np.arcsin(0.8 / np.sqrt(1.2868) / 2)
+    rng, correlations, held = np.random.default_rng(2), module("correlations"), 0
+    for _ in range(30):
+        x = rng.normal(size=50)
+        y = 0.8 * x + 0.6 * rng.normal(size=50)
+        outcomes = y[:, None] + rng.normal(size=(50, 5))
+        found = []
+        for _ in range(60):
+            graphs = rng.integers(50, size=50)
+            drawn = module("trained").medians(correlations.resampled(outcomes[graphs], rng))
+            found.append(spearmanr(x[graphs], drawn)[0])
+        value = spearmanr(x, module("trained").medians(outcomes))[0]
+        _, low, high = correlations.interval(value, found, 0.8)
+        held += low <= truth <= high
+    assert held >= 19  # 24 expected; fewer than 19 has a chance of 1%, and the seed is fixed
+
+
+def test_an_interval_is_moved_by_what_its_resamples_are_off(module):
+    """The resamples 0.50, 0.51, ... 0.70 have a mean of 0.60, and their 5% and 95% points are 0.51 and 0.69."""
+    interval = module("correlations").interval
+    resamples = np.linspace(0.5, 0.7, 21)
+    assert interval(0.6, resamples, 0.9) == pytest.approx((0.6, 0.51, 0.69))
+    assert interval(0.8, resamples, 0.9) == pytest.approx((0.8, 0.71, 0.89))
+    assert interval(0.95, resamples, 0.9) == pytest.approx((0.95, 0.86, 1))
+    assert interval(0.95, resamples, 0.9, bound=2) == pytest.approx((0.95, 0.86, 1.04))
+    assert str(interval(-0.001, resamples - 0.601, 0.9)) == "0.00 [-0.09, 0.09]"
+    few = np.where(np.arange(21) < 3, np.nan, resamples)
+    assert str(interval(0.6, few, 0.9)) == "0.60"
+    assert str(interval(np.nan, resamples, 0.9)) == "-"
+
+
+def test_seeds_are_drawn_of_their_own_graph_and_none_is_made_up(module):
+    outcomes = np.array([[1.0, 2, 3], [4, np.nan, np.nan], [5, 6, np.nan]])
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        drawn = module("correlations").resampled(outcomes, rng)
+        assert (np.isnan(drawn) == np.isnan(outcomes)).all()
+        assert set(drawn[0]) <= {1, 2, 3}
+        assert set(drawn[2, :2]) <= {5, 6}
+
+
+def test_noise_of_halves(module):
+    sure = trained_of(module, {f"g{i}": [i + 1] * 4 for i in range(10)})
+    assert module("correlations").noise_of_halves(sure, n_splits=20) == pytest.approx((1, 1, 1))
+    rng = np.random.default_rng(4)
+    noise = trained_of(module, {f"g{i}": rng.random(4).tolist() for i in range(200)})
+    value, low, high = module("correlations").noise_of_halves(noise, n_splits=50)
+    assert abs(value) < 0.15
+    assert low < 0 < high
+    single = trained_of(module, {f"g{i}": [i + 1] for i in range(10)})
+    assert np.isnan(module("correlations").noise_of_halves(single).value)
+
+
+def test_noise_of_twins(module):
+    """Twins take 1.5 times as many steps, in the same order."""
+    steps = {f"g{i}": [10 * i + 10] * 3 for i in range(6)} | {f"g{i}-twin": [15 * i + 15] * 3 for i in range(4)}
+    trained = trained_of(module, steps, [f"g{i}" for i in range(4)])
+    assert trained.graphs == tuple(f"g{i}" for i in range(6))
+    assert module("correlations").noise_of_twins(trained, n_resamples=20).value == pytest.approx(1)
+    assert module("correlations").twin_factor(trained) == pytest.approx(1.5)
+    alone = trained_of(module, {f"g{i}": [1] for i in range(4)})
+    assert np.isnan(module("correlations").noise_of_twins(alone).value)
+    assert np.isnan(module("correlations").twin_factor(alone))
+
+
+def test_measures_are_turned_rounded_and_left_out(module):
+    rows = measured_rows(
+        list("abcd"),
+        goals=[3, 5, 5, 7],
+        pic=[0.4, 0.3, 0.2, 0.1],
+        expected_steps=[62.86893904411534, 62.86893904411533, 70, "inf"],
+        effective_horizon=[1.0] * 4,
+        level_pic=[0.1, "", 0.2, 0.3],
+    )
+    measures = module("trained").measures_of("abcd", rows)
+    assert list(measures) == ["goals", "expected_steps", "pic"]
+    assert measures["pic"].tolist() == [-0.4, -0.3, -0.2, -0.1]
+    assert measures["expected_steps"][0] == measures["expected_steps"][1]
+    assert measures["expected_steps"][3] == np.inf
+
+
+def test_methods_are_told_apart_by_what_differs(module):
+    read, steps = module("trained").read_trained, {graph: [1, 2] for graph in "abcd"}
+    rows = run_rows(steps, size="19", preset="default") + run_rows(steps, size="31", preset="default")
+    found = read(rows, measured_rows(list("abcd")), "steps_to_95")
+    assert [one.method for one in found] == ["hippo 19", "hippo 31"]
+    assert [one.never for one in found] == [0, 0]
+    rates = [{**row, "success_rate": rate} for row, rate in zip(run_rows(steps), ["1", "0.5"] * 4, strict=True)]
+    (one,) = read(rates, measured_rows(list("abcd")), "success_rate")
+    assert one.outcomes.tolist() == [[0, 0.5]] * 4
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda rows: [], "no runs with graph, method, seed, steps_to_95"),
+        (lambda rows: [{**row, "graph": row["graph"] * 2} for row in rows], "4 graphs are in no row .* such as 'aa'"),
+        (lambda rows: rows + rows[:1], "seed 0 of hippo on a stands in the table twice"),
+        (lambda rows: [{**row, "steps_to_95": "many"} for row in rows], "steps_to_95 of hippo on a is no number"),
+        (
+            lambda rows: [{**row, "steps": str(i)} for i, row in enumerate(rows)],
+            "hippo are of different lengths",
+        ),
+        (lambda rows: rows[:6], "needs 4 goal graphs or more, but hippo has 3"),
+    ],
+)
+def test_bad_tables_are_one_line(module, change, message):
+    rows = run_rows({graph: [1, 2] for graph in "abcd"})
+    with pytest.raises(InputError, match=message) as caught:
+        module("trained").read_trained(change(rows), measured_rows(list("abcd")), "steps_to_95")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.fixture
+def tables(tmp_path):
+    graphs = [f"g{i}" for i in range(10)]
+    rng = np.random.default_rng(5)
+    steps = {graph: (1000 * i + 1000 + rng.integers(0, 900, 3)).tolist() for i, graph in enumerate(graphs)}
+    steps["g9"] = [None, None, 20_000]
+    steps |= {f"g{i}-twin": steps[f"g{i}"] for i in range(5)}
+    known = {
+        "settings": ["x"] * 10,
+        "rooms": [3] * 5 + [4] * 5,
+        "goals": [5] * 5 + [7] * 5,
+        "expected_steps": range(10),
+    }
+    measures = measured_rows(graphs, graphs[:5], **known, width=rng.permutation(10))
+    for name, rows in (("runs", run_rows(steps)), ("measures", measures)):
+        with (tmp_path / f"{name}.csv").open("w") as file:
+            file.write("# the command\n" * (name == "runs"))
+            writer = csv.DictWriter(file, list(rows[0]))
+            writer.writeheader()
+            writer.writerows(rows)
+    return tmp_path
+
+
+def test_the_command_prints_a_table_and_writes_every_number(module, tables, monkeypatch, capsys):
+    out = tables / "out.csv"
+    words = f"{tables}/runs.csv --measures {tables}/measures.csv --resamples 50 --out {out}".split()
+    monkeypatch.setattr(sys, "argv", ["statistics", *words])
+    assert module("statistics").main() == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "**hippo**: steps_to_95, 10 goal graphs, 3 seeds, never reached by half of the seeds on 1"
+    assert lines[4].startswith("| expected_steps | 1.00 [")
+    assert lines[-1].startswith("halves of the seeds: ")
+    assert "5 twins: 1.00" in lines[-1]
+    assert lines[-1].endswith("differ by a factor of 1.00")
+    rows = {(row["measure"], row["statistic"]): row for row in csv.DictReader(out.open())}
+    assert float(rows["expected_steps", "at 5 goals"]["value"]) == pytest.approx(1)
+    assert rows["goals", "given goals"]["value"] == ""
+    assert (rows["twins", "spearman"]["graphs"], rows["width", "kendall"]["graphs"]) == ("5", "10")
+    monkeypatch.setattr(sys, "argv", ["statistics", *words, "--rooms", "4"])
+    assert module("statistics").main() == 0
+    assert "5 goal graphs, 3 seeds" in capsys.readouterr().out
+    assert "minus hitting time" not in {statistic for _, statistic in rows if rows[_, statistic]["value"]}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["runs.csv", "--measures", "none.csv"], "none.csv holds no measures; make it"),
+        (["none.csv", "--measures", "measures.csv"], "cannot read the table"),
+        (["runs.csv", "--measures", "measures.csv", "--resamples", "1"], "resamples must be at least 2"),
+        (["runs.csv", "--measures", "measures.csv", "--level", "95"], "between 0 and 1, not 95"),
+        (["runs.csv", "--measures", "measures.csv", "--rooms", "9"], "no runs with .*, or none of such graphs"),
+    ],
+)
+def test_the_command_refuses_in_one_line(module, tables, monkeypatch, words, message):
+    monkeypatch.chdir(tables)
+    monkeypatch.setattr(sys, "argv", ["statistics", *words])
+    with pytest.raises(InputError, match=message):
+        module("statistics").main()
