@@ -178,6 +178,6 @@ class MaskSpoiler:
 
 def test_a_meta_controller_cannot_make_a_goal_legal():
     turns = make(n=3)
-    with pytest.raises(InputError, match="the meta-controller MaskSpoiler fails: .*read-only"):
+    with pytest.raises(InputError, match=r"the meta-controller MaskSpoiler fails: .*read-only"):
         turns.ask(MaskSpoiler())
     assert turns.goals.tolist() == [-1] * 3
