@@ -416,7 +416,7 @@ def test_too_many_groups(tmp_path, compare):
     ("change", "match"),
     [
         (lambda text: text.replace("length_over_shortest", "detour"), "has no column length_over_shortest"),
-        (lambda text: text.replace("1000000,", "million,"), "steps is a number, not 'million'"),
+        (lambda text: text.replace("1000000,", "million,"), "begins with 'million', not with a number of steps"),
         (lambda text: text + text.splitlines()[-1] + "\n", "the steps of graph c do not increase"),
         (lambda text: text.replace(",200,", ",,"), "episodes is a number of at least 1, not ''"),
         (lambda text: text + "1,2\n", "line 23 has not as many entries"),

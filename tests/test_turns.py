@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from turns_helpers import achieve, goal_ids, make
 
+from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_VECTORS
 from hierroom.meta import choose_goals, make_meta
 from hierroom.step import NO_OUTCOME, TIMED_OUT
@@ -177,6 +178,6 @@ class MaskSpoiler:
 
 def test_a_meta_controller_cannot_make_a_goal_legal():
     turns = make(n=3)
-    with pytest.raises(ValueError, match="read-only"):
+    with pytest.raises(InputError, match=r"the meta-controller MaskSpoiler fails: .*read-only"):
         turns.ask(MaskSpoiler())
     assert turns.goals.tolist() == [-1] * 3

@@ -109,9 +109,9 @@ def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
     Returns:
         its exit code, and what it wrote on standard error; for an exception its name and the traceback.
     """
-    module = importlib.import_module(
-        f"hierroom.{name}" if name not in ("compare", "complexity") else f"hierroom.{name}.__main__"
-    )
+    module = importlib.import_module(f"hierroom.{name}")
+    if hasattr(module, "__path__"):  # a folder, whose command stands apart
+        module = importlib.import_module(f"hierroom.{name}.__main__")
     said, told = io.StringIO(), io.StringIO()
     sys.argv = [f"hierroom-{name}", *argv]
     code: object = None
