@@ -179,3 +179,39 @@ def test_bad_input_is_one_line():
         with pytest.raises(InputError, match=message) as caught:
             attempt()
         assert "\n" not in str(caught.value)
+
+
+class TwoArms(gymnasium.Env):
+    """The left arm ends the episode in failure after two steps, the right one reaches the goal after three."""
+
+    observation_space, action_space = gymnasium.spaces.Discrete(1), gymnasium.spaces.Discrete(2)
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        self.place, self.steps = "start", 0
+        return 0, {}
+
+    def step(self, action):
+        self.steps += 1
+        self.place = ("left", "right")[action] if self.steps == 1 else self.place
+        ends = {"left": 2, "right": 3}
+        has_ended = self.steps == ends[self.place]
+        if has_ended and self.place == "right":
+            self.place = "goal"
+        return 0, 0.0, has_ended, False, {}
+
+
+def test_an_episode_that_fails_never_escapes_and_one_that_is_truncated_may_have():
+    played = measure_env(TwoArms(), lambda env: env.unwrapped.place, "goal", episodes=200)
+    share = played.success_rate
+    assert 0.3 < share < 0.7
+    assert played.empirical_reach([2, 3, 1000]) == pytest.approx([0, share, share])
+    assert not any("truncated" in note for note in played.notes())
+    with pytest.warns(UserWarning, match="no episode reaches the target"):
+        cut = measure_env(TwoArms(), lambda env: env.unwrapped.place, "goal", episodes=200, max_steps=1)
+    assert np.isnan(cut.empirical_reach([2])).all(), "after one step nobody knows"
+    walks = [["s", "x"], ["s", "t"]]
+    assert np.isnan(measure_trajectories(walks, "t").empirical_reach([5])).all()
+    assert measure_trajectories(walks, "t", failed=[True, False]).empirical_reach([5]) == [0.5]
+    with pytest.raises(InputError, match="failed must say it of each of 2 episodes, not of 1"):
+        measure_trajectories(walks, "t", failed=[True])

@@ -30,7 +30,8 @@ def measure_env(
         env: the environment.
         node: the node at which an environment is, called after each reset and step; it returns the target once that is
             reached.
-        target: the node to reach. An episode that ends elsewhere has missed it.
+        target: the node to reach. An episode that ends elsewhere has missed it: for good
+            if it was terminated, and nobody knows whether it would have if it was truncated.
         policy: an action for an observation; random actions by default.
         episodes: number of episodes, at least 1.
         seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is one of its own; it fixes the
@@ -51,18 +52,19 @@ def measure_env(
     if episodes < 1 or (max_steps is not None and max_steps < 1):
         raise InputError(f"play at least one episode of at least one step, not {episodes} of {max_steps}")
     env.action_space.seed(seed)
-    trajectories = []
+    trajectories, failed = [], []
     for episode in range(episodes):
         observation, _ = env.reset(seed=seed + episode)
-        nodes, has_ended = [node(env)], False
+        nodes, has_ended, terminated = [node(env)], False, False
         while not has_ended:
             action = env.action_space.sample() if policy is None else policy(observation)
             observation, _, terminated, truncated, _ = env.step(action)
             nodes.append(node(env))
             has_ended = terminated or truncated or nodes[-1] == target or len(nodes) - 1 == max_steps
         trajectories.append(nodes)
+        failed.append(bool(terminated))
         progress(episode + 1)
-    played = measure_trajectories(trajectories, target, may_miss=True, seed=seed)
+    played = measure_trajectories(trajectories, target, may_miss=True, failed=failed, seed=seed)
     if not played.counts.escaped.any():
         warnings.warn(missed(target, played.labels[:-1]), stacklevel=2)
     return played

@@ -25,6 +25,8 @@ class EpisodeCounts:
         escaped: [E] bool, whether the episode reached the exit.
         triples: [T, 4] int64, three nodes one after the other within an episode, and how often they came in all
             episodes; None: not counted.
+        failed: [E] bool, whether the episode ended for good without the exit, so that it never escapes; None: those
+            that did not escape were truncated.
     """
 
     n_nodes: int
@@ -35,6 +37,7 @@ class EpisodeCounts:
     lengths: NDArray[np.int64]
     escaped: NDArray[np.bool_]
     triples: NDArray[np.int64] | None = None
+    failed: NDArray[np.bool_] | None = None
 
     def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
         """Sum the transitions over the episodes.
@@ -51,13 +54,18 @@ class EpisodeCounts:
 
     @property
     def step_limit(self) -> float:
-        """The number of steps at which the first episode was truncated; ``inf`` if all escaped."""
-        return float(self.lengths[~self.escaped].min(initial=np.iinfo(np.int64).max)) if self.is_cut else np.inf
+        """The number of steps at which the first episode was truncated; ``inf`` if none was."""
+        return float(self.lengths[self._cut].min()) if self.is_cut else np.inf
 
     @property
     def is_cut(self) -> bool:
         """Whether any episode was truncated."""
-        return not bool(self.escaped.all())
+        return bool(self._cut.any())
+
+    @property
+    def _cut(self) -> NDArray[np.bool_]:
+        """[E] whether each episode was truncated."""
+        return ~self.escaped if self.failed is None else ~(self.escaped | self.failed)
 
     def reach(self, t: ArrayLike) -> NDArray[np.float64]:
         """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit, where nobody knows.
@@ -87,6 +95,7 @@ def counts_of(
     lengths: NDArray[np.int64],
     escaped: NDArray[np.bool_],
     triple_keys: NDArray[np.int64] | None = None,
+    failed: NDArray[np.bool_] | None = None,
 ) -> EpisodeCounts:
     """Count transitions that are encoded as one number each.
 
@@ -97,6 +106,7 @@ def counts_of(
         escaped: [E] bool, whether it reached the exit.
         triple_keys: [T] int64, for three nodes one after the other ``(first * n + second) * n + third``; None: not
             counted.
+        failed: [E] bool, whether the episode ended for good without the exit; None: none did.
     """
     unique, counts = np.unique(keys, return_counts=True)
     episodes, sources, targets = _digits(unique, n_nodes)
@@ -104,7 +114,7 @@ def counts_of(
     if triple_keys is not None:
         unique, times = np.unique(triple_keys, return_counts=True)
         triples = np.stack([*_digits(unique, n_nodes), times], axis=1)
-    return EpisodeCounts(n_nodes, episodes, sources, targets, counts, lengths, escaped, triples)
+    return EpisodeCounts(n_nodes, episodes, sources, targets, counts, lengths, escaped, triples, failed)
 
 
 def _digits(keys: NDArray[np.int64], base: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:

@@ -186,8 +186,11 @@ class PlayedChain:
         if any(np.isnan(interval.value) for interval in self.observed.values()):
             cut = f"episodes were truncated after {self.counts.step_limit:.0f} steps"
             notes.append(f"-: not observed, as {cut if self.counts.is_cut else 'one episode has no deviation'}")
-        if any(np.isnan(interval.low) for interval in self.intervals.values()):
+        shown = [*self.intervals.values(), *self.observed.values()]
+        if any(np.isnan(interval.low) and np.isfinite(interval.value) for interval in shown):
             notes.append("none: the episodes are too few, or too much alike, for an interval")
+        if any(np.isinf(interval.value) for interval in self.intervals.values()):
+            notes.append("inf: no episode got there")
         return notes
 
     def _test_notes(self) -> list[str]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from hierroom.complexity.report import ComplexityReport
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-not-found]
@@ -110,13 +110,15 @@ def to_frame(reports: ComplexityReport | Iterable[ComplexityReport]) -> pandas.D
         reports: one report or several.
 
     Raises:
-        InputError: if pandas is not installed.
+        InputError: if pandas is not installed, or something else than reports is given.
     """
     try:
         import pandas as pd  # type: ignore[import-not-found]
     except ImportError as error:
         raise InputError("to_frame needs pandas, which is not installed: pip install pandas") from error
     several = [reports] if isinstance(reports, ComplexityReport) else list(reports)
+    for other in (one for one in several if not isinstance(one, ComplexityReport)):
+        raise InputError(f"to_frame takes reports, as analyze gives them, not {shown(other)}")
     return pd.DataFrame(rows_of(several), columns=list(FIELDS)).set_index("graph")
 
 

@@ -15,7 +15,12 @@ from hierroom.errors import InputError
 
 
 def measure_trajectories(
-    trajectories: Iterable[Sequence[Hashable]], target: Hashable, *, may_miss: bool = False, seed: int = 0
+    trajectories: Iterable[Sequence[Hashable]],
+    target: Hashable,
+    *,
+    may_miss: bool = False,
+    failed: Sequence[bool] | None = None,
+    seed: int = 0,
 ) -> PlayedChain:
     """Measure the chain of one's own trajectories.
 
@@ -24,6 +29,8 @@ def measure_trajectories(
             node. What follows the first visit of the target is left out.
         target: the node to reach, whose visit ends an episode; the chain's goal ``"exit"``.
         may_miss: accept that no trajectory reaches the target; its times are infinite then.
+        failed: for each episode whether it ended for good, as by a fall, and never reaches the target; by default
+            those that missed it were truncated, and nobody knows what would have come.
         seed: seed of the bootstrap that gives intervals.
 
     Returns:
@@ -32,7 +39,7 @@ def measure_trajectories(
 
     Raises:
         InputError: if there is no trajectory, one has no step, they begin at several nodes or at the target, two
-            nodes have the same name, or no trajectory reaches the target.
+            nodes have the same name, no trajectory reaches the target, or ``failed`` has another length.
     """
     numbers: dict[Hashable, int] = {}
     walks: list[NDArray[np.int64]] = []
@@ -53,7 +60,10 @@ def measure_trajectories(
         raise InputError("a chain is measured from at least one trajectory, but there is none")
     if not (may_miss or any(reached)):
         raise InputError(f"{missed(target, list(numbers))}; say may_miss=True if that may be")
-    return _measured(walks, np.array(reached), node_labels([*numbers, target]), seed)
+    if failed is not None and len(failed) != len(walks):
+        raise InputError(f"failed must say it of each of {len(walks)} episodes, not of {len(failed)}")
+    ends = None if failed is None else np.array(failed, bool) & ~np.array(reached)
+    return _measured(walks, np.array(reached), ends, node_labels([*numbers, target]), seed)
 
 
 def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
@@ -68,7 +78,11 @@ def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
 
 
 def _measured(
-    walks: list[NDArray[np.int64]], reached: NDArray[np.bool_], labels: tuple[str, ...], seed: int
+    walks: list[NDArray[np.int64]],
+    reached: NDArray[np.bool_],
+    failed: NDArray[np.bool_] | None,
+    labels: tuple[str, ...],
+    seed: int,
 ) -> PlayedChain:
     """The chain of walks over nodes 0, 1, ..., each without its target, which is the last node."""
     n, target = len(labels), len(labels) - 1
@@ -79,6 +93,6 @@ def _measured(
         seen = nodes if is_reached else walk
         triples.append((seen[:-2] * n + seen[1:-1]) * n + seen[2:])
     lengths = np.array([len(walk) for walk in walks]) - ~reached
-    counts = counts_of(np.concatenate(keys), n, lengths, reached, np.concatenate(triples))
+    counts = counts_of(np.concatenate(keys), n, lengths, reached, np.concatenate(triples), failed)
     median = max(1, int(np.median(lengths[reached] if reached.any() else lengths)))
     return PlayedChain(counts, labels, 0, {EXIT: (target,)}, times=(median, 2 * median, 4 * median), seed=seed)
