@@ -172,7 +172,7 @@ def trainer_of(method="hippo", meta=None, **agents):
         ("log.goals", [[0], [], [], [13]], "log.goals[3][0] must be a whole number from 0 to 12, not 13"),
         ("log.goals", [], "log.goals must be a list of 4 to 4 items, not a list of 0"),
         ("log.window.success", [2], "log.window.success[0] must be a whole number from 0 to 1, not 2"),
-        ("log.steps_to", {7: 1}, "log.steps_to does not hold what it should: it has 7"),
+        ("log.steps_to", {7: 1}, "log does not hold what it should: it has 'steps_to'"),
         ("log.returns", torch.full((4,), torch.nan).double(), "log.returns must be finite everywhere, not nan"),
     ],
 )

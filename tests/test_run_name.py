@@ -125,7 +125,7 @@ def test_a_preset_that_there_is_not_has_no_name():
 
 def test_the_names_on_the_page_are_those_of_runs():
     page = (Path(__file__).parents[1] / "docs" / "runs.md").read_text()
-    shown = [line.split()[0] for line in page.split("```\n")[1].splitlines()]
+    shown = [line.split()[0] for line in page.split("```text\n")[1].split("```")[0].splitlines()]
     arguments = ("", "--method ppo --graph g --seed 3 --steps 10_000_000", "--preset long --graph f", "--meta learned")
     own = "--meta own_meta_controller:NearestKeyFirst --gamma 0.9 --num-envs 8"
     assert shown == [named(one) for one in (*arguments, own)]
