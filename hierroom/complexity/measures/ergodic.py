@@ -130,6 +130,8 @@ def mixing_time(weights: Weights, distance: float = 0.25) -> float:
 def commute_time(weights: Weights, source: int, target: int) -> float:
     """Mean number of steps from one node to another and back (section 10.3); ``inf`` if one may never be reached.
 
+    C(i, j) = H(i, j) + H(j, i), H being the mean first-passage times.
+
     Args:
         weights: W [n, n], dense or sparse, rows summing to at most one.
         source: one node.
@@ -144,6 +146,8 @@ def commute_time(weights: Weights, source: int, target: int) -> float:
 
 def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[np.float64]:
     """Probability to reach the targets before the sources: the harmonic function 0 on one set and 1 on the other.
+
+    q(i) = sum_j P(i, j) q(j) elsewhere, with q = 0 on the sources and 1 on the targets (chapter 9).
 
     Args:
         weights: W [n, n], dense or sparse, rows summing to at most one.
