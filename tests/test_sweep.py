@@ -23,7 +23,7 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 
 TINY = ("num_envs=4", "steps=300", "sequence_length=16", "sequences_per_update=4", "evaluations=2", "size=11")
-TIMES = ("seconds", "steps_per_second", "command")
+TIMES = ("seconds", "steps_per_second")
 
 
 def plan(*words: str, **settings) -> Plan:

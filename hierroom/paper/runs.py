@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from scipy.stats import t
 
 from hierroom.errors import InputError
@@ -59,6 +57,17 @@ class PaperRuns:
         }
         return Sweep(Plan(values, tuple(graphs), self.seeds, episodes=self.episodes), self.out)
 
+    @property
+    def command(self) -> str:
+        """A command that makes these runs, without what decides no result, so that it tells of no machine."""
+        words = ["python", "-m", "hierroom.paper", "all"]
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if entry.name not in ("out", "processes", "ray") and value != entry.default:
+                several = value if isinstance(value, tuple) else (value,)
+                words += [f"--{entry.name.replace('_', '-')}", *map(str, several)]
+        return shlex.join(words)
+
     def train(self, graphs: Iterable[str], methods: Iterable[str] = METHODS) -> Sweep:
         """Train what is missing of some graphs and methods.
 
@@ -72,8 +81,7 @@ class PaperRuns:
             needed, given = ", ".join(graphs), " ".join(self.graphs)
             raise InputError(f"the paper has the graphs a to g, of which this needs one of {needed}, not {given!r}")
         sweep = self.sweep(chosen, methods)
-        command = shlex.join(["python", "-m", "hierroom.paper", *sys.argv[1:]])
-        outcome = sweep.fill(processes=self.processes, ray=self.ray, command=command, console=Console(stderr=True))
+        outcome = sweep.fill(processes=self.processes, ray=self.ray, command=self.command)
         if outcome.is_interrupted:
             raise KeyboardInterrupt
         if outcome.failures:

@@ -60,6 +60,16 @@ class SweepArguments:
         named = {name: getattr(self, name) for name in ("graphs", "seeds", "episodes", "metas")}
         return replace(plan, **{name: value for name, value in named.items() if value not in (None, ())})
 
+    @property
+    def command(self) -> str:
+        """The command without what decides no result (where, how many at a time), so that it tells of no machine."""
+        words = [Path(word).name if Path(word).is_absolute() else word for word in self.what]
+        for name in ("graphs", "seeds", "episodes", "metas"):
+            value = getattr(self, name)
+            if value not in (None, ()):
+                words += [f"--{name}", *map(str, value if isinstance(value, tuple) else (value,))]
+        return shlex.join(["python", "-m", "hierroom.sweep", *words])
+
 
 def main() -> int:
     """The command."""
@@ -80,14 +90,14 @@ def main() -> int:
     if arguments.markdown:
         print(summarise(runs, sweep.table.of(runs), sweep.plan.metas).markdown())
         return 0
-    command = shlex.join(["python", "-m", "hierroom.sweep", *sys.argv[1:]])
-    outcome = sweep.fill(processes=arguments.processes, ray=arguments.ray, shard=shard, command=command)
+    outcome = sweep.fill(processes=arguments.processes, ray=arguments.ray, shard=shard, command=arguments.command)
     rows = sweep.table.of(runs)
     console.print(summarise(runs, rows, sweep.plan.metas).table())
     for failed, reason in outcome.failures:
         console.print(f"failed: {failed.name}: {reason}", markup=False, highlight=False, soft_wrap=True)
     if outcome.is_interrupted:
-        console.print(f"stopped and saved; go on with:\n{command}", markup=False, highlight=False, soft_wrap=True)
+        again = shlex.join(["python", "-m", "hierroom.sweep", *sys.argv[1:]])
+        console.print(f"stopped and saved; go on with:\n{again}", markup=False, highlight=False, soft_wrap=True)
         return 130
     console.print(f"{len(rows)} of {len(runs)} runs are in {sweep.table.path}", markup=False, soft_wrap=True)
     return 1 if outcome.failures else 0

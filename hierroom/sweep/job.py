@@ -11,19 +11,17 @@ import torch
 from rich.console import Console
 
 import hierroom
-from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.errors import InputError
 from hierroom.meta import make_meta
 from hierroom.sweep.plan import PlannedRun
-from hierroom.training.assembly import evaluation_seed, freeze
-from hierroom.training.evaluation import Evaluation, evaluate
+from hierroom.training.evaluation import Evaluation
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import MILESTONES, Crossing, LearningCurve
 from hierroom.training.output import lasting_output
 from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.session import begin, resume, train
-from hierroom.training.trainer import MAX_EVALUATION_ENVS, Trainer
+from hierroom.training.trainer import Trainer
 
 Report = Callable[[int, str], object]
 """Takes the steps trained so far and a few words."""
@@ -77,26 +75,19 @@ class Job:
         numbers: dict[str, object] = {name: summary[name] for name in ("steps", "episodes", "seconds")}
         numbers["steps_per_second"] = round(summary["steps_per_second"])
         curve = LearningCurve.of_rows(folder.evaluations.read())
-        for milestone in MILESTONES if curve is not None else ():
-            crossing = curve and curve.crossing(milestone)
-            numbers |= {f"steps_to_{milestone}{end}": value for end, value in _ends(crossing)}
         if curve is not None:
+            for milestone in MILESTONES:
+                numbers |= {f"steps_to_{milestone}{end}": value for end, value in _ends(curve.crossing(milestone))}
             numbers["area_under_curve"] = curve.area
-        num_envs, seed = min(MAX_EVALUATION_ENVS, self.episodes), evaluation_seed(trainer.config.seed)
-        sampled = self._evaluate(trainer, trainer.freeze(num_envs, seed=seed))
+        sampled = trainer.evaluate(self.episodes)
         numbers |= _columns("", sampled)
-        numbers |= _columns("greedy_", self._evaluate(trainer, trainer.freeze(num_envs, seed=seed, is_greedy=True)))
+        numbers |= _columns("greedy_", trainer.evaluate(self.episodes, is_greedy=True))
         for meta in self.metas:
-            pair = freeze(ScriptedAgent(make_meta(meta)), trainer.controller, num_envs, seed=seed)
-            numbers |= _columns(f"{meta}_", self._evaluate(trainer, pair))
+            numbers |= _columns(f"{meta}_", trainer.evaluate(self.episodes, meta=make_meta(meta)))
         for goal, (share, step) in sampled.steps_to_goals.items():
             name = goal.replace(" ", "_")
             numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}
         return numbers | {"version": hierroom.__version__, "command": self.command}
-
-    def _evaluate(self, trainer: Trainer, player) -> Evaluation:
-        num_envs, seed = min(MAX_EVALUATION_ENVS, self.episodes), evaluation_seed(trainer.config.seed)
-        return evaluate(player, trainer.fresh_turns(num_envs, seed), self.episodes)
 
 
 def _ends(crossing: Crossing | None) -> list[tuple[str, float | None]]:

@@ -159,6 +159,8 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
     variants = {}
     own = {name: table.pop(name) for name in _OWN_KEYS if name in table}
     several = own.pop("variants", [])
+    if not isinstance(several, list):
+        raise InputError(f"{where}variants are tables, [[variants]], not {shown(several)}")
     for one in several:
         if not isinstance(one, dict) or not isinstance(one.get("name"), str):
             raise InputError(f'{where}each of [[variants]] needs a name = "...", not {shown(one)}')
@@ -206,7 +208,10 @@ def _typed(table: Mapping[str, Any], where: str) -> dict[str, list[Any]]:
     types |= {f"{_META_PPO}.{name}": kind for name, kind in entry_types(PPOConfig).items()}
     del types[_META_PPO]
     flat = {name: value for name, value in table.items() if name != _META_PPO}
-    flat |= {f"{_META_PPO}.{name}": value for name, value in dict(table.get(_META_PPO, {})).items()}
+    learner = table.get(_META_PPO, {})
+    if not isinstance(learner, dict):
+        raise InputError(f"{where}{_META_PPO} has entries of its own, such as {_META_PPO}.gamma, and is no value")
+    flat |= {f"{_META_PPO}.{name}": value for name, value in learner.items()}
     typed = {}
     for name, values in flat.items():
         if name not in types:

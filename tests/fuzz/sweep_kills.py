@@ -30,8 +30,8 @@ COMMANDS = {
         *("--evaluation-episodes", "20", "--episodes", "20", "--processes", "2"),
     ),
 }
-APART = ("seconds", "steps_per_second", "command")
-"""Columns that tell the time, or where the table was made."""
+APART = ("seconds", "steps_per_second")
+"""Columns that tell the time."""
 
 
 @dataclass(frozen=True)
