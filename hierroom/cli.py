@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr
 from pathlib import Path
 
-from hierroom.errors import InputError, one_line
+from hierroom.errors import InputError, RunError, one_line
 
 COMMANDS: Mapping[str, str] = {
     "train": "train an agent and write a run folder",
@@ -131,7 +131,7 @@ def run(command: Callable[[], int]) -> None:
     except InputError as error:
         _say(error)
         code = 2
-    except FloatingPointError as error:
+    except (FloatingPointError, RunError) as error:
         _say(error)
         code = 1
     except MemoryError as error:

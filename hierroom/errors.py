@@ -21,6 +21,10 @@ class DivergenceError(FloatingPointError):
     """Training has diverged; the message is one line: which numbers are not finite or far too large, and what to do."""
 
 
+class RunError(Exception):
+    """Runs have failed, whatever was given; the message is one line: how many, one of them, and why."""
+
+
 def require_number(name: str, value: object, low: float, high: float = math.inf, *, is_whole: bool = False) -> None:
     """Refuse what is not a finite number of a range.
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, RunError
 from hierroom.paper import PAPER_TABLE_3, table3
 from hierroom.paper.figures import _limited
 from hierroom.paper.runs import PaperRuns, mean_and_interval
@@ -47,11 +47,24 @@ def test_an_episode_that_misses_a_goal_counts_as_the_limit():
     assert steps == [0.25 * 100 + 0.75 * 1000, 1000]
 
 
-def test_graphs_that_the_paper_has_not_are_refused(tmp_path):
+def test_what_the_paper_has_not_is_refused(tmp_path):
     with pytest.raises(InputError, match="the paper has the graphs a to g"):
         PaperRuns(out=tmp_path, graphs=("a", "z")).train("abcdefg")
     with pytest.raises(InputError, match="needs one of c, not 'a'"):
         PaperRuns(out=tmp_path, graphs=("a",)).train("c")
+    with pytest.raises(InputError, match="sizes needs at least one grid size"):
+        PaperRuns(out=tmp_path, sizes=())
+    with pytest.raises(InputError, match="evaluations must be at least 1, not 0"):
+        PaperRuns(out=tmp_path, evaluations=0)
+
+
+def test_a_failed_run_is_no_wrong_input(tmp_path):
+    runs = PaperRuns(out=tmp_path, graphs=("a",), seeds=1, processes=1)
+    folder = tmp_path / "runs" / runs.sweep("a", ["hippo"]).plan.runs()[0].name
+    folder.mkdir(parents=True)
+    (folder / "config.json").write_text("{}")
+    with pytest.raises(RunError, match="1 of 1 runs failed, hippo-fixed-dfs-a-seed0"):
+        runs.train("a", ["hippo"])
 
 
 def test_all_from_nothing_and_nothing_twice(tmp_path):

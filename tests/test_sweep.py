@@ -189,11 +189,34 @@ def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
 
 
 def test_a_run_that_fails_is_reported_and_the_rest_goes_on(tmp_path):
-    sweep = Sweep(plan("meta=no_such_module:Meta,none", "seed=0"), tmp_path / "out")
+    sweep = Sweep(plan("meta=fixed-dfs,none", "seed=0"), tmp_path / "out")
+    config = tmp_path / "out" / "runs" / sweep.plan.runs()[0].name / "config.json"
+    config.parent.mkdir(parents=True)
+    config.write_text("{}")
     (failure,) = sweep.fill(processes=1).failures
-    assert failure[0].identity["meta"] == "no_such_module:Meta"
+    assert failure[0].identity["meta"] == "fixed-dfs"
     assert failure[1].startswith("InputError: ")
     assert [row["meta"] for row in sweep.rows()] == ["none"]
+
+
+@pytest.mark.parametrize(
+    ("words", "metas", "message"),
+    [
+        (("meta=none,no_such_module:Meta",), (), "there is no module 'no_such_module'"),
+        (("size=19,3",), (), "-size3-.* cannot be trained: size must be a whole number from 11 to 63, not 3"),
+        ((), ("nobody",), "a meta-controller is one of .*, not 'nobody'"),
+    ],
+)
+def test_what_no_run_can_use_is_refused_before_any_is_trained(tmp_path, words, metas, message):
+    with pytest.raises(InputError, match=message):
+        Sweep(plan(*words, seeds=1, metas=metas), tmp_path / "out").fill(processes=1)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_is_no_folder_of_a_sweep(tmp_path):
+    (tmp_path / "out").write_text("mine")
+    with pytest.raises(InputError, match=r"written to a folder; .*out is none"):
+        Sweep(plan(), tmp_path / "out")
 
 
 def start(out: Path) -> subprocess.Popen:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import t
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, RunError, require_number
 from hierroom.paper.published import METHODS
 from hierroom.sweep.plan import Plan
 from hierroom.sweep.sweep import Sweep
@@ -45,6 +45,11 @@ class PaperRuns:
     processes: int | None = None
     ray: str | None = None
 
+    def __post_init__(self) -> None:
+        require_number("evaluations", self.evaluations, 1, is_whole=True)
+        if not self.sizes:
+            raise InputError("sizes needs at least one grid size, such as --sizes 19")
+
     def sweep(self, graphs: Iterable[str], methods: Iterable[str]) -> Sweep:
         """The sweep of some of the graphs and methods."""
         values = {
@@ -72,7 +77,8 @@ class PaperRuns:
         """Train what is missing of some graphs and methods.
 
         Raises:
-            InputError: if a graph is not of the paper, or a run failed.
+            InputError: if a graph is not of the paper, or an entry cannot be used.
+            RunError: if a run failed.
             KeyboardInterrupt: if it was interrupted; what was trained is kept.
         """
         chosen = [graph for graph in graphs if graph in self.graphs]
@@ -86,7 +92,9 @@ class PaperRuns:
             raise KeyboardInterrupt
         if outcome.failures:
             run, reason = outcome.failures[0]
-            raise InputError(f"{len(outcome.failures)} runs failed, {run.name} among them: {reason}")
+            raise RunError(
+                f"{len(outcome.failures)} of {len(sweep.plan.runs())} runs failed, {run.name} among them: {reason}"
+            )
         return sweep
 
 

@@ -12,7 +12,7 @@ import tyro
 from rich.console import Console
 
 from hierroom.cli import one_line_usage, program, run, words
-from hierroom.errors import InputError, require_number
+from hierroom.errors import require_number
 from hierroom.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Shard, Sweep
@@ -78,8 +78,6 @@ def main() -> int:
         arguments = tyro.cli(SweepArguments, prog=program("sweep"), args=argv)
     if arguments.processes is not None:
         require_number("processes", arguments.processes, 1, 1024, is_whole=True)
-    if arguments.out.exists() and not arguments.out.is_dir():
-        raise InputError(f"--out is a folder; {arguments.out} is none")
     shard = Shard.parse(arguments.shard)
     sweep = Sweep(arguments.plan(), arguments.out)
     runs = shard.of(sweep.plan.runs())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -51,10 +51,17 @@ class Sweep:
     Args:
         plan: what is trained.
         out: the folder.
+
+    Raises:
+        InputError: if it is no folder.
     """
 
     plan: Plan
     out: Path
+
+    def __post_init__(self) -> None:
+        if self.out.exists() and not self.out.is_dir():
+            raise InputError(f"the runs and their table are written to a folder; {self.out} is none")
 
     @property
     def table(self) -> SweepTable:
@@ -84,7 +91,8 @@ class Sweep:
             console: where progress is shown; None: on standard error.
 
         Raises:
-            InputError: if the folder cannot be written, or there is no cluster.
+            InputError: if a run's config or a meta-controller cannot be used, the folder cannot be written, or there is
+                no cluster; then nothing is trained.
         """
         runs = shard.of(self.plan.runs())
         have = {row["digest"] for row in self.table.of(runs)}
@@ -98,6 +106,7 @@ class Sweep:
         from hierroom.training.interrupt import Interrupt
         from hierroom.training.run_folder import RunFolder
 
+        self._check(missing)
         folder = self.out / "runs"
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -122,6 +131,21 @@ class Sweep:
                     failures.append((event.job.run, event.reason))
                 display.show(event)
         return SweepOutcome(tuple(failures), interrupt.is_requested)
+
+    def _check(self, runs: Sequence[PlannedRun]) -> None:
+        """Make what would be trained and what would pick goals once, so that no hour passes before an error is seen."""
+        from hierroom.meta import make_meta
+        from hierroom.training.trainer import Trainer
+
+        for meta in self.plan.metas:
+            make_meta(meta)
+        # Seeds are alike, and a device that this machine lacks may be on the machine that trains.
+        alike = {replace(run.config, seed=0, device="cpu"): run for run in runs}
+        for config, run in alike.items():
+            try:
+                Trainer(config)
+            except InputError as error:
+                raise InputError(f"{run.name} cannot be trained: {error}") from error
 
 
 def _n_cores() -> int:

@@ -42,6 +42,7 @@ def logger_names(text: str) -> tuple[str, ...]:
         if name not in (TENSORBOARD, *LIBRARIES):
             known = ", ".join((TENSORBOARD, *LIBRARIES))
             raise InputError(f"--log takes {known}, joined by commas, or {NONE}, not {text!r}")
+    for name in names:
         if name in LIBRARIES:
             _library(name)
     return names
