@@ -105,9 +105,11 @@ def _plays() -> Iterator[Callable[[], object]]:
     from hierroom.learners.config import PPOConfig
     from hierroom.measure import measure_named
     from hierroom.measure.levels import measure_levels
+    from hierroom.measure.sampled_level import SampledLevel
     from hierroom.rewards import REWARDS
     from hierroom.training.trainer import Trainer
     from hierroom.vector_env import EscapeRooms
+    from hierroom.world.world import World
 
     small: Mapping[str, Any] = {"graph": "d", "size": 11, "max_steps": 30}
 
@@ -150,6 +152,8 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield partial(measure_named, "random", "a", False, 4, 0)
     yield analyze("a").goal_sensitivity
     yield partial(measure_levels, [hierroom.GoalGraph.named("a")], 1, 60)
+    few: Mapping[str, int] = {"episodes": 2, "n_policies": 2, "policy_episodes": 2, "gorp_runs": 2, "max_steps": 0}
+    yield partial(SampledLevel(World([hierroom.GoalGraph.named("a")]).state, 60).measure, **few)
     yield lambda: measure_graphs([hierroom.GoalGraph.named("a")], 20)
     yield lambda: list(hierroom.rollout("oracle", hierroom.EnvConfig(**small), episodes=4))
     yield render

@@ -10,12 +10,16 @@ from hierroom.complexity.measures.summary import measure_mdp
 from hierroom.complexity.measures.table import MeasuredGraph
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
-from hierroom.world.reachable import reachable_states
+from hierroom.measure.sampled_level import SampledLevel
+from hierroom.world.reachable import TooManyStatesError, reachable_states
 from hierroom.world.world import World
 
 MAX_LEVEL_STATES = 20_000
-"""Levels with more states are listed without measures: they would take minutes."""
+"""Levels with more states are measured by rollouts: the values of all states would take minutes."""
+MAX_COUNTED_STATES = 1_000_000
 GORP_RUNS = 100
+GORP_STEPS = 2_000_000_000
+"""Most steps that GORP plays in a level that is measured by rollouts, about: half a minute."""
 LEVEL_POLICIES = 20
 
 
@@ -50,7 +54,7 @@ def measure_levels(
         seed: seed of the first level.
 
     Returns:
-        A row for each level; without measures where it has more than `MAX_LEVEL_STATES` states.
+        A row for each level; with `SampledMeasures` where it has more than `MAX_LEVEL_STATES` states.
 
     Raises:
         InputError: if fewer than one level is asked for, or the horizon is too short for a level.
@@ -60,13 +64,15 @@ def measure_levels(
 
     def measure(item: tuple[GoalGraph, int]) -> MeasuredGraph:
         graph, level = item
-        name = f"{graph.name} {level}"
+        name, start = f"{graph.name} {level}", World([graph], drop_key=drop_key, seed=level).state
         try:
-            mdp = level_mdp(graph, level, drop_key)
-        except InputError:
-            return MeasuredGraph(name, None, states="over 1,000,000")
-        if mdp.n_states > MAX_LEVEL_STATES:
-            return MeasuredGraph(name, None, states=f"{mdp.n_states:,}")
+            reachable = reachable_states(start, MAX_COUNTED_STATES)
+        except TooManyStatesError:
+            return MeasuredGraph(name, SampledLevel(start, horizon, seed).measure(max_steps=GORP_STEPS))
+        n_states = len(reachable.transitions)
+        if n_states > MAX_LEVEL_STATES:
+            return MeasuredGraph(name, SampledLevel(start, horizon, seed).measure(n_states, max_steps=GORP_STEPS))
+        mdp = DeterministicMDP(*reachable)
         return MeasuredGraph(name, measure_mdp(mdp, horizon, n_policies=LEVEL_POLICIES, gorp_runs=GORP_RUNS, seed=seed))
 
     levels = [(graph, seed + i) for graph in graphs for i in range(n_levels)]

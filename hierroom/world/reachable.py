@@ -15,6 +15,10 @@ CHUNK = 4096
 """States expanded at once, which bounds the memory for their copies."""
 
 
+class TooManyStatesError(InputError):
+    """A level has more states than are allowed."""
+
+
 class ReachableStates(NamedTuple):
     """The states of a level, numbered as they are found: first the level's own, last that of having escaped.
 
@@ -38,7 +42,8 @@ def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStat
         max_states: most states, that of having escaped included.
 
     Raises:
-        InputError: if the state holds more than one environment, the episode has ended, or there are more states.
+        InputError: if the state holds more than one environment, or the episode has ended.
+        TooManyStatesError: if there are more states.
     """
     if len(state) != 1:
         raise InputError(f"the states of one level are enumerated, but the state holds {len(state)} environments")
@@ -62,7 +67,7 @@ def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStat
             if targets[i] == n_known:
                 new.append(i)
         if len(numbers) >= max_states:
-            raise InputError(f"the level has more than {max_states:,} states, which is the limit")
+            raise TooManyStatesError(f"the level has more than {max_states:,} states, which is the limit")
         transitions.append(targets.reshape(-1, n_actions))
         rewards.append(outcomes["reward"].reshape(-1, n_actions).copy())
         frontier += [after[new[begin : begin + CHUNK]] for begin in range(0, len(new), CHUNK)]

@@ -12,6 +12,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from hierroom.compare.__main__ import CompareArguments
 from hierroom.complexity.__main__ import ComplexityArguments
 from hierroom.evaluate import EvaluateArguments
+from hierroom.play.__main__ import PlayArguments
+from hierroom.report.__main__ import ReportArguments
+from hierroom.sweep.__main__ import SweepArguments
 from hierroom.training.config import TrainConfig
 from hierroom.watch import WatchArguments
 
@@ -24,6 +27,9 @@ START: Mapping[str, Sequence[str]] = {
     "compare": ("run", "--resamples", "100"),
     "complexity": (),
     "paper": ("table2",),
+    "sweep": ("method=hippo,ppo", "size=11", "--graphs", "a", "--seeds", "2", "--metas", "random"),
+    "report": ("run", "--played", "2", "--episodes", "1"),
+    "play": ("--graph", "a"),
 }
 """A command line of each command that is right, and soon done."""
 NUMBERS = (
@@ -59,10 +65,15 @@ OPTIONS: Mapping[str, Sequence[str]] = {
             "watch": WatchArguments,
             "compare": CompareArguments,
             "complexity": ComplexityArguments,
+            "sweep": SweepArguments,
+            "report": ReportArguments,
+            "play": PlayArguments,
         }.items()
     },
     "paper": ["csv"],
 }
+ENTRIES: Mapping[str, Sequence[str]] = {"sweep": _FLAT}
+"""What a command takes as entry=value, without dashes."""
 
 
 def command_lines(seed: int) -> Iterator[tuple[str, list[str]]]:
@@ -72,7 +83,17 @@ def command_lines(seed: int) -> Iterator[tuple[str, list[str]]]:
         seed: fixes them.
     """
     rng = random.Random(seed)
-    weights = {"train": 6, "evaluate": 2, "watch": 1, "compare": 2, "complexity": 3, "paper": 1}
+    weights = {
+        "train": 6,
+        "evaluate": 2,
+        "watch": 1,
+        "compare": 2,
+        "complexity": 3,
+        "paper": 1,
+        "sweep": 3,
+        "report": 1,
+        "play": 2,
+    }
     while True:
         name = rng.choices([*weights], [*weights.values()])[0]
         words = [*START[name]]
@@ -80,7 +101,9 @@ def command_lines(seed: int) -> Iterator[tuple[str, list[str]]]:
             option = f"--{rng.choice(OPTIONS[name]).replace('_', rng.choice('-_'))}"
             value = rng.choice(rng.choice((TEXTS, NUMBERS)))  # most options take numbers
             change = rng.randrange(8)
-            if change < 4:
+            if name in ENTRIES and rng.randrange(2):
+                words.append(f"{rng.choice(ENTRIES[name])}={value}")
+            elif change < 4:
                 words += [option, value]
             elif change == 4:
                 words += [f"{option}={value}"]
@@ -97,7 +120,9 @@ def command_lines(seed: int) -> Iterator[tuple[str, list[str]]]:
 def takes_long(words: Sequence[str]) -> bool:
     """Whether a command line asks for much work, as it may."""
     text = " ".join(words).replace("=", " ").replace("_", "-")
-    much = re.findall(r"--(?:episodes|most|resamples|levels|horizon|max-steps|evaluation-episodes) +(\d{4,})", text)
+    much = re.findall(
+        r"--(?:episodes|most|resamples|levels|horizon|max-steps|evaluation-episodes|played|seeds) +(\d{4,})", text
+    )
     return any(int(number) < 2**40 for number in much if len(number) < 20)
 
 

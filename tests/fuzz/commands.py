@@ -21,6 +21,8 @@ from rich.progress import track
 from hierroom.cli import run
 from hierroom.env_config import EnvConfig
 from hierroom.goals import GoalGraph
+from hierroom.play import app
+from hierroom.sweep import pool
 from hierroom.train import main as train
 from hierroom.training import provenance, session
 from hierroom.training.config import TrainConfig
@@ -100,7 +102,7 @@ def train_quietly(argv: Sequence[str]) -> int:
 
 
 def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
-    """Run a command, whose training and pictures are left out.
+    """Run a command, whose training and windows are left out.
 
     Args:
         name: of the command, as in ``python -m hierroom.NAME``.
@@ -119,6 +121,8 @@ def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
         contextlib.redirect_stdout(said),
         contextlib.redirect_stderr(told),
         mock.patch.object(session, "run_session", return_value=0),
+        mock.patch.object(pool, "work_here", return_value=iter(())),
+        mock.patch.object(app, "App"),
     ):
         try:
             run(module.main)

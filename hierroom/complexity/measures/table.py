@@ -14,6 +14,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from hierroom.complexity.measures.effective_horizon import horizon_of
+from hierroom.complexity.measures.sampled import SampledMeasures
 from hierroom.complexity.measures.summary import MdpMeasures, WalkMeasures
 
 
@@ -23,23 +25,27 @@ class MeasuredGraph:
 
     Args:
         name: of the graph or level.
-        mdp: measures of the MDP; None for one with too many states.
+        mdp: measures of the MDP, estimated for one with too many states.
         walk: measures of the assumed walk; None for a level.
-        states: number of states, or a note that says why there are no measures.
     """
 
     name: str
-    mdp: MdpMeasures | None
+    mdp: MdpMeasures | SampledMeasures
     walk: WalkMeasures | None = None
-    states: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """The measures as plain numbers and strings."""
         measures = [part for part in (self.mdp, self.walk) if part is not None]
         return {"graph": self.name} | {key: value for part in measures for key, value in asdict(part).items()}
 
+    @property
+    def cells(self) -> list[str]:
+        """The measures of the MDP as they are printed, in the order of `MDP_COLUMNS`; ``-`` for what is not known."""
+        columns = MDP_COLUMNS if isinstance(self.mdp, MdpMeasures) else SAMPLED_COLUMNS
+        return [columns[name](self.mdp) if name in columns else "-" for name in MDP_COLUMNS]
 
-MDP_COLUMNS: Mapping[str, Callable[[MdpMeasures], str]] = {
+
+MDP_COLUMNS: Mapping[str, Callable[[Any], str]] = {
     "states": lambda m: str(m.states),
     "steps": lambda m: str(m.shortest),
     "random": lambda m: f"{m.random_success:.2g}",
@@ -51,6 +57,15 @@ MDP_COLUMNS: Mapping[str, Callable[[MdpMeasures], str]] = {
     "covering": lambda m: f"{_short(m.covering_low)}-{_short(m.covering_high)}",
     "PIC": lambda m: f"{m.pic:.2g}",
     "POIC": lambda m: f"{m.poic:.2g}",
+}
+SAMPLED_COLUMNS: Mapping[str, Callable[[Any], str]] = {
+    "states": lambda m: "over 1e6" if m.states is None else str(m.states),
+    "steps": MDP_COLUMNS["steps"],
+    "random": lambda m: f"~{m.random_success:.2g}" if m.random_success else f"<{m.random_success_high:.1g}",
+    "H_1": lambda m: f">{horizon_of(1, m.rollouts_tried, m.actions):.1f}" if m.rollouts is None else _estimate(m),
+    "samples": lambda m: "-" if math.isinf(m.samples) else f"~{m.samples:.0e}",
+    "PIC": lambda m: f"~{m.pic:.1g}" if m.pic else "-",
+    "POIC": lambda m: f"~{m.poic:.1g}" if m.poic else "-",
 }
 WALK_COLUMNS: Mapping[str, Callable[[WalkMeasures], str]] = {
     "nodes": lambda w: str(w.nodes),
@@ -68,6 +83,9 @@ bound: on the effective horizon, by theorem 5.4 of Laidlaw et al. (2023)
 H_1 = 1 + log_A m_1, with the rollouts m_1 that GORP needs; - where m_1 > 10^6
 samples: steps that GORP samples at most, T^2 A^H
 covering: bounds on the covering length, in episodes; PIC, POIC: in nats"""
+SAMPLED_NOTES = """\
+~, <, >: estimated from rollouts, as these levels have too many states to compute
+the rest; random: < the end of the 95% interval where no episode escaped"""
 WALK_NOTES = """\
 at exit: long-run share of the time
 escape: chance, on leaving the start, of the exit before the start (committor)
@@ -76,10 +94,13 @@ mixing, commute, cover: in steps; cover +- standard error where it is sampled"""
 
 def print_measures(measured: Sequence[MeasuredGraph], title: str) -> None:
     """Print the measures as tables of 80 columns."""
-    _print(title, MDP_COLUMNS, [(graph.name, graph.mdp, graph.states) for graph in measured])
+    _print(title, [*MDP_COLUMNS], [(graph.name, graph.cells) for graph in measured])
     print(MDP_NOTES)
-    if all(graph.walk is not None for graph in measured):
-        _print("the assumed walk", WALK_COLUMNS, [(graph.name, graph.walk, "") for graph in measured])
+    if any(isinstance(graph.mdp, SampledMeasures) for graph in measured):
+        print(SAMPLED_NOTES)
+    walks = [(graph.name, _walk_cells(graph.walk)) for graph in measured if graph.walk is not None]
+    if walks:
+        _print("the assumed walk", [*WALK_COLUMNS], walks)
         print(WALK_NOTES)
 
 
@@ -103,27 +124,26 @@ def measures_table(
     """
     has_walk = all(graph.walk is not None for graph in measured)
     heads = ["graph", *MDP_COLUMNS, *(WALK_COLUMNS if has_walk else ())]
-    unknown = ["-"] * (len(MDP_COLUMNS) - 1)  # of a level with too many states
-    rows = [
-        [
-            graph.name,
-            *([graph.states, *unknown] if graph.mdp is None else [cell(graph.mdp) for cell in MDP_COLUMNS.values()]),
-            *([] if graph.walk is None else [cell(graph.walk) for cell in WALK_COLUMNS.values()]),
-        ]
-        for graph in measured
-    ]
+    rows = [[graph.name, *graph.cells, *(_walk_cells(graph.walk) if graph.walk else ())] for graph in measured]
     return table([head.replace("\n", " ") for head in heads], rows)
 
 
-def _print(title: str, columns: Mapping[str, Callable[[Any], str]], rows: list[tuple[str, Any, str]]) -> None:
+def _walk_cells(walk: WalkMeasures) -> list[str]:
+    return [cell(walk) for cell in WALK_COLUMNS.values()]
+
+
+def _print(title: str, columns: Sequence[str], rows: Sequence[tuple[str, list[str]]]) -> None:
     table = Table(title=title, box=SIMPLE_HEAD, padding=0)  # so that it fits into 80 columns
     table.add_column("graph", no_wrap=True)
     for heading in columns:
         table.add_column(heading, justify="right", no_wrap=True)
-    for name, measures, states in rows:
-        cells = [states] if measures is None else [cell(measures) for cell in columns.values()]
+    for name, cells in rows:
         table.add_row(escape(name), *map(escape, cells))
     Console().print(table)
+
+
+def _estimate(measures: SampledMeasures) -> str:
+    return f"~{measures.effective_horizon:.1f}"
 
 
 def _short(number: float) -> str:

@@ -1,0 +1,168 @@
+"""The measures of a level with too many states to enumerate, by rollouts from its exact states."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.complexity.measures.effective_horizon import horizon_of
+from hierroom.complexity.measures.policy_information import policy_information
+from hierroom.complexity.measures.sampled import SampledMeasures
+from hierroom.complexity.observed import wilson_interval
+from hierroom.errors import InputError, require_number
+from hierroom.world import batch_kernels
+from hierroom.world.layout import OUTCOME, State
+from hierroom.world.oracle import shortest_lengths
+from hierroom.world.rollout_kernels import policy_rollouts, random_rollouts
+
+
+class SampledLevel:
+    """Rollouts in one level, each from the state it is given, until the horizon.
+
+    Args:
+        state: the state of one environment at the start of its episode.
+        horizon: number of steps T of an episode, at least 1.
+        seed: fixes all that is drawn, in the order in which it is asked for.
+
+    Raises:
+        InputError: if the state holds another number of environments, or the horizon is too short for a solution.
+    """
+
+    def __init__(self, state: State, horizon: int, seed: int = 0) -> None:
+        require_number("the horizon of a level", horizon, 1, 2**31 - 1, is_whole=True)
+        if len(state) != 1:
+            raise InputError(f"one level is measured, but the state holds {len(state)} environments")
+        self.shortest = int(shortest_lengths(state)[0])
+        if self.shortest > horizon:
+            raise InputError(
+                f"a solution of the level needs at least {self.shortest} steps, but the horizon is {horizon}"
+            )
+        self.state, self.horizon = state.copy(), horizon
+        levels = self.state.levels
+        levels["max_steps"], levels["steps"], levels["remembers"] = horizon, 0, 0
+        self.n_actions = 6 if levels["can_drop"][0] else 5
+        self._rng = np.random.default_rng(seed)
+        self._scratch = np.zeros(1, OUTCOME)
+        self.steps_played = 0
+        """Of the rollouts of the random policy so far."""
+
+    def random_successes(self, state: State, n_rollouts: int) -> NDArray[np.int64]:
+        """How many rollouts of the random policy escape, from each of some states of the level.
+
+        Args:
+            state: N of them.
+            n_rollouts: from each; where the episode has ended there are none.
+
+        Returns:
+            [N] int64.
+        """
+        successes, seed = np.zeros(len(state), np.int64), self._rng.integers(2**63, dtype=np.uint64)
+        self.steps_played += random_rollouts(
+            state.levels, state.grids, n_rollouts, self.n_actions, seed, self._scratch, successes
+        )
+        return successes
+
+    def policy_returns(self, n_policies: int, n_rollouts: int) -> NDArray[np.float64]:
+        """The returns of policies whose preferences are normal, independent at each state and action.
+
+        Args:
+            n_policies: P, drawn.
+            n_rollouts: of each.
+
+        Returns:
+            [P, n_rollouts] float64, 1 for an escape and else 0.
+        """
+        returns = np.zeros((n_policies, n_rollouts))
+        policies = self._rng.integers(2**63, size=n_policies, dtype=np.uint64)
+        seed = self._rng.integers(2**63, dtype=np.uint64)
+        policy_rollouts(
+            self.state.levels, self.state.grids, policies, n_rollouts, self.n_actions, seed, self._scratch, returns
+        )
+        return returns
+
+    def gorp_success(self, m: int, runs: int) -> float:
+        """The share of runs of GORP, with k = 1, that find a solution (Laidlaw et al. 2023, algorithm 1).
+
+        At each step a run makes m rollouts of the random policy after each action, and takes the action after which
+        most of them escape, ties being broken at random.
+
+        Args:
+            m: number of rollouts, at least 1.
+            runs: how many.
+        """
+        here, solved = self.state[np.zeros(runs, int)], 0
+        actions = np.arange(self.n_actions)
+        while len(here):
+            after = here[np.repeat(np.arange(len(here)), self.n_actions)]
+            outcomes = np.zeros(len(after), OUTCOME)
+            batch_kernels.step_levels(after.levels, after.grids, np.tile(actions, len(here)), outcomes)
+            values = self.random_successes(after, m) + m * outcomes["terminated"]
+            ranks = values.reshape(-1, self.n_actions) + self._rng.random((len(here), self.n_actions))
+            chosen = np.arange(len(here)) * self.n_actions + ranks.argmax(axis=1)
+            solved += int(outcomes["terminated"][chosen].sum())
+            here = after[chosen[~after.levels["has_ended"][chosen]]]
+        return solved / runs
+
+    def gorp_rollouts(self, runs: int, max_steps: int) -> tuple[int | None, int]:
+        """m_1, by doubling m and then bisecting, as `Gorp.rollouts`.
+
+        Args:
+            runs: of GORP, for each number of rollouts.
+            max_steps: most steps to be played, about; what would surely take more is not tried.
+
+        Returns:
+            m_1, None if it was not found; and the greatest number of rollouts that was too few.
+        """
+        low, high, begun = 0, 1, self.steps_played
+        while True:
+            before = self.steps_played
+            if self.gorp_success(high, runs) >= 0.5:
+                break
+            low, high = high, 2 * high
+            if self.steps_played - begun + 2 * (self.steps_played - before) > max_steps:
+                return None, low
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (low, middle) if self.gorp_success(middle, runs) >= 0.5 else (middle, high)
+        return high, low
+
+    def measure(
+        self,
+        states: int | None = None,
+        *,
+        episodes: int = 1000,
+        n_policies: int = 20,
+        policy_episodes: int = 100,
+        gorp_runs: int = 20,
+        max_steps: int = 500_000_000,
+    ) -> SampledMeasures:
+        """Estimate what rollouts can tell.
+
+        Args:
+            states: number of states, where it is known.
+            episodes: of the random policy.
+            n_policies: policies drawn for the information capacities.
+            policy_episodes: of each of them.
+            gorp_runs: runs of GORP for each number of rollouts.
+            max_steps: most steps played by GORP, about.
+        """
+        start = self.state[:]
+        success = wilson_interval(int(self.random_successes(start, episodes)[0]) / episodes, episodes, 0.95)
+        information = policy_information(self.policy_returns(n_policies, policy_episodes))
+        rollouts, tried = self.gorp_rollouts(gorp_runs, max_steps)
+        horizon = float("inf") if rollouts is None else horizon_of(1, rollouts, self.n_actions)
+        return SampledMeasures(
+            states=states,
+            actions=self.n_actions,
+            horizon=self.horizon,
+            shortest=self.shortest,
+            random_success=success.value,
+            random_success_low=success.low,
+            random_success_high=success.high,
+            rollouts=rollouts,
+            rollouts_tried=tried,
+            effective_horizon=horizon,
+            samples=self.horizon**2 * float(self.n_actions) ** horizon,
+            pic=information.pic,
+            poic=information.poic,
+        )

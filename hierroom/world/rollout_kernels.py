@@ -1,0 +1,120 @@
+"""Rollouts from given states without a view of the level, as compiled functions: of the random policy, and of others.
+
+A rollout goes on until its level has ended; ``max_steps`` and ``steps`` of the level are its horizon and its clock. Its
+random numbers are those of the level's own stream, whose key each rollout sets anew.
+"""
+
+import math
+
+import numpy as np
+from numba import config
+
+from hierroom.compile.kernel import njit
+from hierroom.world.kernels import GOLDEN, advance, mix, random_below
+
+UNIT = 2.0**-53
+
+
+@njit(cache=True)
+def normal(bits):
+    """A standard normal number made of 64 random bits (Box & Muller 1958)."""
+    first = (np.float64(bits >> np.uint64(11)) + 0.5) * UNIT
+    second = np.float64(mix(bits ^ GOLDEN) >> np.uint64(11)) * UNIT
+    return math.sqrt(-2.0 * math.log(first)) * math.cos(2.0 * math.pi * second)
+
+
+@njit(cache=True)
+def state_bits(level):
+    """64 bits that tell the states of one level apart, as `reachable.reachable_states` does."""
+    place = np.uint64(level.row * 65536 + level.col * 256 + level.direction)
+    bits = mix(place ^ mix((np.uint64(level.keys) << np.uint64(8)) | np.uint64(level.doors)))
+    if level.can_drop:
+        for branch in range(level.n_rooms - 1):
+            if not (level.keys >> branch) & 1:
+                cell = np.uint64(level.keys_at[branch, 0] * 256 + level.keys_at[branch, 1])
+                bits = mix(bits ^ (cell + GOLDEN))
+        for slot in range(level.bag_size):
+            if not (level.doors >> level.bag[slot]) & 1:
+                bits = mix(bits ^ np.uint64(level.bag[slot] + 1))
+    return bits
+
+
+@njit(cache=True)
+def drawn_action(level, policy, n_actions):
+    """The action of a policy with normal preferences at every state, drawn with their softmax as probabilities.
+
+    The greatest of preferences with independent Gumbel noise has these probabilities. The preferences of a state are
+    made of the policy's key and the state itself, so that no table of them is needed.
+    """
+    bits, best, action = mix(policy ^ state_bits(level)), -math.inf, 0
+    for candidate in range(n_actions):
+        level.n_drawn += np.uint64(1)
+        uniform = (np.float64(mix(level.key + level.n_drawn * GOLDEN) >> np.uint64(11)) + 0.5) * UNIT
+        value = normal(mix(bits + np.uint64(candidate + 1) * GOLDEN)) - math.log(-math.log(uniform))
+        if value > best:
+            best, action = value, candidate
+    return action
+
+
+@njit(cache=True, nogil=True)
+def random_rollouts(levels, grids, n_rollouts, n_actions, seed, outcomes, successes):
+    """Count the rollouts of the random policy that escape, from each of some states.
+
+    Args:
+        levels: [N] records of `layout.LEVEL`; one that has ended has no rollouts.
+        grids: [N, side, side] uint8.
+        n_rollouts: from each state.
+        n_actions: number of actions.
+        seed: uint64, fixes the actions.
+        outcomes: [1] record of `layout.OUTCOME`, scratch.
+        successes: [N] int64, to which they are added.
+
+    Returns:
+        the steps that were played.
+    """
+    scratch, grid, n_steps = levels[:1].copy(), grids[0].copy(), 0
+    for n in range(levels.shape[0]):
+        if levels[n].has_ended:
+            continue
+        for rollout in range(n_rollouts):
+            scratch[0] = levels[n]
+            grid[:] = grids[n]
+            level = scratch[0]
+            level.key, level.n_drawn = mix(seed ^ mix(np.uint64(n * n_rollouts + rollout))), np.uint64(0)
+            while not level.has_ended:
+                advance(level, grid, random_below(level, n_actions), outcomes[0])
+                n_steps += 1
+            successes[n] += outcomes[0].terminated
+    return n_steps
+
+
+@njit(cache=True, nogil=True)
+def policy_rollouts(levels, grids, policies, n_rollouts, n_actions, seed, outcomes, returns):
+    """Write the returns of rollouts of each of some policies from the first of some states.
+
+    Args:
+        levels: [1] record of `layout.LEVEL`.
+        grids: [1, side, side] uint8.
+        policies: [P] uint64, the key of each policy.
+        n_rollouts: of each policy.
+        n_actions: number of actions.
+        seed: uint64, fixes the actions.
+        outcomes: [1] record of `layout.OUTCOME`, scratch.
+        returns: [P, n_rollouts] float64, written: 1 for an escape, else 0.
+    """
+    scratch, grid = levels.copy(), grids[0].copy()
+    for p in range(policies.shape[0]):
+        for rollout in range(n_rollouts):
+            scratch[0] = levels[0]
+            grid[:] = grids[0]
+            level = scratch[0]
+            level.key, level.n_drawn = mix(seed ^ mix(np.uint64(p * n_rollouts + rollout))), np.uint64(0)
+            while not level.has_ended:
+                advance(level, grid, drawn_action(level, policies[p], n_actions), outcomes[0])
+            returns[p, rollout] = outcomes[0].terminated
+
+
+if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
+    # In ordinary Python, uint64 scalars warn of overflow, which the random numbers rely on.
+    random_rollouts = np.errstate(over="ignore")(random_rollouts)
+    policy_rollouts = np.errstate(over="ignore")(policy_rollouts)

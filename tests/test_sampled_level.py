@@ -1,0 +1,150 @@
+"""Measures by rollouts from exact states: against exact numbers of levels that are small enough for both."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import softmax
+from scipy.stats import kstest
+
+from hierroom.complexity.measures import Gorp, mdp_policy_information
+from hierroom.complexity.measures.policy_information import policy_information
+from hierroom.errors import InputError
+from hierroom.goals import GoalGraph
+from hierroom.measure import levels as measured_levels
+from hierroom.measure.levels import level_mdp, measure_levels
+from hierroom.measure.sampled_level import SampledLevel
+from hierroom.world import batch_kernels
+from hierroom.world.layout import OUTCOME
+from hierroom.world.reachable import _keys
+from hierroom.world.rollout_kernels import drawn_action, normal, random_rollouts, state_bits
+from hierroom.world.world import World
+
+A = GoalGraph.named("a")
+MASK, GOLDEN = 2**64 - 1, 0x9E3779B97F4A7C15
+
+
+def sampled(horizon: int, graph: GoalGraph = A, seed: int = 0) -> SampledLevel:
+    return SampledLevel(World([graph], size=11, seed=0).state, horizon, seed)
+
+
+def mixed(bits: int) -> int:
+    """SplitMix64's finalizer in Python's own numbers."""
+    bits = ((bits ^ (bits >> 30)) * 0xBF58476D1CE4E5B9) & MASK
+    bits = ((bits ^ (bits >> 27)) * 0x94D049BB133111EB) & MASK
+    return bits ^ (bits >> 31)
+
+
+def test_the_random_policy_succeeds_as_often_as_computed():
+    chance = level_mdp(A, 0, size=11).random_success(300)
+    n = 100_000
+    level = sampled(300)
+    share = level.random_successes(level.state[:], n)[0] / n
+    assert 0.005 < chance < 0.5
+    assert abs(share - chance) < 4 * math.sqrt(chance * (1 - chance) / n)
+
+
+def test_rollouts_are_those_of_plain_python():
+    level, seed, m = sampled(300), 7, 20
+    start = level.state[[0, 0]]
+    batch_kernels.step_levels(start.levels[1:], start.grids[1:], np.array([1]), np.zeros(1, OUTCOME))
+    found = np.zeros(2, np.int64)
+    n_steps = random_rollouts(start.levels, start.grids, m, 5, np.uint64(seed), np.zeros(1, OUTCOME), found)
+    expected, steps = [0, 0], 0
+    for n in range(2):
+        for rollout in range(m):
+            key, one, outcome, drawn = mixed(seed ^ mixed(n * m + rollout)), start[[n]], np.zeros(1, OUTCOME), 0
+            while not one.levels["has_ended"][0]:
+                drawn += 1
+                action = ((mixed((key + drawn * GOLDEN) & MASK) >> 32) * 5) >> 32
+                batch_kernels.step_levels(one.levels, one.grids, np.array([action]), outcome)
+            steps += drawn
+            expected[n] += int(outcome["terminated"][0])
+    assert found.tolist() == expected
+    assert n_steps == steps
+    assert max(expected) > 0
+
+
+def test_numbers_are_normal():
+    values = [normal(np.uint64(mixed(i))) for i in range(20_000)]
+    assert kstest(values, "norm").pvalue > 0.001
+
+
+def test_actions_have_the_probabilities_of_a_softmax():
+    level = sampled(60).state.levels[0]
+    policy, n = np.uint64(5), 40_000
+    bits = mixed(int(policy) ^ int(state_bits(level)))
+    preferences = [normal(np.uint64(mixed((bits + (a + 1) * GOLDEN) & MASK))) for a in range(5)]
+    level.key, level.n_drawn = 9, 0
+    counts = np.bincount([drawn_action(level, policy, 5) for _ in range(n)], minlength=5)
+    assert counts / n == pytest.approx(softmax(preferences), abs=0.01)
+
+
+@pytest.mark.parametrize("can_drop", [False, True])
+def test_states_have_different_bits_exactly_where_they_differ(can_drop):
+    world, rng = World([GoalGraph((0, 0), 2)], 64, size=11, drop_key=can_drop, seed=3, max_steps=10**9), None
+    state, rng = world.state[np.zeros(64, int)], np.random.default_rng(0)
+    bits_of: dict[bytes, int] = {}
+    for _ in range(400):
+        actions = rng.choice(
+            world.n_actions, 64, p=[0.3, 0.1, 0.1] + [0.5 / (world.n_actions - 3)] * (world.n_actions - 3)
+        )
+        batch_kernels.step_levels(state.levels, state.grids, actions, np.zeros(64, OUTCOME))
+        for key, level in zip(_keys(state.levels), state.levels, strict=True):
+            bits = int(state_bits(level))
+            assert bits_of.setdefault(key, bits) == bits
+    assert len(bits_of) > 500
+    assert len({*bits_of.values()}) == len(bits_of)
+
+
+def test_information_is_that_of_exact_policies():
+    level, horizon = sampled(300), 300
+    returns = level.policy_returns(150, 400)
+    exact = mdp_policy_information(level_mdp(A, 0, size=11), horizon, 150)
+    found = policy_information(returns)
+    assert found.pic == pytest.approx(exact.pic, rel=0.35)
+    assert found.poic == pytest.approx(exact.poic, rel=0.35)
+
+
+def test_gorp_succeeds_as_often_as_computed():
+    mdp, level, n = level_mdp(A, 0, size=11), sampled(120), 200
+    gorp = Gorp(mdp, 120)
+    for m in (1, 2, 4):
+        chance = gorp.success_probability(m)
+        assert abs(level.gorp_success(m, n) - chance) < 4 * math.sqrt(chance * (1 - chance) / n) + 1e-9
+    exact = gorp.rollouts().rollouts
+    found, too_few = level.gorp_rollouts(200, 10**9)
+    assert found == too_few + 1
+    assert exact / 1.6 <= found <= exact * 1.6
+    assert level.gorp_rollouts(20, 1000)[0] is None, "with so few steps it gives up"
+
+
+def test_the_same_seed_gives_the_same_measures():
+    few = {"episodes": 50, "n_policies": 3, "policy_episodes": 5, "gorp_runs": 4, "max_steps": 10**6}
+    one, same, other = (sampled(300, seed=seed).measure(**few) for seed in (1, 1, 2))
+    assert one == same != other
+    assert one.shortest == level_mdp(A, 0, size=11).shortest_solution()
+
+
+def test_a_level_with_many_states_is_sampled(monkeypatch):
+    monkeypatch.setattr(measured_levels, "GORP_STEPS", 10**6)
+    (exact,) = measure_levels([A], 1, 100)
+    monkeypatch.setattr(measured_levels, "MAX_LEVEL_STATES", 10)
+    (row,) = measure_levels([A], 1, 100)
+    assert row.mdp.states == exact.mdp.states
+    assert row.mdp.random_success_low <= exact.mdp.random_success <= row.mdp.random_success_high
+    shown = dict(zip(("states", "steps", "random", "k"), row.cells, strict=False))
+    assert shown["states"] == exact.cells[0]
+    assert shown["random"][0] in "~<"
+    assert shown["k"] == "-"
+    monkeypatch.setattr(measured_levels, "MAX_COUNTED_STATES", 10)
+    assert measure_levels([A], 1, 100)[0].cells[0] == "over 1e6"
+
+
+def test_what_cannot_be_sampled_is_refused():
+    with pytest.raises(InputError, match=r"needs at least \d+ steps, but the horizon is 3"):
+        sampled(3)
+    with pytest.raises(InputError, match="the state holds 2 environments"):
+        SampledLevel(World([A], 2).state, 100)
+    with pytest.raises(InputError, match="horizon of a level must be at least 1, not 0"):
+        sampled(0)
