@@ -12,6 +12,7 @@ from hierroom.complexity import analyze, measure_trajectories, to_frame
 from hierroom.complexity.__main__ import ComplexityArguments, show
 from hierroom.complexity.draw_reach import draw_measured_reach, draw_played_reach, draw_reach, save_reach
 from hierroom.complexity.measured import MeasuredReport
+from hierroom.complexity.measures.graphs import measure_graphs
 from hierroom.complexity.tables import COLUMNS, csv_text, latex_text, markdown_text, rows_of
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
@@ -53,6 +54,22 @@ def test_a_frame():
     assert all(pandas.api.types.is_integer_dtype(frame[name]) for name in ("exit_room", "exit_depth", "width", "nodes"))
     assert to_frame(REPORTS[0]).equals(frame.iloc[:1])
     assert list(to_frame([]).columns) == list(frame.columns)
+
+
+def test_a_frame_of_measures_and_one_of_a_played_chain():
+    pytest.importorskip("pandas")
+    measured = measure_graphs([GoalGraph.named("a"), GoalGraph.named("c")], 10)
+    frame = to_frame(measured)
+    assert list(frame.index) == ["a", "c"]
+    assert frame.loc["c", "effective_horizon"] == measured[1].mdp.effective_horizon
+    assert to_frame(measured[0]).equals(frame.iloc[:1])
+    played = measure_trajectories([["x", "y", "x", "end"], ["x", "end"], ["x", "y", "end"]] * 9, target="end")
+    frame = to_frame(played)
+    assert [*frame.columns] == [f"{kind}{end}" for kind in ("observed", "chain") for end in ("", "_low", "_high")]
+    assert tuple(frame.loc["std"]) == (*played.observed["std"], *played.intervals["std"])
+    assert np.isnan(frame.loc["hitting_time", "observed"])
+    with pytest.raises(InputError, match="reports of one kind"):
+        to_frame([analyze("a"), *measured])
 
 
 def test_without_pandas_it_is_one_clear_line(monkeypatch):

@@ -63,6 +63,18 @@ def test_a_graph_and_a_matrix_of_the_paper_s_walk_agree_with_the_report():
     assert again.expected_steps == pytest.approx(report.expected_steps)
 
 
+def test_nodes_of_a_matrix_have_names():
+    chain = Chain.from_matrix(
+        [[0, 1, 1], [1, 0, 0], [0, 0, 0]], "hall", "garden", ["hall", "cellar", "garden"], rates=True
+    )
+    assert chain.expected_steps == pytest.approx(3)
+    assert repr(chain) == "<Chain: random walk on 3 nodes from hall to garden>"
+    with pytest.raises(InputError, match="there is no node 'attic' among the 3 nodes"):
+        Chain.from_matrix(np.eye(3), "attic", 1, ["hall", "cellar", "garden"])
+    with pytest.raises(InputError, match="with rates=True"):
+        Chain.from_matrix([[0, 2], [1, 0]], 0, 1)
+
+
 def test_trajectories_by_hand():
     """a b (goal) after two steps; a a b b misses after three, so that b leads back to a."""
     played = measure_trajectories([["a", "b", "goal", "left out"], ["a", "a", "b", "b"]], "goal")

@@ -49,7 +49,7 @@ class EdgeSensitivity(NamedTuple):
     elasticity: float
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Chain:
     """A random walk on named nodes; each quantity is computed on first access.
 
@@ -91,14 +91,20 @@ class Chain:
 
     @classmethod
     def from_matrix(
-        cls, matrix: Weights, source: int, target: int, labels: Sequence[Hashable] | None = None, *, rates: bool = False
+        cls,
+        matrix: Weights,
+        source: int | str,
+        target: int | str,
+        labels: Sequence[Hashable] | None = None,
+        *,
+        rates: bool = False,
     ) -> Chain:
         """The walk with a matrix of probabilities or rates, on any exploration graph.
 
         Args:
             matrix: [n, n] dense or sparse; what a row lacks to one is the node's probability to stay.
-            source: index of the start node.
-            target: index of the node to reach, the goal ``"exit"``.
+            source: the start node: its index, or its label.
+            target: the node to reach, the goal ``"exit"``, likewise.
             labels: [n] names of the nodes; their indices by default.
             rates: divide each row by its sum, because it holds rates or counts.
 
@@ -112,7 +118,8 @@ class Chain:
         names = node_labels(range(n) if labels is None else labels)
         if len(names) != n:
             raise InputError(f"{n} nodes need as many labels, not {len(names)}")
-        return cls(weights, names, as_node(source, n), {EXIT: (as_node(target, n),)})
+        start, end = (node_index(names, one) if isinstance(one, str) else as_node(one, n) for one in (source, target))
+        return cls(weights, names, start, {EXIT: (end,)})
 
     @classmethod
     def from_networkx(
@@ -266,14 +273,15 @@ class Chain:
             by_goal[goal] = float(elasticity.data[achieves].sum() / self.expected_steps)
         return dict(sorted(by_goal.items(), key=lambda item: item[1]))
 
+    def __repr__(self) -> str:
+        first, last = (self.labels[node] for node in (self.source, self.goals[EXIT][0]))
+        return f"<Chain: random walk on {len(self.labels)} nodes from {first} to {last}>"
+
     def _repr_html_(self) -> str:
         """What notebooks show."""
-        steps = [
-            (goal, f"{self.expected_steps_to(goal):.4g}", f"{self.hitting_probability(goal):.4g}")
-            for goal in self.goals
-        ]
-        caption = f"random walk on {len(self.labels)} nodes from {self.labels[self.source]}"
-        return html_table(caption, ("goal", "expected steps", "probability ever"), steps)
+        rows = [(goal, self.expected_steps_to(goal), self.hitting_probability(goal)) for goal in self.goals]
+        cells = [(goal, f"{steps:.4g}", f"{chance:.4g}") for goal, steps, chance in rows]
+        return html_table(repr(self).strip("<>"), ("goal", "expected steps", "probability ever"), cells)
 
     def nodes_of(self, goal: str) -> tuple[int, ...]:
         """The nodes at which a goal has been achieved, or the single node with that label.

@@ -29,7 +29,7 @@ from hierroom.complexity.weights import row_sums
 from hierroom.errors import InputError
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PlayedChain:
     """The walk whose moves are as frequent as those of the episodes, and beside it what was observed of them.
 
@@ -199,7 +199,10 @@ class PlayedChain:
             return ["too few steps to test whether play is Markov on these nodes: trust what was observed"]
         test = f"Markov of order 1 against 2: chi2({self.markov.degrees}) = {self.markov.statistic:.1f}"
         if not self.markov.is_rejected:
-            return [f"{test}, p = {self.markov.p_value:.2g}: nothing speaks against the chain"]
+            return [
+                f"{test}, p = {self.markov.p_value:.2g}: nothing speaks against the chain",
+                "each interval covers the value over very many episodes of this player",
+            ]
         return [
             f"{test}, p = {self.markov.p_value:.1g}: play is NOT Markov on these nodes. The chain's expected steps",
             "are those of play all the same; its other numbers and intervals are not: read what was observed instead",
@@ -210,6 +213,9 @@ class PlayedChain:
         exit_label = self.labels[self.goals[EXIT][0]]
         played = f"{self.episodes} episode{'s' * (self.episodes > 1)} played over {len(self.labels)} nodes"
         return f"{played}, {self.success_rate:.1%} reached the exit, {exit_label!r}"
+
+    def __repr__(self) -> str:
+        return f"<PlayedChain: {self._head}>"
 
     def __str__(self) -> str:
         return text_table(self._head, self.columns, self.rows(), self.notes())

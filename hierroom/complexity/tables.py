@@ -9,6 +9,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from hierroom.complexity.measures.table import MeasuredGraph
+from hierroom.complexity.observed import Interval
+from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.report import ComplexityReport
 from hierroom.errors import InputError, shown
 
@@ -103,23 +106,44 @@ def markdown_text(reports: Iterable[ComplexityReport]) -> str:
     return markdown_table(HEADS, map(_cells, reports))
 
 
-def to_frame(reports: ComplexityReport | Iterable[ComplexityReport]) -> pandas.DataFrame:
+def to_frame(
+    reports: ComplexityReport | MeasuredGraph | PlayedChain | Iterable[ComplexityReport] | Iterable[MeasuredGraph],
+) -> pandas.DataFrame:
     """Reports as a pandas DataFrame, one row each, indexed by the names of their graphs.
 
     Args:
-        reports: one report or several.
+        reports: one report or several, from `analyze`; or rows of `measure_graphs` and `measure_levels`; or one chain
+            from play, which has a row for each number, observed and of the chain, with its interval.
 
     Raises:
-        InputError: if pandas is not installed, or something else than reports is given.
+        InputError: if pandas is not installed, or something else is given.
     """
     try:
         import pandas as pd  # type: ignore[import-not-found]
     except ImportError as error:
         raise InputError("to_frame needs pandas, which is not installed: pip install pandas") from error
-    several = [reports] if isinstance(reports, ComplexityReport) else list(reports)
+    if isinstance(reports, PlayedChain):
+        return pd.DataFrame.from_dict(_intervals(reports), orient="index")
+    several = [reports] if isinstance(reports, (ComplexityReport, MeasuredGraph)) else list(reports)
+    if several and all(isinstance(one, MeasuredGraph) for one in several):
+        return pd.DataFrame([one.to_dict() for one in several]).set_index("graph")
+    analyzed = [one for one in several if isinstance(one, ComplexityReport)]
     for other in (one for one in several if not isinstance(one, ComplexityReport)):
-        raise InputError(f"to_frame takes reports, as analyze gives them, not {shown(other)}")
-    return pd.DataFrame(rows_of(several), columns=list(FIELDS)).set_index("graph")
+        raise InputError(f"to_frame takes reports of one kind, such as analyze gives them, not {shown(other)}")
+    return pd.DataFrame(rows_of(analyzed), columns=list(FIELDS)).set_index("graph")
+
+
+def _intervals(played: PlayedChain) -> dict[str, dict[str, float]]:
+    """By the name of each number, what was observed, what the chain says, and the ends of their intervals."""
+    none = Interval(math.nan, math.nan, math.nan)
+    return {
+        name: {
+            f"{kind}{end}": value
+            for kind, interval in (("observed", played.observed.get(name, none)), ("chain", measured))
+            for end, value in zip(("", "_low", "_high"), interval, strict=True)
+        }
+        for name, measured in played.intervals.items()
+    }
 
 
 def _cells(report: ComplexityReport) -> list[str]:

@@ -77,7 +77,7 @@ def as_moves(weights: Weights) -> sp.csr_array:
     if totals[row] > 1 + ROW_SLACK:
         raise InputError(
             f"the probabilities of a node's moves must sum to at most 1, but row {row} of W sums to {totals[row]:g}; "
-            "divide counts by their total first"
+            "divide rates or counts by their total first, as Chain.from_matrix and from_networkx do with rates=True"
         )
     matrix.setdiag(0.0)
     matrix.eliminate_zeros()
