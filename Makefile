@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: train test test-random test-lowest coverage mutate compile lint docs bench constraints audit clean
+.PHONY: train test test-random test-lowest coverage mutate compile lint docs package bench constraints audit clean
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -47,6 +47,9 @@ lint: $(VENV)/.installed
 docs: $(VENV)/.installed ## the docs as a site, site/index.html
 	$(BIN)/mkdocs build --strict
 
+package: $(VENV)/.installed ## the source distribution and the wheel, in dist/
+	$(BIN)/python -m build --outdir dist
+
 bench: $(VENV)/.installed
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'
 	$(BIN)/python benchmarks/world_speed.py
@@ -75,4 +78,4 @@ audit: $(VENV)/.installed $(TOOLS)/.installed ## a bill of materials (CycloneDX)
 	$(TOOLS)/bin/pip-audit --strict --skip-editable --path $$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')
 
 clean:
-	rm -rf $(VENV) $(TOOLS) $(VENV)-lowest site sbom.json
+	rm -rf $(VENV) $(TOOLS) $(VENV)-lowest site dist build sbom.json

@@ -7,6 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -64,7 +65,10 @@ __all__ = [
     "sb3_view",
     "train",
 ]
-__version__ = "0.1.0"
+try:
+    __version__ = version("hierroom")
+except PackageNotFoundError:  # a copy of the source that nobody has installed
+    __version__ = "unknown"
 
 _LETTERS = tuple("abcdefg")
 _HOMES = {

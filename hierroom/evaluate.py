@@ -29,7 +29,8 @@ class EvaluateArguments:
     """Evaluate a trained agent: success, length and steps to each goal, sampling its actions and greedily.
 
     Args:
-        run: the run's folder, before --graph and --exclude, to which all words up to the next option belong.
+        run: the run's folder, the .safetensors file of an agent, or an agent that ships (a to g, learned-g); before
+            --graph and --exclude, to which all words up to the next option belong.
         episodes: episodes to play.
         num_envs: environments to play in side by side.
         seed: fixes the levels and the actions; training never sees the levels, whatever its seed.

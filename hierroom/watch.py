@@ -32,7 +32,8 @@ class WatchArguments:
     change the speed, n shows the next episode, q ends it); elsewhere the episodes are printed as text.
 
     Args:
-        run: the run's folder, before --graph and --exclude, to which all words up to the next option belong.
+        run: the run's folder, the .safetensors file of an agent, or an agent that ships (a to g, learned-g); before
+            --graph and --exclude, to which all words up to the next option belong.
         episodes: how many episodes to show.
         failures: show only episodes that did not reach the exit; see --most.
         most: the most episodes to play in search of failures.

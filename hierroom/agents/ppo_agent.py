@@ -129,6 +129,12 @@ class PPOAgent:
         """
         return FrozenAgent(self.features, self.learner.policy(num_envs, seed=seed), is_greedy=is_greedy)
 
+    @property
+    def weights(self) -> dict[str, Any]:
+        """The part of its `state_dict` that `take_weights` takes."""
+        network = dict(self.learner.network.state_dict())
+        return {"description": self._description, "learner": {"backend": {"network": network}}}
+
     def take_weights(self, state: dict[str, Any]) -> None:
         """Take the weights of another agent's `state_dict` and nothing else.
 

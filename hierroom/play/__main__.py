@@ -30,7 +30,8 @@ class PlayArguments:
         size: cells of the grid's side; by default 13, or the agent's own.
         max_steps: steps after which a level ends; by default 1000, or the agent's own.
         drop_key: whether keys can be dropped; an agent's own with --agent.
-        agent: the folder of a run, whose trained agent can take over, and whose subgoals are shown.
+        agent: the folder of a run, whose trained agent can take over, and whose subgoals are shown; or the .safetensors
+            file of an agent, or an agent that ships (a to g, learned-g).
         trust_run: run the code that the agent's config names beside what ships with hierroom.
         greedy: let the agent take its most probable action instead of drawing one.
         fog: begin with fog, which hides what was not seen yet.

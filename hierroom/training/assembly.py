@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -129,21 +129,37 @@ def load_agents(
     require_trust(run.path, config if meta is None else config.changed(meta=None), trust=trust)
     checkpoint = run.load_checkpoint(steps)
     run.require_same_config(config, checkpoint, besides=() if meta is None else ("meta",))
-    state = checkpoint["agents"]
+    try:
+        meta_agent, controller = restore_agents(config, checkpoint["agents"], meta)
+    except InputError as error:
+        raise InputError(f"the checkpoint of {run.path} does not fit its config.json: {error}") from error
+    return config, meta_agent, controller, checkpoint["steps"]
+
+
+def restore_agents(
+    config: TrainConfig, states: Mapping[str, dict[str, Any]], meta: Any = None
+) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
+    """The meta-controller and the controller of a config, with weights that were trained.
+
+    Args:
+        config: what was trained.
+        states: by the name of each agent, what its `state_dict` or `PPOAgent.weights` gave.
+        meta: another meta-controller, as for `load_agents`.
+
+    Raises:
+        InputError: if they do not fit the config, or there is no such meta-controller.
+    """
     if meta is None:
         meta_agent, controller = make_agents(config)
     else:
         _, controller = make_agents(config.changed(meta="none"))
         meta_agent = ScriptedAgent(make_meta(meta))
-    try:
-        controller.take_weights(state[CONTROLLER])
-        if isinstance(meta_agent, PPOAgent):
-            meta_agent.take_weights(state[META])
-        elif meta is None:
-            meta_agent.load_state_dict(state[META])
-    except InputError as error:
-        raise InputError(f"the checkpoint of {run.path} does not fit its config.json: {error}") from error
-    return config, meta_agent, controller, checkpoint["steps"]
+    controller.take_weights(states.get(CONTROLLER, {}))
+    if isinstance(meta_agent, PPOAgent):
+        meta_agent.take_weights(states.get(META, {}))
+    elif meta is None and META in states:
+        meta_agent.load_state_dict(states[META])
+    return meta_agent, controller
 
 
 def freeze(

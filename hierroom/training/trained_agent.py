@@ -11,10 +11,14 @@ from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.training.assembly import freeze, load_agents, make_turns
+from hierroom.meta import LEARNED
+from hierroom.options import CONTROLLER, META
+from hierroom.training.assembly import freeze, load_agents, make_turns, restore_agents
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.run_name import run_name
+from hierroom.training.trust import require_trust
+from hierroom.training.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
 from hierroom.turns import Turns
 
 
@@ -30,7 +34,7 @@ class TrainedAgent:
         controller: the controller.
         steps: primitive steps it was trained for.
         is_greedy: whether the controller takes its most probable action instead of drawing one.
-        path: the folder of the run, or None.
+        path: the folder of the run or the file of its weights, or None.
     """
 
     config: TrainConfig
@@ -89,14 +93,38 @@ class TrainedAgent:
         """
         return freeze(self.meta, self.controller, num_envs, seed=seed, is_greedy=self.is_greedy)
 
+    def save(self, path: str | Path) -> None:
+        """Write the agents to one small file, which `load` reads anywhere: their config and their weights.
+
+        Args:
+            path: the file, ``.safetensors``, which is replaced.
+
+        Raises:
+            InputError: if the path has another suffix or cannot be written, or the meta-controller is another than the
+                config's, or has a state of its own, which only the run's folder holds.
+        """
+        file = Path(path)
+        if file.suffix != SUFFIX:
+            raise InputError(f"an agent is saved to a {SUFFIX} file, not {file}")
+        agents = {CONTROLLER: self.controller.weights}
+        if isinstance(self.meta, PPOAgent):
+            agents[META] = self.meta.weights
+        elif (self.config.resolved_method.meta == LEARNED) or self.meta.state_dict():
+            raise InputError(
+                "a file of weights holds networks that PPO has trained, and no other meta-controller; share the run's "
+                "folder instead"
+            )
+        SavedAgent(self.config, self.steps, agents).write(file)
+
 
 def load(
     run: str | Path, *, checkpoint: int | None = None, meta: Any = None, greedy: bool = False, trust: bool = False
 ) -> TrainedAgent:
-    """Load the agents that a run has trained.
+    """Load the agents that a run has trained, or that ship with hierroom.
 
     Args:
-        run: the run's folder.
+        run: the run's folder; or a ``.safetensors`` file that `TrainedAgent.save` wrote; or the name of an agent that
+            ships: ``"a"`` to ``"g"``, trained with the default preset on that graph, and ``"learned-g"``.
         checkpoint: the steps of an earlier checkpoint than the newest.
         meta: another meta-controller for the trained controller: ``"fixed-dfs"``, ``"random"``, ``"oracle"``,
             ``"none"``, ``"package.module:Class"``, ``"package.module:function"``, or a meta-controller or function
@@ -107,8 +135,26 @@ def load(
             meta-controller of somebody's own, which is code. A ``meta`` that is given here needs no trust.
 
     Raises:
-        InputError: if there is no such run, checkpoint or meta-controller, or it names code and is not trusted.
+        InputError: if there is no such run, file, checkpoint or meta-controller, or it names code and is not trusted.
     """
+    file = weights_file(run)
+    if file is not None:
+        return _load_file(file, checkpoint, meta, greedy, trust)
+    if not Path(run).exists():
+        raise InputError(f"there is no run {run}, and the agents that ship with hierroom are {', '.join(SHIPPED)}")
     folder = RunFolder.open(run)
     config, meta_agent, controller, steps = load_agents(folder, meta=meta, steps=checkpoint, trust=trust)
     return TrainedAgent(config, meta_agent, controller, steps, is_greedy=greedy, path=folder.path)
+
+
+def _load_file(file: Path, checkpoint: int | None, meta: Any, greedy: bool, trust: bool) -> TrainedAgent:
+    if checkpoint is not None:
+        raise InputError(f"{file} holds one agent, and no checkpoints")
+    saved = SavedAgent.read(file)
+    config = saved.config.changed(device="cpu")
+    require_trust(file, config if meta is None else config.changed(meta=None), trust=trust)
+    try:
+        meta_agent, controller = restore_agents(config, saved.agents, meta)
+    except InputError as error:
+        raise InputError(f"{file} cannot be used: {error}") from error
+    return TrainedAgent(config, meta_agent, controller, saved.steps, is_greedy=greedy, path=file)

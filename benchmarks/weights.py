@@ -1,0 +1,56 @@
+"""Train the agents that ship with hierroom, and write their weights: ``python -m benchmarks.weights``.
+
+Each is the run of its preset with seed 0: ``a`` to ``g`` HiPPO of the default preset, ``learned-g`` a learned
+meta-controller. A run that is there already is gone on with. The same machine and versions give the same weights.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import hierroom
+from hierroom.errors import InputError
+from hierroom.training.config import TrainConfig
+from hierroom.training.session import begin, resume, run_session
+from hierroom.training.weights import FOLDER, SHIPPED, SUFFIX
+
+
+def config_of(name: str) -> TrainConfig:
+    """What is trained for an agent that ships.
+
+    Args:
+        name: in `SHIPPED`.
+    """
+    preset = "learned" if name.startswith("learned") else "default"
+    return hierroom.find_preset(preset).changed(graph=name[-1], threads=1)
+
+
+def main() -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("names", nargs="*", help=f"of {', '.join(SHIPPED)}; all by default")
+    parser.add_argument("--runs", type=Path, default=Path("runs/weights"), help="folder of the runs")
+    arguments = parser.parse_args()
+    names = arguments.names or [*SHIPPED]
+    if unknown := {*names} - {*SHIPPED}:
+        parser.error(f"there is no {', '.join(sorted(unknown))}; there are {', '.join(SHIPPED)}")
+    FOLDER.mkdir(exist_ok=True)
+    for name in names:
+        folder, config = arguments.runs / name, config_of(name)
+        try:
+            trained = hierroom.load(folder)
+        except InputError:  # there is none yet, or nothing that it has learned
+            trained = None
+        if trained is None or trained.steps < config.steps:
+            is_begun = (folder / "config.json").is_file()
+            if run_session(*(resume(config, folder) if is_begun else begin(config, folder)), ()):
+                return 130
+            trained = hierroom.load(folder)
+        trained.save(FOLDER / f"{name}{SUFFIX}")
+        print(f"{name}: {trained.steps:,} steps, {(FOLDER / f'{name}{SUFFIX}').stat().st_size / 1e3:.0f} kB")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,124 @@
+"""A trained agent in one small file: its config and the weights of its networks, as safetensors.
+
+A run's folder holds all that training goes on with; this is what somebody else needs to let the agent play. safetensors
+runs no code; as it notices no damage, the file holds a digest of its content.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save
+
+from hierroom.errors import InputError, shown
+from hierroom.files import to_json, write_atomically
+from hierroom.runtime.schema import AnyMapping
+from hierroom.training.config import TrainConfig
+
+SUFFIX = ".safetensors"
+FOLDER = Path(__file__).parents[1] / "weights"
+SHIPPED = ("a", "b", "c", "d", "e", "f", "g", "learned-g")
+"""The agents that ship: HiPPO of the default preset on graphs a to g, and a learned meta-controller on g."""
+_FORMAT = "hierroom agent 1"
+
+Weights = dict[str, torch.Tensor]
+
+
+@dataclass(frozen=True)
+class SavedAgent:
+    """What a file of weights holds.
+
+    Args:
+        config: what was trained.
+        steps: primitive steps it was trained for.
+        agents: by the name of each agent that learns, what `PPOAgent.take_weights` takes.
+    """
+
+    config: TrainConfig
+    steps: int
+    agents: Mapping[str, dict[str, Any]]
+
+    def write(self, path: Path) -> None:
+        """Write it to a file, which is replaced.
+
+        Raises:
+            InputError: if the file cannot be written.
+        """
+        tensors = {
+            f"{agent}.{name}": tensor.detach().cpu().contiguous()
+            for agent, state in self.agents.items()
+            for name, tensor in state["learner"]["backend"]["network"].items()
+        }
+        told = {
+            "format": _FORMAT,
+            "config": to_json(self.config.to_dict()),
+            "steps": str(self.steps),
+            "descriptions": to_json({agent: state["description"] for agent, state in self.agents.items()}),
+        }
+        content = save(tensors, {**told, "sha256": _digest(told, tensors)})
+        try:
+            write_atomically(path, content)
+        except OSError as error:
+            raise InputError(f"cannot write {path}: {error.strerror}") from error
+
+    @classmethod
+    def read(cls, path: Path) -> SavedAgent:
+        """Read it from a file.
+
+        Raises:
+            InputError: if the file cannot be read, is damaged, or holds something else.
+        """
+        if not path.is_file():
+            raise InputError(f"there is no file {path}")
+        try:
+            with safe_open(path, "pt") as file:
+                told, tensors = file.metadata() or {}, {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+        except OSError as error:
+            raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+        except SafetensorError as error:
+            raise InputError(f"{path} is no file of weights, or damaged: {error}") from error
+        if told.get("format") != _FORMAT:
+            raise InputError(f"{path} holds no agent of this hierroom: its format is {shown(told.get('format'))}")
+        if told.pop("sha256", None) != _digest(told, tensors):
+            raise InputError(f"{path} is damaged: its content is not the one that its digest was made of")
+        try:
+            config = TrainConfig.from_dict(json.loads(told["config"]))
+            descriptions, steps = json.loads(told["descriptions"]), int(told["steps"])
+            AnyMapping().check(descriptions, "descriptions")
+        except (KeyError, ValueError, RecursionError, InputError) as error:
+            raise InputError(f"{path} cannot be used: {error}") from error
+        agents: dict[str, dict[str, Any]] = {}
+        for agent, description in descriptions.items():
+            before = f"{agent}."
+            own = {name.removeprefix(before): tensor for name, tensor in tensors.items() if name.startswith(before)}
+            agents[agent] = {"description": description, "learner": {"backend": {"network": own}}}
+        return cls(config, steps, agents)
+
+
+def weights_file(run: str | Path) -> Path | None:
+    """The file of weights that a user means: one that is named, or one that ships; None for the folder of a run.
+
+    Args:
+        run: a path, or a name in `SHIPPED`, which a folder of that name comes before.
+    """
+    path = Path(run)
+    if str(run) in SHIPPED and not path.exists():
+        return FOLDER / f"{run}{SUFFIX}"
+    return path if path.suffix == SUFFIX else None
+
+
+def _digest(told: Mapping[str, str], tensors: Mapping[str, torch.Tensor]) -> str:
+    """SHA-256 of all that a file holds."""
+    digest = hashlib.sha256(json.dumps(dict(told), sort_keys=True).encode())
+    for name in sorted(tensors):
+        tensor = tensors[name]
+        digest.update(f"{name} {tensor.dtype} {tuple(tensor.shape)}".encode())
+        digest.update(tensor.contiguous().view(torch.uint8).numpy().tobytes())
+    return digest.hexdigest()

@@ -1,0 +1,70 @@
+"""The package as it is installed: built from the source, and used where there is no source tree."""
+
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+USE = """
+import hierroom, hierroom.report
+agent = hierroom.load("learned-g")
+print(hierroom.__file__, hierroom.__version__, agent.steps, sep="\\n")
+"""
+
+
+def run(*command: str | Path, **options) -> str:
+    done = subprocess.run([*map(str, command)], capture_output=True, text=True, **options)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory) -> Path:
+    """What git holds or would hold, without its history."""
+    folder = tmp_path_factory.mktemp("source")
+    listed = run("git", "ls-files", "--cached", "--others", "--exclude-standard", "-z", cwd=ROOT).split("\0")
+    for name in filter(None, listed):
+        if (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes((ROOT / name).read_bytes())
+    return folder
+
+
+@pytest.fixture(scope="module")
+def wheel(source, tmp_path_factory) -> Path:
+    """Built of the source distribution, which is built of the source."""
+    folder = tmp_path_factory.mktemp("dist")
+    run(sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, source)
+    (path,) = folder.glob("*.whl")
+    return path
+
+
+def test_a_wheel_holds_the_package_and_nothing_else(source, wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        names = {name for name in archive.namelist() if ".dist-info/" not in name}
+    package = {path.relative_to(source).as_posix() for path in (source / "hierroom").rglob("*") if path.is_file()}
+    assert names == {name for name in package if "__pycache__" not in name}
+    assert {"hierroom/py.typed", "hierroom/weights/c.safetensors"} <= names
+    assert any(name.startswith("hierroom/report/templates/") for name in names)
+
+
+def test_a_wheel_is_used_without_the_source(wheel, tmp_path):
+    target, empty = tmp_path / "site", tmp_path / "empty"
+    empty.mkdir()
+    run(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", "--target", target, wheel)
+    environment = {"PYTHONPATH": str(target), "PATH": "/usr/bin:/bin", "HOME": str(empty)}
+    file, version, steps = run(sys.executable, "-c", USE, cwd=empty, env=environment).split()
+    assert Path(file) == target / "hierroom" / "__init__.py"
+    assert version == "0.1.0.dev0"  # of a copy without git
+    assert int(steps) >= 3_000_000
+
+
+def test_the_versions_that_are_declared_are_those_of_the_classifiers():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    versions = [line.rpartition(" :: ")[2] for line in project["classifiers"] if "Python :: 3." in line]
+    assert versions == ["3.11", "3.12", "3.13"]
+    assert project["requires-python"] == ">=3.11"

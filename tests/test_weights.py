@@ -1,0 +1,140 @@
+"""Agents in one file: those that ship, one's own, and files that are damaged or lie."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from safetensors import safe_open
+from safetensors.torch import save_file
+
+import hierroom
+from hierroom.errors import InputError
+from hierroom.training.evaluation import evaluate
+from hierroom.training.weights import FOLDER, SHIPPED, SUFFIX, SavedAgent
+
+SHORT = {"size": 11, "max_steps": 40, "num_envs": 4, "steps": 300, "evaluations": 0, "log": "none"}
+
+
+def played(agent: hierroom.TrainedAgent) -> list[list[int]]:
+    return [episode.actions.tolist() for episode in hierroom.rollout(agent, episodes=3, seed=4)]
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory) -> hierroom.TrainedAgent:
+    return hierroom.train(graph="a", sequence_length=16, out=tmp_path_factory.mktemp("runs") / "run", **SHORT)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_an_agent_that_ships_escapes(name):
+    agent = hierroom.load(name)
+    assert agent.config.env.graph == name[-1]
+    assert agent.config == hierroom.find_preset("learned" if "learned" in name else "default").changed(
+        graph=name[-1], threads=1, device="cpu"
+    )
+    assert agent.steps >= agent.config.steps
+    found = evaluate(agent.pair(50, seed=1), agent.turns(50, seed=1), 100)
+    assert found.success_rate >= 0.95
+
+
+def test_they_are_small():
+    assert sorted(path.stem for path in FOLDER.glob(f"*{SUFFIX}")) == sorted(SHIPPED)
+    assert all(path.stat().st_size < 700_000 for path in FOLDER.glob(f"*{SUFFIX}"))
+
+
+@pytest.mark.parametrize("meta", [None, "learned"])
+def test_a_file_plays_as_its_run_does(tmp_path, meta):
+    settings = {**SHORT, "preset": "learned", "meta": meta, "meta_start_success": 0.0} if meta else SHORT
+    agent = hierroom.train(graph="b", sequence_length=16, out=tmp_path / "run", **settings)
+    agent.save(tmp_path / "mine.safetensors")
+    loaded = hierroom.load(tmp_path / "mine.safetensors")
+    assert played(loaded) == played(hierroom.load(tmp_path / "run"))
+    assert (loaded.config, loaded.steps) == (agent.config, agent.steps)
+    assert played(hierroom.load(tmp_path / "mine.safetensors", meta="oracle")) == played(
+        hierroom.load(tmp_path / "run", meta="oracle")
+    )
+
+
+def test_a_folder_comes_before_an_agent_that_ships(tmp_path, monkeypatch, trained):
+    monkeypatch.chdir(tmp_path)
+    Path("c").symlink_to(trained.path)
+    assert hierroom.load("c").path == Path("c")
+    assert hierroom.load("d").path == FOLDER / "d.safetensors"
+
+
+def test_damage_is_seen(tmp_path, trained):
+    path = tmp_path / "mine.safetensors"
+    trained.save(path)
+    content, rng = path.read_bytes(), np.random.default_rng(0)
+    for place in rng.integers(8, len(content), 60).tolist():
+        path.write_bytes(content[:place] + bytes([content[place] ^ (1 << int(rng.integers(8)))]) + content[place + 1 :])
+        with pytest.raises(InputError):
+            hierroom.load(path)
+    for end in (0, 7, 100, len(content) - 1):
+        path.write_bytes(content[:end])
+        with pytest.raises(InputError, match=r"mine.safetensors is no file of weights, or damaged|is damaged"):
+            hierroom.load(path)
+
+
+def changed(path: Path, **metadata: str) -> None:
+    """Write the file again, its digest as it was, with other metadata."""
+    with safe_open(path, "pt") as file:
+        told, tensors = file.metadata(), {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+    save_file(tensors, path, {**told, **metadata})
+
+
+def test_other_metadata_is_no_agent(tmp_path, trained):
+    path = tmp_path / "mine.safetensors"
+    trained.save(path)
+    changed(path, steps="7")
+    with pytest.raises(InputError, match="is damaged"):
+        hierroom.load(path)
+    changed(path, format="something else")
+    with pytest.raises(InputError, match="holds no agent of this hierroom: its format is 'something else'"):
+        hierroom.load(path)
+
+
+def test_a_file_runs_no_code(tmp_path, trained):
+    saved = SavedAgent.read(_saved(tmp_path, trained))
+    lying = SavedAgent(saved.config.changed(meta="http.server:test"), saved.steps, saved.agents)
+    lying.write(tmp_path / "lying.safetensors")
+    with pytest.raises(InputError, match=r"lying.safetensors names code .*'http.server:test'"):
+        hierroom.load(tmp_path / "lying.safetensors")
+    assert hierroom.load(tmp_path / "lying.safetensors", meta="oracle").steps == saved.steps
+
+
+def test_weights_of_another_network_are_refused(tmp_path, trained):
+    saved = SavedAgent.read(_saved(tmp_path, trained))
+    other = SavedAgent(saved.config.changed(hidden_size=32), saved.steps, saved.agents)
+    other.write(tmp_path / "other.safetensors")
+    with pytest.raises(InputError, match="these weights are of another agent: its hidden_size is 64, here it is 32"):
+        hierroom.load(tmp_path / "other.safetensors")
+    SavedAgent(saved.config, saved.steps, {}).write(tmp_path / "empty.safetensors")
+    with pytest.raises(InputError, match=r"empty\.safetensors cannot be used"):
+        hierroom.load(tmp_path / "empty.safetensors")
+
+
+def test_what_cannot_be_saved_or_loaded_is_one_line(tmp_path, trained):
+    with pytest.raises(InputError, match=r"saved to a \.safetensors file, not .*mine\.pt"):
+        trained.save(tmp_path / "mine.pt")
+    with pytest.raises(InputError, match="cannot write"):
+        trained.save(tmp_path / "nowhere" / "mine.safetensors")
+    with pytest.raises(InputError, match="share the run's folder instead"):
+        hierroom.load("learned-g", meta="oracle").save(tmp_path / "mine.safetensors")
+    with pytest.raises(InputError, match="holds one agent, and no checkpoints"):
+        hierroom.load("a", checkpoint=3)
+    with pytest.raises(InputError, match="there is no run z, and the agents that ship with hierroom are a, b"):
+        hierroom.load("z")
+    with pytest.raises(InputError, match=r"there is no file .*none\.safetensors"):
+        hierroom.load(tmp_path / "none.safetensors")
+
+
+def test_what_a_file_tells_is_read_by_anybody(tmp_path, trained):
+    with safe_open(_saved(tmp_path, trained), "pt") as file:
+        assert json.loads(file.metadata()["config"])["env"]["graph"] == ["a"]
+        assert {name.partition(".")[0] for name in file.keys()} == {"controller_0"}  # noqa: SIM118
+
+
+def _saved(folder: Path, agent: hierroom.TrainedAgent) -> Path:
+    agent.save(folder / "mine.safetensors")
+    return folder / "mine.safetensors"
