@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
 import tyro
@@ -25,7 +27,8 @@ class ListArguments:
 def main() -> int:
     """The command."""
     with one_line_usage():
-        arguments = tyro.cli(ListArguments, prog="python -m hierroom")
+        called = "hierroom" if Path(sys.argv[0]).stem == "hierroom" else "python -m hierroom"
+        arguments = tyro.cli(ListArguments, prog=called)
     if arguments.version:
         print(hierroom.__version__)
         return 0
@@ -37,5 +40,10 @@ def main() -> int:
     return 0
 
 
-if __name__ == "__main__":
+def script() -> None:
+    """The command, as ``hierroom``."""
     run(main)
+
+
+if __name__ == "__main__":
+    script()
