@@ -162,7 +162,7 @@ def test_simulated_visits_of_a_walk_that_is_caught():
         ([["a", "b"], ["c", "d"]], "square matrix of numbers"),
         ([[0, 1j], [0, 0]], "square matrix of numbers: it holds complex numbers"),
         (sp.csr_array(np.array([[0, 1j], [0, 0]])), "square matrix of numbers: it holds complex numbers"),
-        ([[0.0, 3.0], [1.0, 0.0]], "row 0 of W sums to 3; divide counts by their total"),
+        ([[0.0, 3.0], [1.0, 0.0]], "row 0 of W sums to 3; divide rates or counts by their total"),
     ],
 )
 def test_one_clear_message_about_w(weights, message):
