@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from exact_walks import passage_exactly
 from simulated_walks import simulate_passage_times
 
 from hierroom.complexity import (
@@ -224,3 +225,15 @@ def test_sensitivity_where_the_target_may_be_missed():
     w = np.zeros((3, 3))
     w[0, 1] = w[0, 2] = 0.5
     assert np.isnan(passage_time_sensitivity(w, 0, 2).data).all()
+
+
+@pytest.mark.parametrize("scale", [1e-25, 1e-35])
+def test_variance_of_a_walk_that_hardly_ever_ends(scale):
+    """Means so large that one step's difference of two of them is rounding: only the second moment is right."""
+    rng, n = np.random.default_rng(0), 5
+    moves = rng.random((n, n)) * ~np.eye(n, dtype=bool)
+    weights = np.zeros((n + 1, n + 1))
+    weights[:n, :n] = moves / (moves.sum(axis=1, keepdims=True) * 1.001)
+    weights[:n, n] = scale * rng.random(n)
+    expected = [float(variance) for variance in passage_exactly(weights, n)[1]]
+    np.testing.assert_allclose(first_passage_variance(weights, n), expected, rtol=1e-13)

@@ -4,9 +4,20 @@ from collections.abc import Mapping
 
 _SAMPLES = "samples from which the compiler takes types alone"
 _COMPILER = "for the compiler, which is not there"
+_BOUND = "a bound on rounding, whose size alone counts: near where they change places either formula is right"
 _ROOM = "more memory than is needed either way, where each node has an edge"
 
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
+    "hitting": {
+        "rounding = EPSILON * (means[steps.col] + 1 + own[steps.row])"
+        "  ->  rounding = EPSILON * (means[steps.col] - 1 + own[steps.row])": _BOUND,
+        "rounding = EPSILON * (means[steps.col] + 1 + own[steps.row])"
+        "  ->  rounding = EPSILON * (means[steps.col] + 1 - own[steps.row])": _BOUND,
+        "error = np.bincount(steps.row, steps.data * rounding * (2 * abs(off_by) + rounding), len(own))"
+        "  ->  error = np.bincount(steps.row, steps.data * rounding * (2 * abs(off_by) - rounding), len(own))": _BOUND,
+        "is_moment_better = EPSILON * (squares + own**2) < system.solve(error)"
+        "  ->  is_moment_better = EPSILON * (squares + own**2) <= system.solve(error)": _BOUND,
+    },
     "elimination": {
         "lower = np.concatenate((lower, np.empty(len(lower) + n)))"
         "  ->  lower = np.concatenate((lower, np.empty(len(lower) - n)))": _ROOM,
