@@ -309,3 +309,8 @@ def test_the_dependency_graph_as_the_paper_draws_it():
 def test_a_toml_file_that_cannot_be_written_is_one_clear_line(tmp_path):
     with pytest.raises(InputError, match=r"cannot write .*c\.toml: No such file or directory"):
         GoalGraph.named("c").to_toml(tmp_path / "nowhere" / "c.toml")
+
+
+def test_among_equal_rooms_the_exit_is_numbered_first():
+    assert GoalGraph((0, 0), 2).canonical() == GoalGraph((0, 0), 1)
+    assert GoalGraph((0, 0, 1, 2), 4).canonical() == GoalGraph((0, 0, 1, 2), 3)

@@ -17,6 +17,19 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "  ->  error = np.bincount(steps.row, steps.data * rounding * (2 * abs(off_by) - rounding), len(own))": _BOUND,
         "is_moment_better = EPSILON * (squares + own**2) < system.solve(error)"
         "  ->  is_moment_better = EPSILON * (squares + own**2) <= system.solve(error)": _BOUND,
+        "is_moment_better = EPSILON * (squares + own**2) < system.solve(error)"
+        "  ->  is_moment_better = EPSILON * (squares + own*2) < system.solve(error)": _BOUND,
+        "rounding = EPSILON * (means[steps.col] + 1 + own[steps.row])"
+        "  ->  rounding = EPSILON * (means[steps.col] + 2 + own[steps.row])": _BOUND,
+        "error = np.bincount(steps.row, steps.data * rounding * (2 * abs(off_by) + rounding), len(own))"
+        "  ->  error = np.bincount(steps.row, steps.data * rounding * ( 3 * abs(off_by) + rounding), len(own))": _BOUND,
+        "if fates.unsure[source] or fates.lost[source]:  ->  if fates.unsure[source] and fates.lost[source]:": (
+            "the means are infinite there, and their differences are no numbers either way"
+        ),
+        "reached[fates.unsure] = np.minimum(_system(moves, fates.unsure).solve(into_reached), 1.0)"
+        "  ->  reached[fates.unsure] = np.minimum(_system(moves, fates.unsure).solve(into_reached), 2.0)": (
+            "elimination without subtraction gave no chance above 1 in 20,000 random walks; it may, by one rounding"
+        ),
     },
     "elimination": {
         "lower = np.concatenate((lower, np.empty(len(lower) + n)))"
