@@ -1,7 +1,8 @@
 """Train the agents that ship with hierroom, and write their weights: ``python -m benchmarks.weights``.
 
 Each is the run of its preset with seed 0: ``a`` to ``g`` HiPPO of the default preset, ``learned-g`` a learned
-meta-controller. A run that is there already is gone on with. The same machine and versions give the same weights.
+meta-controller. The folder of the runs must be new, so that no older agent is shipped; ``--resume`` goes on with what
+an interrupted call left there. The same machine and versions give the same weights.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ import argparse
 from pathlib import Path
 
 import hierroom
-from hierroom.errors import InputError
 from hierroom.training.config import TrainConfig
 from hierroom.training.session import begin, resume, run_session
 from hierroom.training.weights import FOLDER, SHIPPED, SUFFIX
@@ -31,22 +31,20 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("names", nargs="*", help=f"of {', '.join(SHIPPED)}; all by default")
     parser.add_argument("--runs", type=Path, default=Path("runs/weights"), help="folder of the runs")
+    parser.add_argument("--resume", action="store_true", help="go on with the runs that are there")
     arguments = parser.parse_args()
     names = arguments.names or [*SHIPPED]
     if unknown := {*names} - {*SHIPPED}:
         parser.error(f"there is no {', '.join(sorted(unknown))}; there are {', '.join(SHIPPED)}")
+    if arguments.runs.exists() and not arguments.resume:
+        parser.error(f"{arguments.runs} is there already: --resume goes on with it, --runs names another folder")
     FOLDER.mkdir(exist_ok=True)
     for name in names:
         folder, config = arguments.runs / name, config_of(name)
-        try:
-            trained = hierroom.load(folder)
-        except InputError:  # there is none yet, or nothing that it has learned
-            trained = None
-        if trained is None or trained.steps < config.steps:
-            is_begun = (folder / "config.json").is_file()
-            if run_session(*(resume(config, folder) if is_begun else begin(config, folder)), ()):
-                return 130
-            trained = hierroom.load(folder)
+        is_begun = (folder / "config.json").is_file()
+        if run_session(*(resume(config, folder) if is_begun else begin(config, folder)), ()):
+            return 130
+        trained = hierroom.load(folder)
         trained.save(FOLDER / f"{name}{SUFFIX}")
         print(f"{name}: {trained.steps:,} steps, {(FOLDER / f'{name}{SUFFIX}').stat().st_size / 1e3:.0f} kB")
     return 0

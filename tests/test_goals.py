@@ -23,6 +23,7 @@ from hierroom.goals import (
     enumerate_graphs,
     open_goals,
 )
+from hierroom.goals.canonical import canonical_rooms
 
 
 @pytest.mark.parametrize(
@@ -314,3 +315,9 @@ def test_a_toml_file_that_cannot_be_written_is_one_clear_line(tmp_path):
 def test_among_equal_rooms_the_exit_is_numbered_first():
     assert GoalGraph((0, 0), 2).canonical() == GoalGraph((0, 0), 1)
     assert GoalGraph((0, 0, 1, 2), 4).canonical() == GoalGraph((0, 0, 1, 2), 3)
+
+
+def test_greater_subtrees_are_numbered_first():
+    """Room 1 has two rooms with a leaf each, room 2 a leaf and a room with two: the greater child decides."""
+    assert canonical_rooms((0, 0, 1, 1, 2, 2, 3, 4, 6, 6), None) == ((0, 0, 1, 1, 2, 2, 3, 3, 5, 6), 0)
+    assert canonical_rooms((0,), None) == ((0,), 0)

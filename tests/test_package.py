@@ -59,8 +59,16 @@ def test_a_wheel_is_used_without_the_source(wheel, tmp_path):
     environment = {"PYTHONPATH": str(target), "PATH": "/usr/bin:/bin", "HOME": str(empty)}
     file, version, steps = run(sys.executable, "-c", USE, cwd=empty, env=environment).split()
     assert Path(file) == target / "hierroom" / "__init__.py"
-    assert version == "0.1.0.dev0"  # of a copy without git
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools_scm"]
+    assert version == settings["fallback_version"]  # a copy without git
     assert int(steps) >= 3_000_000
+
+
+def test_the_citation_is_of_the_version_that_is_made():
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools_scm"]
+    version = settings["fallback_version"].removesuffix(".dev0")
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
+    assert f"\n## {version} (" in (ROOT / "CHANGELOG.md").read_text()
 
 
 def test_the_versions_that_are_declared_are_those_of_the_classifiers():

@@ -5,12 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 from safetensors import safe_open
 from safetensors.torch import save_file
 
 import hierroom
 from hierroom.errors import InputError
 from hierroom.training.evaluation import evaluate
+from hierroom.training.trainer import Trainer
 from hierroom.training.weights import FOLDER, SHIPPED, SUFFIX, SavedAgent
 
 SHORT = {"size": 11, "max_steps": 40, "num_envs": 4, "steps": 300, "evaluations": 0, "log": "none"}
@@ -114,13 +116,43 @@ def test_weights_of_another_network_are_refused(tmp_path, trained):
         hierroom.load(tmp_path / "empty.safetensors")
 
 
+def test_a_crafted_file_is_one_line(tmp_path, trained):
+    path = tmp_path / "mine.safetensors"
+    save_file({"controller_0.encoder.weight": torch.tensor(1.0)}, path, {"format": "hierroom agent 1"})
+    with pytest.raises(InputError, match="is damaged"):
+        hierroom.load(path)
+    saved = SavedAgent.read(_saved(tmp_path, trained))
+    SavedAgent(saved.config, -5, saved.agents).write(path)
+    with pytest.raises(InputError, match="steps must be a whole number"):
+        hierroom.load(path)
+
+
+def test_a_folder_may_be_called_as_a_file_is(tmp_path):
+    agent = hierroom.train(graph="a", sequence_length=16, out=tmp_path / "m.safetensors", **SHORT)
+    assert hierroom.load(tmp_path / "m.safetensors").steps == agent.steps
+
+
+@pytest.mark.parametrize("is_file", [False, True])
+def test_a_training_begins_as_an_agent_that_ships(tmp_path, is_file):
+    source = tmp_path / "mine.safetensors" if is_file else "a"
+    if is_file:
+        hierroom.load("a").save(source)
+    warm = Trainer(hierroom.find_preset("default").changed(graph="f", warm_start=str(source)))
+    ours, theirs = warm.controller.weights, hierroom.load("a").controller.weights
+    for name, tensor in theirs["learner"]["backend"]["network"].items():
+        assert torch.equal(ours["learner"]["backend"]["network"][name], tensor)
+    with pytest.raises(InputError, match=r"cannot warm-start this run: .*hidden_size is 64, here it is 32"):
+        Trainer(warm.config.changed(hidden_size=32))
+
+
 def test_what_cannot_be_saved_or_loaded_is_one_line(tmp_path, trained):
     with pytest.raises(InputError, match=r"saved to a \.safetensors file, not .*mine\.pt"):
         trained.save(tmp_path / "mine.pt")
     with pytest.raises(InputError, match="cannot write"):
         trained.save(tmp_path / "nowhere" / "mine.safetensors")
-    with pytest.raises(InputError, match="share the run's folder instead"):
-        hierroom.load("learned-g", meta="oracle").save(tmp_path / "mine.safetensors")
+    for name in ("a", "learned-g"):
+        with pytest.raises(InputError, match="is another than the agent was trained with"):
+            hierroom.load(name, meta="oracle").save(tmp_path / "mine.safetensors")
     with pytest.raises(InputError, match="holds one agent, and no checkpoints"):
         hierroom.load("a", checkpoint=3)
     with pytest.raises(InputError, match="there is no run z, and the agents that ship with hierroom are a, b"):

@@ -162,7 +162,7 @@ class Board:
             pygame.draw.circle(self._surface, colour, (x, y), radius, 2)
             self._write(str(room or "0"), (x, y), self._small, (0, 0, 0) if is_open else INK, centred=True)
             if room == graph.exit_room:
-                self._write("exit", (x, y + radius + 14), self._small, GOOD, centred=True)
+                self._write("exit", (x + radius + 7, y - 7), self._small, GOOD)  # below it may be the key of a door
             if room == here:
                 point = x - radius - 5, y
                 pygame.draw.polygon(self._surface, RGB[0], [point, (point[0] - 11, y - 7), (point[0] - 11, y + 7)])

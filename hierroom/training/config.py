@@ -64,8 +64,9 @@ class TrainConfig:
         threads: threads to compute with where there is enough to share, from 128 environments on; results do not
             depend on them.
         device: where the learner computes: cpu, cuda, cuda:1, ...
-        warm_start: the folder of a run whose controller this one begins as: its weights and nothing else. The
-            controllers must be alike; the meta-controllers need not be.
+        warm_start: the folder of a run, or a .safetensors file, or an agent that ships (a to g), whose controller
+            this one begins as: its weights and nothing else. The controllers must be alike; the meta-controllers need
+            not be.
 
     Raises:
         InputError: if a number is outside its range.

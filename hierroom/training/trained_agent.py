@@ -11,7 +11,6 @@ from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.meta import LEARNED
 from hierroom.options import CONTROLLER, META
 from hierroom.training.assembly import freeze, load_agents, make_turns, restore_agents
 from hierroom.training.config import TrainConfig
@@ -34,6 +33,7 @@ class TrainedAgent:
         controller: the controller.
         steps: primitive steps it was trained for.
         is_greedy: whether the controller takes its most probable action instead of drawing one.
+        has_other_meta: whether the meta-controller was given in the place of the config's.
         path: the folder of the run or the file of its weights, or None.
     """
 
@@ -42,6 +42,7 @@ class TrainedAgent:
     controller: PPOAgent
     steps: int
     is_greedy: bool = False
+    has_other_meta: bool = False
     path: Path | None = None
 
     def __repr__(self) -> str:
@@ -96,6 +97,8 @@ class TrainedAgent:
     def save(self, path: str | Path) -> None:
         """Write the agents to one small file, which `load` reads anywhere: their config and their weights.
 
+        Whether it `is_greedy` is not saved: `load` says it anew.
+
         Args:
             path: the file, ``.safetensors``, which is replaced.
 
@@ -104,12 +107,16 @@ class TrainedAgent:
                 config's, or has a state of its own, which only the run's folder holds.
         """
         file = Path(path)
+        if self.has_other_meta:
+            raise InputError(
+                "the meta-controller is another than the agent was trained with; save the agent without it"
+            )
         if file.suffix != SUFFIX:
             raise InputError(f"an agent is saved to a {SUFFIX} file, not {file}")
         agents = {CONTROLLER: self.controller.weights}
         if isinstance(self.meta, PPOAgent):
             agents[META] = self.meta.weights
-        elif (self.config.resolved_method.meta == LEARNED) or self.meta.state_dict():
+        elif self.meta.state_dict():
             raise InputError(
                 "a file of weights holds networks that PPO has trained, and no other meta-controller; share the run's "
                 "folder instead"
@@ -144,7 +151,9 @@ def load(
         raise InputError(f"there is no run {run}, and the agents that ship with hierroom are {', '.join(SHIPPED)}")
     folder = RunFolder.open(run)
     config, meta_agent, controller, steps = load_agents(folder, meta=meta, steps=checkpoint, trust=trust)
-    return TrainedAgent(config, meta_agent, controller, steps, is_greedy=greedy, path=folder.path)
+    return TrainedAgent(
+        config, meta_agent, controller, steps, is_greedy=greedy, has_other_meta=meta is not None, path=folder.path
+    )
 
 
 def _load_file(file: Path, checkpoint: int | None, meta: Any, greedy: bool, trust: bool) -> TrainedAgent:
@@ -157,4 +166,6 @@ def _load_file(file: Path, checkpoint: int | None, meta: Any, greedy: bool, trus
         meta_agent, controller = restore_agents(config, saved.agents, meta)
     except InputError as error:
         raise InputError(f"{file} cannot be used: {error}") from error
-    return TrainedAgent(config, meta_agent, controller, saved.steps, is_greedy=greedy, path=file)
+    return TrainedAgent(
+        config, meta_agent, controller, saved.steps, is_greedy=greedy, has_other_meta=meta is not None, path=file
+    )

@@ -22,6 +22,7 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import EpisodeLog
 from hierroom.training.evaluation import Evaluation, evaluate
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.weights import SavedAgent, weights_file
 from hierroom.turns import Turns
 from hierroom.world.layout import LEVEL
 from hierroom.world.state_check import level_schema
@@ -59,7 +60,7 @@ class Trainer:
         self.agents = {META: meta, CONTROLLER: controller}
         self.controller = controller
         if config.warm_start:
-            self._warm_start(RunFolder.open(config.warm_start))
+            self._warm_start(config.warm_start)
         self.log = EpisodeLog(config.num_envs)
         self.steps = 0
         self.seconds = self.compile_seconds = 0.0
@@ -111,11 +112,13 @@ class Trainer:
         except DivergenceError as error:
             raise DivergenceError(f"training diverged after {self.steps:,} steps in {name}'s {error}") from error
 
-    def _warm_start(self, run: RunFolder) -> None:
+    def _warm_start(self, source: str) -> None:
+        file = weights_file(source)
+        agents = RunFolder.open(source).load_checkpoint()["agents"] if file is None else SavedAgent.read(file).agents
         try:
-            self.controller.take_weights(run.load_checkpoint()["agents"][CONTROLLER])
+            self.controller.take_weights(agents.get(CONTROLLER, {}))
         except InputError as error:
-            raise InputError(f"{run.path} cannot warm-start this run: {error}") from error
+            raise InputError(f"{source} cannot warm-start this run: {error}") from error
 
     def fresh_turns(self, num_envs: int, seed: int, *, autoreset: bool = True) -> Turns:
         """Other environments of the config, whose shortest lengths are measured; see `assembly.make_turns`."""

@@ -42,7 +42,7 @@ def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mappin
     if unnamed and not trust:
         names = ", ".join(f"{what} {spec!r}" for what, spec in unnamed.items())
         raise InputError(
-            f"{path} names code that does not ship with hierroom: {names}; it is run only if you trust that folder: "
+            f"{path} names code that does not ship with hierroom: {names}; it is run only if you trust it: "
             "--trust-run, or trust=True in Python"
         )
 

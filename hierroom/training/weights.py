@@ -19,7 +19,7 @@ from safetensors.torch import save
 
 from hierroom.errors import InputError, shown
 from hierroom.files import to_json, write_atomically
-from hierroom.runtime.schema import AnyMapping
+from hierroom.runtime.schema import AnyMapping, Schema, Whole
 from hierroom.training.config import TrainConfig
 
 SUFFIX = ".safetensors"
@@ -27,6 +27,7 @@ FOLDER = Path(__file__).parents[1] / "weights"
 SHIPPED = ("a", "b", "c", "d", "e", "f", "g", "learned-g")
 """The agents that ship: HiPPO of the default preset on graphs a to g, and a learned meta-controller on g."""
 _FORMAT = "hierroom agent 1"
+_ENTRIES: Mapping[str, Schema] = {"config": AnyMapping(), "descriptions": AnyMapping(), "steps": Whole(0, 2**62)}
 
 Weights = dict[str, torch.Tensor]
 
@@ -89,29 +90,30 @@ class SavedAgent:
         if told.pop("sha256", None) != _digest(told, tensors):
             raise InputError(f"{path} is damaged: its content is not the one that its digest was made of")
         try:
-            config = TrainConfig.from_dict(json.loads(told["config"]))
-            descriptions, steps = json.loads(told["descriptions"]), int(told["steps"])
-            AnyMapping().check(descriptions, "descriptions")
-        except (KeyError, ValueError, RecursionError, InputError) as error:
+            entries = {name: json.loads(told.get(name, "null")) for name in ("config", "descriptions", "steps")}
+            for name, schema in _ENTRIES.items():
+                schema.check(entries[name], name)
+            config = TrainConfig.from_dict(entries["config"])
+        except (ValueError, RecursionError, InputError) as error:
             raise InputError(f"{path} cannot be used: {error}") from error
         agents: dict[str, dict[str, Any]] = {}
-        for agent, description in descriptions.items():
+        for agent, description in entries["descriptions"].items():
             before = f"{agent}."
             own = {name.removeprefix(before): tensor for name, tensor in tensors.items() if name.startswith(before)}
             agents[agent] = {"description": description, "learner": {"backend": {"network": own}}}
-        return cls(config, steps, agents)
+        return cls(config, entries["steps"], agents)
 
 
 def weights_file(run: str | Path) -> Path | None:
     """The file of weights that a user means: one that is named, or one that ships; None for the folder of a run.
 
     Args:
-        run: a path, or a name in `SHIPPED`, which a folder of that name comes before.
+        run: a path, or a name in `SHIPPED`, which a file or folder of that name comes before.
     """
     path = Path(run)
     if str(run) in SHIPPED and not path.exists():
         return FOLDER / f"{run}{SUFFIX}"
-    return path if path.suffix == SUFFIX else None
+    return path if path.suffix == SUFFIX and not path.is_dir() else None
 
 
 def _digest(told: Mapping[str, str], tensors: Mapping[str, torch.Tensor]) -> str:
@@ -120,5 +122,5 @@ def _digest(told: Mapping[str, str], tensors: Mapping[str, torch.Tensor]) -> str
     for name in sorted(tensors):
         tensor = tensors[name]
         digest.update(f"{name} {tensor.dtype} {tuple(tensor.shape)}".encode())
-        digest.update(tensor.contiguous().view(torch.uint8).numpy().tobytes())
+        digest.update(tensor.contiguous().reshape(-1).view(torch.uint8).numpy().tobytes())
     return digest.hexdigest()

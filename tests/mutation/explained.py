@@ -8,6 +8,10 @@ _BOUND = "a bound on rounding, whose size alone counts: near where they change p
 _ROOM = "more memory than is needed either way, where each node has an edge"
 
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
+    "canonical": {
+        "children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]"
+        "  ->  children: list[list[int]] = [[] for _ in range(len(key_rooms) + 2)]": "an empty list more than rooms",
+    },
     "hitting": {
         "rounding = EPSILON * (means[steps.col] + 1 + own[steps.row])"
         "  ->  rounding = EPSILON * (means[steps.col] - 1 + own[steps.row])": _BOUND,
