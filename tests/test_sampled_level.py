@@ -97,7 +97,7 @@ def test_states_have_different_bits_exactly_where_they_differ(can_drop):
     assert len({*bits_of.values()}) == len(bits_of)
 
 
-def test_information_is_that_of_exact_policies():
+def test_information_is_as_computed():
     level, horizon = sampled(300), 300
     returns = level.policy_returns(150, 400)
     exact = mdp_policy_information(level_mdp(A, 0, size=11), horizon, 150)
@@ -120,13 +120,13 @@ def test_gorp_succeeds_as_often_as_computed():
 
 
 def test_the_same_seed_gives_the_same_measures():
-    few = {"episodes": 50, "n_policies": 3, "policy_episodes": 5, "gorp_runs": 4, "max_steps": 10**6}
-    one, same, other = (sampled(300, seed=seed).measure(**few) for seed in (1, 1, 2))
+    few = {"episodes": 100, "n_policies": 3, "policy_episodes": 5, "gorp_runs": 1, "max_steps": 0}
+    one, same, other = (sampled(120, seed=seed).measure(**few) for seed in (1, 1, 2))
     assert one == same != other
     assert one.shortest == level_mdp(A, 0, size=11).shortest_solution()
 
 
-def test_a_level_with_many_states_is_sampled(monkeypatch):
+def test_a_level_with_many_states_is_about_as_computed(monkeypatch):
     monkeypatch.setattr(measured_levels, "GORP_STEPS", 10**6)
     (exact,) = measure_levels([A], 1, 100)
     monkeypatch.setattr(measured_levels, "MAX_LEVEL_STATES", 10)
