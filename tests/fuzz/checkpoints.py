@@ -140,7 +140,8 @@ def _changed_tensor(tensor: torch.Tensor, rng: random.Random) -> torch.Tensor:
         )
     if kind == 2:
         sparse = tensor.to_sparse() if tensor.dtype is not torch.uint64 else tensor.to("meta")
-        return rng.choice((flat[:1].expand(tensor.shape), sparse, tensor.to("meta")))
+        spread = flat[:1].expand(tensor.shape) if tensor.dim() else tensor[None]
+        return rng.choice((spread, sparse, tensor.to("meta")))
     if kind == 3:
         return torch.from_numpy(np.random.default_rng(place).permutation(numbers)).view(tensor.shape)
     if kind == 4 and tensor.dtype == torch.bool:
