@@ -13,6 +13,7 @@ from hierroom.agents.config import AgentsConfig
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
+from hierroom.runtime.schema import as_array
 from hierroom.training.config import TrainConfig
 from hierroom.training.trainer import Trainer
 
@@ -219,3 +220,22 @@ def test_the_state_of_curiosity_is_one():
         change(path, value)(state)
         with pytest.raises(InputError, match=f"^{re.escape(said)}"):
             trainer.controller.curiosity.load_state_dict(state)
+
+
+def test_numbers_that_share_a_place_in_memory_are_refused():
+    """Nobody could write one of them without the others; torch says so no sooner than it does."""
+    for shared in (
+        torch.zeros(1).expand(4),
+        torch.zeros(2, 1).expand(2, 3),
+        torch.zeros(8).as_strided((3, 3), (2, 1)),
+        np.broadcast_to(np.zeros(3), (2, 3)),
+    ):
+        with pytest.raises(
+            InputError, match="a must be an array whose numbers each have a place of their own in memory"
+        ):
+            as_array(shared, "a")
+    numbers = torch.arange(24.0).view(2, 3, 4)
+    for apart in (numbers, numbers.permute(2, 0, 1), numbers[:, ::2], numbers[:0], torch.tensor(1.0)):
+        assert as_array(apart, "a").tolist() == apart.tolist()
+    reversed_rows = np.arange(6).reshape(2, 3)[::-1, ::-1]
+    assert as_array(reversed_rows, "a") is reversed_rows

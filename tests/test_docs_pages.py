@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 import tyro
+import tyro.extras
 from doc_pages import BLOCKS, PAGES, ROOT, commands, lines_of
 
 import hierroom
@@ -148,7 +149,8 @@ def _understand(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
         assert not words, f"{path.name} takes no options"
     else:
         monkeypatch.setattr(sys, "argv", [str(path), *words])
-        for module, function in ((tyro, "cli"), (tyro._cli, "cli"), (argparse.ArgumentParser, "parse_args")):
+        subcommands = tyro.extras, "subcommand_cli_from_dict"  # which has tyro.cli under a name of its own
+        for module, function in (subcommands, (tyro, "cli"), (argparse.ArgumentParser, "parse_args")):
             monkeypatch.setattr(module, function, _stop_after(getattr(module, function)))
         with pytest.raises(Understood):
             start(name, run_name="__main__")

@@ -269,14 +269,22 @@ def as_array(value: Any, name: str) -> NDArray:
     """An array, or a tensor of torch as one.
 
     Raises:
-        InputError: if it is neither, or a tensor that NumPy cannot read.
+        InputError: if it is neither, a tensor that NumPy cannot read, or two of its numbers lie in one place, so that
+            neither can be written.
     """
     if isinstance(value, np.ndarray):
-        return value
-    try:
-        return value.numpy()
-    except (AttributeError, TypeError, RuntimeError):  # another type; or a sparse tensor, one on another device, ...
-        raise InputError(f"{name} must be an array, not {shown(value)}") from None
+        array = value
+    else:
+        try:
+            array = value.numpy()
+        except (AttributeError, TypeError, RuntimeError):  # another type; a sparse tensor, one on another device, ...
+            raise InputError(f"{name} must be an array, not {shown(value)}") from None
+    extent = array.itemsize  # of what lies within a stride, the smallest first
+    for stride, n in sorted((abs(stride), n) for stride, n in zip(array.strides, array.shape, strict=True) if n > 1):
+        if stride < extent:
+            raise InputError(f"{name} must be an array whose numbers each have a place of their own in memory")
+        extent = stride * n
+    return array
 
 
 def _power(number: int) -> str:

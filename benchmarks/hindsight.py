@@ -1,0 +1,54 @@
+"""What relabelled turns did for the learned meta-controller: ``python -m benchmarks.hindsight``.
+
+Options that ended with another goal than the chosen one were learned from as if that goal had been chosen, where their
+advantage was positive. `benchmarks/results/hindsight.csv` has a row for each run with it and without it; the code that
+did it is gone since, and was that of commit e9b3d53 with a switch. Each evaluation is apart from training, of 100 episodes
+and at the end of 300.
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+from rich.box import MARKDOWN
+from rich.console import Console
+from rich.table import Table
+from scipy.stats import t
+
+ROWS = Path(__file__).parent / "results" / "hindsight.csv"
+
+
+def differences(rows: list[dict[str, str]], graph: str, column: str) -> np.ndarray:
+    """[S] the column without hindsight minus that with it, of each seed."""
+    found = {(row["hindsight"], row["seed"]): float(row[column]) for row in rows if row["graph"] == graph}
+    seeds = sorted({seed for _, seed in found})
+    return np.array([found["no", seed] - found["yes", seed] for seed in seeds])
+
+
+def main() -> None:
+    """Print the table."""
+    with ROWS.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    table = Table(box=MARKDOWN)
+    for heading in ("graph", "steps", "seeds", "success with", "without", "difference", "length with", "without"):
+        table.add_column(heading, no_wrap=True)
+    table.add_column("difference", no_wrap=True)
+    for graph in "defg":
+        for share in ("40", "70", "100"):
+            own = [row for row in rows if row["graph"] == graph]
+            cells = [graph, f"{int(own[0]['steps']) * int(share) // 100:,}", str(len(own) // 2)]
+            for name, scale, style in (("success", 100, ".1f"), ("length", 1, ".0f")):
+                column, difference = f"{name}_{share}", scale * differences(rows, graph, f"{name}_{share}")
+                for arm in ("yes", "no"):
+                    mean = np.mean([scale * float(row[column]) for row in own if row["hindsight"] == arm])
+                    cells.append(f"{mean:{style}}")
+                half = t.ppf(0.975, len(difference) - 1) * difference.std(ddof=1) / len(difference) ** 0.5
+                cells.append(f"{difference.mean():+{style}} ± {half:{style}}")
+            table.add_row(*cells)
+    Console(width=120).print(table)
+
+
+if __name__ == "__main__":
+    main()
