@@ -2,8 +2,8 @@
 
 Options that ended with another goal than the chosen one were learned from as if that goal had been chosen, where their
 advantage was positive. `benchmarks/results/hindsight.csv` has a row for each run with it and without it; the code that
-did it is gone since, and was that of commit e9b3d53 with a switch. Each evaluation is apart from training, of 100 episodes
-and at the end of 300.
+did it is gone since, and was that of commit e9b3d53 with a switch. Each evaluation is apart from training, of 100
+episodes and at the end of 300.
 """
 
 from __future__ import annotations

@@ -283,7 +283,7 @@ def as_array(value: Any, name: str) -> NDArray:
     for stride, n in sorted((abs(stride), n) for stride, n in zip(array.strides, array.shape, strict=True) if n > 1):
         if stride < extent:
             raise InputError(f"{name} must be an array whose numbers each have a place of their own in memory")
-        extent = stride * n
+        extent += stride * (n - 1)
     return array
 
 
