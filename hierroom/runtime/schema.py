@@ -281,7 +281,7 @@ def as_array(value: Any, name: str) -> NDArray:
             raise InputError(f"{name} must be an array, not {shown(value)}") from None
     extent = array.itemsize  # of what lies within a stride, the smallest first
     for stride, n in sorted((abs(stride), n) for stride, n in zip(array.strides, array.shape, strict=True) if n > 1):
-        if stride < extent:
+        if stride < extent and array.size:
             raise InputError(f"{name} must be an array whose numbers each have a place of their own in memory")
         extent += stride * (n - 1)
     return array
