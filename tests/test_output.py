@@ -43,6 +43,7 @@ def test_a_terminal_that_is_closed_saves(tmp_path):
     process, terminal = pty.fork()
     if process == 0:
         os.chdir(tmp_path)
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # the tests may run under nohup, which training would heed
         os.execvp("bash", ["bash", "-c", f"exec {TRAIN} --steps 100000000"])
     reader = threading.Thread(target=lambda: os.read(terminal, 10**6))
     reader.start()
