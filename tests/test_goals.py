@@ -321,3 +321,10 @@ def test_greater_subtrees_are_numbered_first():
     """Room 1 has two rooms with a leaf each, room 2 a leaf and a room with two: the greater child decides."""
     assert canonical_rooms((0, 0, 1, 1, 2, 2, 3, 4, 6, 6), None) == ((0, 0, 1, 1, 2, 2, 3, 3, 5, 6), 0)
     assert canonical_rooms((0,), None) == ((0,), 0)
+
+
+def test_a_name_may_have_any_printable_character(tmp_path):
+    """Beyond 16 bits too, which JSON would write as two halves that are no character in TOML."""
+    graph = GoalGraph((0, 1), 2, label='"é" \\ 🗝')
+    graph.to_toml(tmp_path / "graph.toml")
+    assert GoalGraph.from_toml(tmp_path / "graph.toml").label == graph.label
