@@ -72,9 +72,10 @@ class Situation(Observation):
                 f"the meta-controller's choice must be {len(self)} goal ids (whole numbers, one for each environment "
                 f"whose turn it is), not an array of {given.dtype} and shape {given.shape}"
             )
-        choices = np.where(given == NO_GOAL, NO_GOAL_ACTION, given)
-        in_range = (choices >= 0) & (choices < N_META_ACTIONS)
-        is_legal = in_range & self.masks[np.arange(len(self)), np.where(in_range, choices, NO_GOAL_ACTION)]
+        in_range = (given >= NO_GOAL) & (given < N_META_ACTIONS)
+        choices = np.where(in_range, given, NO_GOAL_ACTION).astype(np.int64)  # an unsigned number has no place for -1
+        choices[choices == NO_GOAL] = NO_GOAL_ACTION
+        is_legal = in_range & self.masks[np.arange(len(self)), choices]
         return np.where(is_legal & (choices < N_GOALS), choices, NO_GOAL), is_legal
 
     def level(self, m: int) -> Level:

@@ -1,5 +1,7 @@
 """What an environment is made of: wrong entries are one clear line wherever they stand, and public names explain."""
 
+import inspect
+
 import gymnasium
 import numpy as np
 import pytest
@@ -49,7 +51,7 @@ def test_the_checked_environment_explains_itself():
     assert "checks of order and bounds" in hierroom.env.__doc__
     for made in (hierroom.raw_env, hierroom.parallel_env, EscapeRoom, EscapeRooms):
         for name in vars(EnvConfig()):
-            assert f"        {name}: " in made.__doc__, (made, name)
+            assert f"    {name}: " in inspect.cleandoc(made.__doc__), (made, name)
 
 
 def test_the_package_tells_its_public_names():

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from hierroom.complexity.measures.table import MeasuredGraph
 from hierroom.complexity.observed import Interval
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.report import ComplexityReport
@@ -17,6 +16,8 @@ from hierroom.errors import InputError, shown
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-not-found]
+
+    from hierroom.complexity.measures.table import MeasuredGraph
 
 ColumnName = Literal["graph", "exit_depth", "width", "nodes", "edges", "hitting_time", "expected_steps", "std"]
 
@@ -124,6 +125,8 @@ def to_frame(
         raise InputError("to_frame needs pandas, which is not installed: pip install pandas") from error
     if isinstance(reports, PlayedChain):
         return pd.DataFrame.from_dict(_intervals(reports), orient="index")
+    from hierroom.complexity.measures.table import MeasuredGraph  # it brings rich along
+
     several = [reports] if isinstance(reports, (ComplexityReport, MeasuredGraph)) else list(reports)
     if several and all(isinstance(one, MeasuredGraph) for one in several):
         return pd.DataFrame([one.to_dict() for one in several]).set_index("graph")
