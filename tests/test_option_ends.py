@@ -45,6 +45,15 @@ def test_the_return_of_the_controller_ends_with_the_episode_or_its_option(reward
     assert told == list(intrinsic if reward_name == "intrinsic" else others)
 
 
+def test_an_option_that_begins_is_one_turn_of_the_meta_controller_and_ends_it():
+    ledger = Ledger.at_reset(3, n_actions=5)
+    assert ledger.is_meta_turn.all()
+    ledger.begin_options(np.array([0, 2]), np.array([4, -1]))
+    assert ledger.meta_turns.tolist() == [1, 0, 1]
+    assert ledger.is_meta_turn.tolist() == [False, True, False]
+    assert ledger.goals.tolist() == [4, -1, -1]
+
+
 def test_what_an_option_achieved_instead_of_its_goal_is_the_first_event_in_it():
     ledger = Ledger.at_reset(1, n_actions=5)
     for goal, events, end, expected in [

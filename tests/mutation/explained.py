@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+_FAR = "far beyond what is ever played"
 _SAMPLES = "samples from which the compiler takes types alone"
 _COMPILER = "for the compiler, which is not there"
 _BOUND = "a bound on rounding, whose size alone counts: near where they change places either formula is right"
@@ -56,6 +57,12 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
     },
     "turn_kernels": {"@njit(cache=True)": _COMPILER, "@njit(cache=True, nogil=True)": _COMPILER},
     "options": {
+        '**dict.fromkeys(("meta_turns", "option_steps", "illegal_goals", "illegal_actions"), (0, 2**62)),': _FAR,
+        '"shortest": (-1, 2**62),': _FAR,
+        "@dataclass(frozen=True)": "nobody sets a field of it",
+        "align=True,": "fields lie elsewhere, and kernels are compiled for where they lie",
+        "*,  ->  /,": "makes arguments positional that everybody names",
+        "novelty_bonus: float = 0.0,  ->  novelty_bonus: float = 1.0,": "everybody who plays with that reward names it",
         "arrays = np.zeros(1, OUTCOME), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)": _SAMPLES,
         "return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True)": _SAMPLES,
         "return compiled(choose_goals, np.zeros(1, LEVEL), np.zeros(1, LEDGER), 1, np.zeros(1, np.int64))": _SAMPLES,
