@@ -1,8 +1,8 @@
 """What relabelled turns did for the learned meta-controller: ``python -m benchmarks.hindsight``.
 
 Options that ended with another goal than the chosen one were learned from as if that goal had been chosen, where their
-advantage was positive. `benchmarks/results/hindsight.csv` has a row for each run with it and without it; the code that
-did it is gone since, and was that of commit e9b3d53 with a switch. Each evaluation is apart from training, of 100
+advantage was positive. `benchmarks/results/hindsight/runs.csv` has a row for each run with it and without it; the code
+that did it is gone since, and was that of commit e9b3d53 with a switch. Each evaluation is apart from training, of 100
 episodes and at the end of 300.
 """
 
@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 from scipy.stats import t
 
-ROWS = Path(__file__).parent / "results" / "hindsight.csv"
+ROWS = Path(__file__).parent / "results" / "hindsight" / "runs.csv"
 
 
 def differences(rows: list[dict[str, str]], graph: str, column: str) -> np.ndarray:

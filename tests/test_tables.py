@@ -10,6 +10,7 @@ from hierroom.errors import InputError
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
+import hindsight  # noqa: E402
 import tables  # noqa: E402
 
 
@@ -30,3 +31,18 @@ def test_a_table_is_put_in_its_place_and_an_unfinished_one_is_not(monkeypatch):
     monkeypatch.chdir(ROOT)
     with pytest.raises(InputError, match="0 of 99 runs of the sweep ablation are done"):
         tables.table("ablation")
+
+
+def test_the_table_of_hindsight_is_what_its_rows_say(capsys):
+    hindsight.main()
+    lines = [line.strip() for line in capsys.readouterr().out.splitlines() if line.strip()]
+    assert len(lines) == 2 + 4 * 3
+    assert "\n" + "\n".join(lines) + "\n" in (ROOT / "docs" / "results.md").read_text()
+
+
+def test_a_difference_is_that_of_the_same_seed():
+    rows = [
+        {"hindsight": arm, "graph": "d", "seed": seed, "length": value}
+        for arm, seed, value in (("yes", "1", "5"), ("no", "0", "7"), ("no", "1", "1"), ("yes", "0", "3"))
+    ]
+    assert hindsight.differences(rows, "d", "length").tolist() == [4, -4]
