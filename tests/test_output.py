@@ -93,6 +93,7 @@ def test_characters_that_a_stream_lacks_are_written_as_escapes():
     assert LastingStream(None).write("lost") == 4
 
 
+@pytest.mark.usefixtures("heeded_hangup")
 @pytest.mark.parametrize(("number", "twice"), [(signal.SIGINT, True), (signal.SIGTERM, False), (signal.SIGHUP, False)])
 def test_only_a_second_control_c_does_not_wait(number, twice):
     before = signal.getsignal(number)

@@ -68,6 +68,7 @@ def stop(monkeypatch):
     return stop
 
 
+@pytest.mark.usefixtures("heeded_hangup")
 @pytest.mark.parametrize(("number", "at"), [(signal.SIGINT, 1), (signal.SIGHUP, 6), (signal.SIGTERM, 15)])
 def test_a_run_that_was_stopped_ends_with_every_file_equal(number, at, whole, stop, tmp_path):
     options, folder = whole
