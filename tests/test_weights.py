@@ -112,7 +112,7 @@ def test_weights_of_another_network_are_refused(tmp_path, trained):
     with pytest.raises(InputError, match="these weights are of another agent: its hidden_size is 64, here it is 32"):
         hierroom.load(tmp_path / "other.safetensors")
     SavedAgent(saved.config, saved.steps, {}).write(tmp_path / "empty.safetensors")
-    with pytest.raises(InputError, match=r"empty\.safetensors cannot be used"):
+    with pytest.raises(InputError, match=r"empty\.safetensors does not fit its config"):
         hierroom.load(tmp_path / "empty.safetensors")
 
 
@@ -155,6 +155,8 @@ def test_what_cannot_be_saved_or_loaded_is_one_line(tmp_path, trained):
             hierroom.load(name, meta="oracle").save(tmp_path / "mine.safetensors")
     with pytest.raises(InputError, match="holds one agent, and no checkpoints"):
         hierroom.load("a", checkpoint=3)
+    with pytest.raises(InputError, match=r"^a meta-controller is one of"):
+        hierroom.load("a", meta="nobody")
     with pytest.raises(InputError, match="there is no run z, and the agents that ship with hierroom are a, b"):
         hierroom.load("z")
     with pytest.raises(InputError, match=r"there is no file .*none\.safetensors"):

@@ -12,7 +12,6 @@ from rich.console import Console
 
 import hierroom
 from hierroom.errors import InputError
-from hierroom.meta import make_meta
 from hierroom.sweep.plan import PlannedRun
 from hierroom.training.evaluation import Evaluation
 from hierroom.training.interrupt import Interrupt
@@ -83,7 +82,7 @@ class Job:
         numbers |= _columns("", sampled)
         numbers |= _columns("greedy_", trainer.evaluate(self.episodes, is_greedy=True))
         for meta in self.metas:
-            numbers |= _columns(f"{meta}_", trainer.evaluate(self.episodes, meta=make_meta(meta)))
+            numbers |= _columns(f"{meta}_", trainer.evaluate(self.episodes, meta=meta))
         for goal, (share, step) in sampled.steps_to_goals.items():
             name = goal.replace(" ", "_")
             numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}

@@ -129,21 +129,20 @@ def load_agents(
     require_trust(run.path, config if meta is None else config.changed(meta=None), trust=trust)
     checkpoint = run.load_checkpoint(steps)
     run.require_same_config(config, checkpoint, besides=() if meta is None else ("meta",))
-    try:
-        meta_agent, controller = restore_agents(config, checkpoint["agents"], meta)
-    except InputError as error:
-        raise InputError(f"the checkpoint of {run.path} does not fit its config.json: {error}") from error
+    misfit = f"the checkpoint of {run.path} does not fit its config.json"
+    meta_agent, controller = restore_agents(config, checkpoint["agents"], misfit, meta)
     return config, meta_agent, controller, checkpoint["steps"]
 
 
 def restore_agents(
-    config: TrainConfig, states: Mapping[str, dict[str, Any]], meta: Any = None
+    config: TrainConfig, states: Mapping[str, dict[str, Any]], misfit: str, meta: Any = None
 ) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
     """The meta-controller and the controller of a config, with weights that were trained.
 
     Args:
         config: what was trained.
         states: by the name of each agent, what its `state_dict` or `PPOAgent.weights` gave.
+        misfit: what is said where they do not fit the config, before what is wrong.
         meta: another meta-controller, as for `load_agents`.
 
     Raises:
@@ -154,11 +153,14 @@ def restore_agents(
     else:
         _, controller = make_agents(config.changed(meta="none"))
         meta_agent = ScriptedAgent(make_meta(meta))
-    controller.take_weights(states.get(CONTROLLER, {}))
-    if isinstance(meta_agent, PPOAgent):
-        meta_agent.take_weights(states.get(META, {}))
-    elif meta is None and META in states:
-        meta_agent.load_state_dict(states[META])
+    try:
+        controller.take_weights(states.get(CONTROLLER, {}))
+        if isinstance(meta_agent, PPOAgent):
+            meta_agent.take_weights(states.get(META, {}))
+        elif meta is None and META in states:
+            meta_agent.load_state_dict(states[META])
+    except InputError as error:
+        raise InputError(f"{misfit}: {error}") from error
     return meta_agent, controller
 
 

@@ -162,10 +162,7 @@ def _load_file(file: Path, checkpoint: int | None, meta: Any, greedy: bool, trus
     saved = SavedAgent.read(file)
     config = saved.config.changed(device="cpu")
     require_trust(file, config if meta is None else config.changed(meta=None), trust=trust)
-    try:
-        meta_agent, controller = restore_agents(config, saved.agents, meta)
-    except InputError as error:
-        raise InputError(f"{file} cannot be used: {error}") from error
+    meta_agent, controller = restore_agents(config, saved.agents, f"{file} does not fit its config", meta)
     return TrainedAgent(
         config, meta_agent, controller, saved.steps, is_greedy=greedy, has_other_meta=meta is not None, path=file
     )

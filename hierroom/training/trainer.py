@@ -14,7 +14,7 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.compile.clock import compile_clock
 from hierroom.errors import DivergenceError, InputError, shown
 from hierroom.files import to_json
-from hierroom.meta import MetaController
+from hierroom.meta import MetaSpec, make_meta
 from hierroom.options import CONTROLLER, META
 from hierroom.runtime.schema import as_array
 from hierroom.training.assembly import evaluation_seed, freeze, make_agents, make_turns
@@ -130,18 +130,18 @@ class Trainer:
         return freeze(self.agents[META], self.controller, num_envs, seed=seed, is_greedy=is_greedy)
 
     def evaluate(
-        self, episodes: int | None = None, *, meta: MetaController | None = None, is_greedy: bool = False
+        self, episodes: int | None = None, *, meta: MetaSpec | None = None, is_greedy: bool = False
     ) -> Evaluation:
         """How well the agents do now, apart from training, on the same levels whenever this is asked.
 
         Args:
             episodes: to play; None: as many as the config says.
-            meta: another meta-controller to pick the goals; None: the run's own.
+            meta: another meta-controller to pick the goals, as `make_meta` takes it; None: the run's own.
             is_greedy: as for `freeze`.
         """
         episodes = self.config.evaluation_episodes if episodes is None else episodes
         num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), evaluation_seed(self.config.seed)
-        chooses = self.agents[META] if meta is None else ScriptedAgent(meta)
+        chooses = self.agents[META] if meta is None else ScriptedAgent(make_meta(meta))
         player = freeze(chooses, self.controller, num_envs, seed=seed, is_greedy=is_greedy)
         return evaluate(player, self.fresh_turns(num_envs, seed), episodes)
 

@@ -29,8 +29,6 @@ SHIPPED = ("a", "b", "c", "d", "e", "f", "g", "learned-g")
 _FORMAT = "hierroom agent 1"
 _ENTRIES: Mapping[str, Schema] = {"config": AnyMapping(), "descriptions": AnyMapping(), "steps": Whole(0, 2**62)}
 
-Weights = dict[str, torch.Tensor]
-
 
 @dataclass(frozen=True)
 class SavedAgent:
