@@ -2,26 +2,29 @@
 
 ``python -m tests.mutation`` tries every mutant of the modules below, and ``python -m tests.mutation gae options`` those
 of some. All runs as plain Python, kernels too (``NUMBA_DISABLE_JIT=1``). Each mutant is tried in a fork of this
-process, which has loaded what takes long, and lives in memory only: no file is touched. One that takes much more CPU
-time than the right module, such as an endless loop, is killed, too. Exit code 1 if one survives that `explained` does
-not explain.
+process, which has loaded what takes long, and lives in memory only: no file is touched. The tests that noticed most
+mutants come first, then the short ones. A mutant that takes much more CPU time than the right module, such as an
+endless loop, is killed, too. Exit code 1 if one survives that `explained` does not explain.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib.util
+import json
 import os
 import resource
 import sys
 import tempfile
 import time
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
 
+import pytest
 from rich.progress import track
 
 from .explained import EXPLAINED
@@ -70,13 +73,38 @@ class InMemory(MetaPathFinder, Loader):
         exec(compile(self._source, str(self._path), "exec"), module.__dict__)
 
 
-def passes(target: str, source: str, seconds: float) -> bool:
+class MostTellingFirst:
+    """Of pytest: runs the tests that noticed most mutants first, then the short ones, and remembers both.
+
+    Args:
+        path: of a file, in which one process leaves to the next what it saw.
+    """
+
+    def __init__(self, path: Path) -> None:
+        seen = json.loads(path.read_text()) if path.exists() else {}
+        self._path, self._seconds = path, defaultdict[str, float](float, seen.get("seconds", {}))
+        self._noticed = Counter(seen.get("noticed"))
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        items.sort(key=lambda test: (-self._noticed[test.nodeid], self._seconds[test.nodeid]))
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.when == "call":
+            self._seconds[report.nodeid] = report.duration
+        self._noticed[report.nodeid] += report.failed
+
+    def pytest_sessionfinish(self) -> None:
+        self._path.write_text(json.dumps({"seconds": self._seconds, "noticed": self._noticed}))
+
+
+def passes(target: str, source: str, seconds: float, seen: Path) -> bool:
     """Whether the tests of a module pass with another source in its place.
 
     Args:
         target: the module, in `TARGETS`.
         source: the other source.
         seconds: the CPU time that they may take.
+        seen: a file of `MostTellingFirst`.
     """
     path, tests = TARGETS[target]
     child = os.fork()
@@ -87,11 +115,10 @@ def passes(target: str, source: str, seconds: float) -> bool:
         os.dup2(nowhere, 2)
         name = f"hierroom.{path.removesuffix('.py').replace('/', '.')}"
         sys.meta_path.insert(0, InMemory(name, PACKAGE / "hierroom" / path, source))
-        import pytest
-
         files = [f"{PACKAGE}/tests/test_{one}.py" for one in tests.split()]
         chosen = ["-k", " and ".join(f"not {one}" for one in LEFT_OUT), *files]
-        os._exit(int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", f"--rootdir={PACKAGE}", *chosen])))
+        options = ["-x", "-q", "-p", "no:cacheprovider", f"--rootdir={PACKAGE}", *chosen]
+        os._exit(int(pytest.main(options, plugins=[MostTellingFirst(seen)])))
     _, status = os.waitpid(child, 0)
     code = os.waitstatus_to_exitcode(status)
     if code not in (0, 1, 2) and code > 0:  # 1: a test failed; 2: no test could be collected, as the import failed
@@ -99,21 +126,25 @@ def passes(target: str, source: str, seconds: float) -> bool:
     return code == 0
 
 
-def survivors(target: str) -> list[str]:
+def survivors(target: str, folder: Path) -> list[str]:
     """Try all mutants of a module; returns those that its tests do not notice and nobody has explained.
+
+    Args:
+        target: the module, in `TARGETS`.
+        folder: for what is written meanwhile.
 
     Raises:
         RuntimeError: if the tests fail as it is.
     """
     source = (PACKAGE / "hierroom" / TARGETS[target][0]).read_text()
-    before = _cpu_seconds()
-    if not passes(target, source, 3600):
+    seen, before = folder / f"{target}.json", _cpu_seconds()
+    if not passes(target, source, 3600, seen):
         raise RuntimeError(f"the tests of {target} fail without any error in it")
     seconds = max(LEAST_SECONDS, MOST_TIMES * (_cpu_seconds() - before))
     tried, explained, left = [*mutants(source)], 0, []
     started = time.monotonic()
     for mutant in track(tried, f"{target:<14}"):
-        if not passes(target, mutant.source, seconds):
+        if not passes(target, mutant.source, seconds, seen):
             continue
         if not {mutant.before, f"{mutant.before}  ->  {mutant.after}"}.isdisjoint(EXPLAINED.get(target, {})):
             explained += 1
@@ -145,7 +176,8 @@ def main() -> int:
         importlib.import_module(name)
     with tempfile.TemporaryDirectory() as folder:
         os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = folder
-        return int(sum(len(survivors(target)) for target in named) > 0)  # not any(), which would stop at the first
+        left = [mutant for target in named for mutant in survivors(target, Path(folder))]
+    return int(bool(left))
 
 
 if __name__ == "__main__":
