@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from turns_helpers import achieve, goal_ids, make
 
+from hierroom.complexity import analyze
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_VECTORS
 from hierroom.meta import choose_goals, make_meta
@@ -181,3 +182,35 @@ def test_a_meta_controller_cannot_make_a_goal_legal():
     with pytest.raises(InputError, match=r"the meta-controller MaskSpoiler fails: .*read-only"):
         turns.ask(MaskSpoiler())
     assert turns.goals.tolist() == [-1] * 3
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_the_spaces_are_those_of_the_agent(drop_key):
+    turns = make("a", drop_key=drop_key)
+    assert turns.action_space("controller_0").n == 5 + drop_key
+    assert turns.action_space("meta_0").n == 14
+    for agent in ("meta_0", "controller_0"):
+        space, told = turns.observation_space(agent), turns.observe(agent, np.array([0])).as_dict()
+        assert space.contains({name: values[0] for name, values in told.items()})
+    assert "outcome" not in turns.observation_space("controller_0")
+
+
+@pytest.mark.parametrize("agent", ["meta_0", "controller_0"])
+def test_what_is_observed_is_that_of_the_environments_asked_for(agent):
+    turns = make("d", n=5)
+    turns.choose(turns.situation(np.arange(5)), range(5))
+    turns.step([0, 1, 2, 0, 1])
+    everywhere, some = turns.observe(agent, np.arange(5)).as_dict(), np.array([3, 1])
+    for name, values in turns.observe(agent, some).as_dict().items():
+        np.testing.assert_array_equal(values, everywhere[name][some], err_msg=name)
+
+
+def test_the_complexity_is_that_with_the_actions_there_are():
+    expected = {drop_key: make("d", drop_key=drop_key).complexity.expected_steps for drop_key in (False, True)}
+    assert expected == {drop_key: analyze("d", drop_key=drop_key).expected_steps for drop_key in (False, True)}
+    assert expected[False] < expected[True]
+
+
+def test_a_reward_of_ones_own_is_what_a_step_pays():
+    turns = make("a", n=3, reward=lambda step: step.actions / 4)
+    assert turns.step([0, 1, 2]).rewards.tolist() == [0, 0.25, 0.5]

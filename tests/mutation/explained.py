@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+_NAMED = "makes arguments positional that everybody names"
 _FAR = "far beyond what is ever played"
 _SAMPLES = "samples from which the compiler takes types alone"
 _COMPILER = "for the compiler, which is not there"
@@ -56,12 +57,19 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
     },
     "turn_kernels": {"@njit(cache=True)": _COMPILER, "@njit(cache=True, nogil=True)": _COMPILER},
+    "turns": {
+        "*,  ->  /,": _NAMED,
+        "self._autoreset, self._has_stages = autoreset, self.sampler.n_stages > 1"
+        "  ->  self._autoreset, self._has_stages = autoreset, self.sampler.n_stages >= 1": (
+            "a sampler of one stage is told of ends and does nothing"
+        ),
+    },
     "options": {
         '**dict.fromkeys(("meta_turns", "option_steps", "illegal_goals", "illegal_actions"), (0, 2**62)),': _FAR,
         '"shortest": (-1, 2**62),': _FAR,
         "@dataclass(frozen=True)": "nobody sets a field of it",
         "align=True,": "fields lie elsewhere, and kernels are compiled for where they lie",
-        "*,  ->  /,": "makes arguments positional that everybody names",
+        "*,  ->  /,": _NAMED,
         "novelty_bonus: float = 0.0,  ->  novelty_bonus: float = 1.0,": "everybody who plays with that reward names it",
         "arrays = np.zeros(1, OUTCOME), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)": _SAMPLES,
         "return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True)": _SAMPLES,
