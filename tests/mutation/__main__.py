@@ -90,9 +90,9 @@ class MostTellingFirst:
         items.sort(key=lambda test: (-self._noticed[test.nodeid], self._seconds[test.nodeid]))
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
-        if nodeid in self._seconds:
-            signal.signal(signal.SIGPROF, lambda *_: self._end(nodeid))
-            signal.setitimer(signal.ITIMER_PROF, max(LEAST_SECONDS, MOST_TIMES * self._seconds[nodeid]))
+        known = self._seconds.get(nodeid)
+        signal.signal(signal.SIGPROF, lambda *_: self._end(nodeid))
+        signal.setitimer(signal.ITIMER_PROF, 0 if known is None else max(LEAST_SECONDS, MOST_TIMES * known))
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if report.when == "call":
