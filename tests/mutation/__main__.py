@@ -17,7 +17,7 @@ import signal
 import sys
 import tempfile
 import time
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Mapping
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
@@ -83,11 +83,11 @@ class MostTellingFirst:
 
     def __init__(self, path: Path) -> None:
         seen = json.loads(path.read_text()) if path.exists() else {}
-        self._path, self._seconds = path, defaultdict[str, float](float, seen.get("seconds", {}))
+        self._path, self._seconds = path, dict[str, float](seen.get("seconds", {}))
         self._noticed = Counter(seen.get("noticed"))
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        items.sort(key=lambda test: (-self._noticed[test.nodeid], self._seconds[test.nodeid]))
+        items.sort(key=lambda test: (-self._noticed[test.nodeid], self._seconds.get(test.nodeid, 0)))
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
         known = self._seconds.get(nodeid)
