@@ -31,8 +31,8 @@ OF_KERNELS := $(wildcard tests/test_world_[blok]*.py tests/test_turn*.py tests/t
 
 coverage: $(VENV)/.installed ## which branches the tests take, of kernels as plain Python too; fails below 95%
 	$(BIN)/coverage erase
-	$(BIN)/coverage run -m pytest
-	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -k "not its_own_source and not as_computed" $(OF_KERNELS)
+	$(BIN)/coverage run -m pytest -n auto
+	NUMBA_DISABLE_JIT=1 $(BIN)/coverage run -m pytest -n auto -k "not its_own_source and not as_computed" $(OF_KERNELS)
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 

@@ -101,6 +101,8 @@ def test_the_final_observation_is_from_before_the_reset():
         everyone = np.arange(8)
         final = turns.final_observation("controller_0", step, everyone)
         expected = slow.final_observation("controller_0", slow_step, everyone)
+        assert final.masks.all()
+        assert turns.final_observation("meta_0", step, everyone).masks.tolist() == [[False] * 13 + [True]] * 8
         for name in ("tiles", "goals", "previous_actions"):
             np.testing.assert_array_equal(getattr(final, name), getattr(expected, name), err_msg=name)
         for name in ("row", "col", "direction", "steps", "keys", "doors", "episode"):
@@ -113,6 +115,20 @@ def test_the_final_observation_is_from_before_the_reset():
             assert not slow.ledger.is_meta_turn.any()
             slow.reset()
             assert t % 20 == 19
+
+
+def test_an_episode_begins_instead_of_a_step():
+    """As `Autoreset.NEXT_STEP` of Gymnasium's vector environments wants it."""
+    turns, expected = make("a", n=4, seed=6, autoreset=False), make("a", n=4, seed=6, autoreset=False)
+    told, _ = (each.step([1, 2, 0, 1]) for each in (turns, expected))
+    some = np.array([0, 2])
+    turns.begin_instead(some)
+    expected.reset(None, some)
+    for name, array in expected.get_state().items():
+        np.testing.assert_array_equal(turns.get_state()[name], array, err_msg=name)
+    assert turns.last_step is told
+    assert told.actions.tolist() == [5, 2, 5, 1]  # 5: none
+    assert told.goals.tolist() == [-1] * 4
 
 
 @pytest.mark.parametrize("reward", REWARDS)
