@@ -195,6 +195,13 @@ def test_the_spaces_are_those_of_the_agent(drop_key):
     assert "outcome" not in turns.observation_space("controller_0")
 
 
+def test_nobody_can_change_which_actions_others_may_take():
+    turns = make("a", n=3)
+    some = turns.observe("controller_0", np.arange(2))
+    with pytest.raises(ValueError, match="read-only"):
+        some.masks[:] = False
+
+
 @pytest.mark.parametrize("agent", ["meta_0", "controller_0"])
 def test_what_is_observed_is_that_of_the_environments_asked_for(agent):
     turns = make("d", n=5)
