@@ -219,5 +219,8 @@ def test_the_complexity_is_that_with_the_actions_there_are():
 
 
 def test_a_reward_of_ones_own_is_what_a_step_pays():
-    turns = make("a", n=3, reward=lambda step: step.actions / 4)
-    assert turns.step([0, 1, 2]).rewards.tolist() == [0, 0.25, 0.5]
+    def reward(step):
+        return step.actions / 4 + step.after.levels["steps"] - step.before.levels["steps"]
+
+    turns = make("a", n=3, reward=reward)
+    assert turns.step([0, 1, 2]).rewards.tolist() == [1, 1.25, 1.5]
