@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from ledger_twin import LedgerTwin, legal_goals
 from turns_helpers import make
 
-from hierroom.options import Ledger
+from hierroom.options import LEDGER, Ledger
 from hierroom.rewards import REWARDS, make_reward
 from hierroom.situation import GOAL_MASKS
 from hierroom.step import STEP, Step
-from hierroom.turn_kernels import KERNEL_REWARDS
+from hierroom.turn_kernels import KERNEL_REWARDS, write_results
 from hierroom.world.layout import OUTCOME
 from hierroom.world.oracle import shortest_actions
 
@@ -122,7 +122,7 @@ def test_goals_are_legal_and_chosen_as_the_twins_say(mask):
 
 
 @pytest.mark.parametrize("mask", GOAL_MASKS)
-@pytest.mark.parametrize("graph", ["a", "c"])
+@pytest.mark.parametrize("graph", ["a", "c", "g"])
 def test_on_the_way_to_the_exit_goals_are_legal_as_the_twin_says(mask, graph):
     """Where no random walk gets: doors deeper in are opened, and the exit's."""
     turns, seen = make(graph, n=1, goal_mask=mask), []
@@ -134,6 +134,31 @@ def test_on_the_way_to_the_exit_goals_are_legal_as_the_twin_says(mask, graph):
         turns.step(np.array([action]))
     assert seen[-1]
     assert seen[0] == (mask in ("existing", "none"))
+
+
+@pytest.mark.parametrize("begins_anew", [False, True])
+def test_what_a_vector_environment_tells_is_of_the_step_or_of_the_episode_that_it_began(begins_anew):
+    rng, n = np.random.default_rng(5), 200
+    steps, ledgers = np.zeros(n, STEP), np.zeros(n, LEDGER)
+    for records, names in ((steps, ("events", "lengths", "shortest", "illegal_actions")), (ledgers, ("shortest",))):
+        for name in names:
+            records[name] = rng.integers(-1, 40, size=n)
+    for name in ("terminated", "truncated", "episode_ended", "meta_elapsed"):
+        steps[name] = rng.random(n) < 0.5
+    steps["rewards"] = rng.random(n)
+    dtypes = (float, bool, bool, bool, *[np.int64] * 5, bool)
+    told = [np.full(n, 1, dtype) for dtype in dtypes]
+    write_results(steps, ledgers, begins_anew, *told)
+    anew = begins_anew & steps["episode_ended"]
+    expected = (
+        *(steps[name] for name in ("rewards", "terminated", "truncated")),
+        *(np.where(anew, then, steps[name]) for name, then in (("terminated", False), ("events", -1))),
+        *(np.where(anew, 0, steps[name]) for name in ("meta_elapsed", "illegal_actions", "lengths")),
+        np.where(anew, ledgers["shortest"], steps["shortest"]),
+        np.ones(n, bool),
+    )
+    for values, right in zip(told, expected, strict=True):
+        np.testing.assert_array_equal(values, right)
 
 
 def test_as_ordinary_python(tmp_path):

