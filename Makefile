@@ -24,10 +24,9 @@ test: compile ## everything CI runs
 test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it
 	$(BIN)/python -m pytest -p randomly -n auto $(if $(SEED),--randomly-seed=$(SEED))
 
-# Whose kernels are compiled otherwise, and so are not seen line by line.
-OF_KERNELS := $(wildcard tests/test_world_[blok]*.py tests/test_turn*.py tests/test_option*.py tests/test_features.py \
-	tests/test_frontier.py tests/test_reachable.py tests/test_state_check.py tests/test_measures_*.py \
-	tests/test_complexity_elimination.py tests/test_learner_[gk]*.py tests/test_api_vector.py tests/test_sampled_level.py)
+# Whose kernels no other test runs as plain Python, in which alone their lines are seen.
+OF_KERNELS := tests/test_state_check.py tests/test_sampled_level.py tests/test_features.py \
+	tests/test_complexity_elimination.py tests/test_learner_gae.py tests/test_learner_kernels.py
 
 coverage: $(VENV)/.installed ## which branches the tests take, of kernels as plain Python too; fails below 95%
 	$(BIN)/coverage erase
