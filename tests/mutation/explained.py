@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 
+_ALWAYS = "there is always a goal, but where goals must be seen, and there no goal is legal anyway"
 _NAMED = "makes arguments positional that everybody names"
 _FAR = "far beyond what is ever played"
 _SAMPLES = "samples from which the compiler takes types alone"
@@ -61,9 +62,9 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "@njit(cache=True, nogil=True)": _COMPILER,
         "is_legal = 0 <= action < N_GOALS and goals[np.uint64(action)]"
         "  ->  is_legal = 0 <= action <= N_GOALS and goals[np.uint64(action)]": "N_GOALS is no goal, and not here",
-        "return n_legal > 0  ->  return n_legal >= 0": (
-            "there is always a goal, but where goals must be seen, and there no goal is legal anyway"
-        ),
+        "return n_legal > 0  ->  return n_legal >= 0": _ALWAYS,
+        "n_legal = 0  ->  n_legal = 1": _ALWAYS,
+        "n_legal += 1": "whether it is 0 counts alone",
     },
     "turns": {
         "*,  ->  /,": _NAMED,
