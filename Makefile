@@ -69,7 +69,7 @@ constraints: $(TOOLS)/.installed ## every package's version, those of constraint
 test-lowest: $(TOOLS)/.installed ## the tests with the lowest versions that pyproject.toml allows
 	$(PYTHON) -m venv --clear $(VENV)-lowest
 	$(UV) pip install --quiet --python $(VENV)-lowest --resolution lowest-direct -e '.[dev]'
-	NUMBA_CACHE_DIR=$(VENV)-lowest/numba $(VENV)-lowest/bin/python -m pytest -n auto
+	NUMBA_CACHE_DIR=$(CURDIR)/$(VENV)-lowest/numba $(VENV)-lowest/bin/python -m pytest -n auto
 
 audit: $(VENV)/.installed $(TOOLS)/.installed ## a bill of materials (CycloneDX), and known vulnerabilities, which asks PyPI
 	$(BIN)/pip check

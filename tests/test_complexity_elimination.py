@@ -146,3 +146,10 @@ def test_the_least_rate_is_still_held_and_less_is_refused():
     assert Elimination(alone, np.array([module.LEAST_RATE])).solve([1.0]) == 1 / module.LEAST_RATE
     with pytest.raises(InputError, match="a walk may take at most about"):
         Elimination(alone, np.array([module.LEAST_RATE / 2]))
+
+
+def test_what_stays_is_ignored():
+    moves, leaving = np.random.default_rng(2).random((6, 6)), np.array([0, 0, 0.5, 0, 0, 0.1])
+    others = moves * (1 - np.eye(6))
+    found, expected = (Elimination(sp.csr_array(each), leaving).solve(np.arange(6)) for each in (moves, others))
+    np.testing.assert_allclose(found, expected, rtol=1e-14)

@@ -8,6 +8,7 @@ _FAR = "far beyond what is ever played"
 _SAMPLES = "samples from which the compiler takes types alone"
 _COMPILER = "for the compiler, which is not there"
 _BOUND = "a bound on rounding, whose size alone counts: near where they change places either formula is right"
+_FIRST = "replaced before it is used, but where there are no nodes and nothing to take"
 _ROOM = "more memory than is needed either way, where each node has an edge"
 
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
@@ -47,6 +48,34 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "  ->  row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n * BLOCK + 1, np.bool_)": _ROOM,
         "if n_lower + i > len(lower):  ->  if n_lower + i >= len(lower):": _ROOM,
         "if n_upper + n_after > len(upper):  ->  if n_upper + n_after >= len(upper):": _ROOM,
+        "BLOCK = 64  ->  BLOCK = 65": "a size that changes the time alone",
+        "if not np.isfinite(self._rates).all() or self._rates.min(initial=1.0) < LEAST_RATE:"
+        "  ->  if not np.isfinite(self._rates).all() or self._rates.min(initial= 2.0) < LEAST_RATE:": (
+            "what no rate is below"
+        ),
+        "factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) - pattern).tocsc())"
+        "  ->  factors = splu((sp.diags_array( 2.0 + np.diff(moves.indptr)) - pattern).tocsc())": (
+            "a matrix of the same pattern, also regular"
+        ),
+        "n, n_lower, n_upper = len(leaving), 0, 0  ->  n, n_lower, n_upper = len(leaving), 1, 0": _FIRST,
+        "n, n_lower, n_upper = len(leaving), 0, 0  ->  n, n_lower, n_upper = len(leaving), 0, 1": _FIRST,
+        "lower_starts, upper_starts = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)"
+        "  ->  lower_starts, upper_starts = np.zeros(n + 2, np.int64), np.zeros(n + 1, np.int64)": _ROOM,
+        "lower_starts, upper_starts = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)"
+        "  ->  lower_starts, upper_starts = np.zeros(n + 1, np.int64), np.zeros(n + 2, np.int64)": _ROOM,
+        "lower_columns, upper_columns = np.empty(2 * len(weights) + n, np.int64), "
+        "np.empty(2 * len(weights) + n, np.int64)"
+        "  ->  lower_columns, upper_columns = np.empty( 3 * len(weights) + n, np.int64), "
+        "np.empty(2 * len(weights) + n, np.int64)": _ROOM,
+        "lower_columns, upper_columns = np.empty(2 * len(weights) + n, np.int64), "
+        "np.empty(2 * len(weights) + n, np.int64)"
+        "  ->  lower_columns, upper_columns = np.empty(2 * len(weights) + n, np.int64), "
+        "np.empty( 3 * len(weights) + n, np.int64)": _ROOM,
+        "row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n // BLOCK + 1, np.bool_)"
+        "  ->  row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n // BLOCK + 2, np.bool_)": _ROOM,
+        "for i in range(len(x) - 1, -1, -1):  ->  for i in range(len(x) - 1, - 2, -1):": (
+            "from the last start to the first there is nothing; where a row is divided, too, a test fails"
+        ),
         "@njit(cache=True)": _COMPILER,
         "has_some[block] = False  ->  has_some[block] = True": "an empty block is looked through, and nothing is there",
         "row[j], is_there[j], has_some[j // BLOCK] = 0.0, False, False"
