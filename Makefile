@@ -24,7 +24,8 @@ test: compile ## everything CI runs
 test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it
 	$(BIN)/python -m pytest -p randomly -n auto $(if $(SEED),--randomly-seed=$(SEED))
 
-# Whose kernels no other test runs as plain Python, in which alone their lines are seen.
+# Whose kernels no other test runs as plain Python, in which alone their lines are seen. Those of the measures are left
+# out: they take longer than all of these together.
 OF_KERNELS := tests/test_state_check.py tests/test_sampled_level.py tests/test_features.py \
 	tests/test_complexity_elimination.py tests/test_learner_gae.py tests/test_learner_kernels.py
 
