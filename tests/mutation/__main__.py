@@ -95,8 +95,8 @@ class MostTellingFirst:
         signal.setitimer(signal.ITIMER_PROF, 0 if known is None else max(LEAST_SECONDS, MOST_TIMES * known))
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        if report.when == "call":
-            self._seconds[report.nodeid] = report.duration
+        if report.when == "call":  # the right module comes first; a mutant may end a long test early
+            self._seconds.setdefault(report.nodeid, report.duration)
         self._noticed[report.nodeid] += report.failed
 
     def _end(self, nodeid: str) -> None:
