@@ -36,7 +36,7 @@ coverage: $(VENV)/.installed ## which branches the tests take, of kernels as pla
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 
-mutate: $(VENV)/.installed ## small errors in some modules, each of which their tests must notice; MODULES="gae options" names some
+mutate: compile ## small errors in some modules, each of which their tests must notice; MODULES="gae options" names some
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[mutation]'
 	$(BIN)/python -m tests.mutation $(MODULES)
 
