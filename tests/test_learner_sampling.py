@@ -26,7 +26,7 @@ def softmax_of(logits, masks):
 @pytest.mark.parametrize("shift", [0, -1000, 1000])
 def test_each_legal_action_has_its_share_of_the_uniforms(mask, edges, shift):
     uniforms = (np.arange(1000) + 0.5) / 1000
-    logits = np.tile(np.log(SHARES) + shift, (1000, 1))
+    logits = np.tile(np.where(mask, np.log(SHARES) + shift, 1e6), (1000, 1))  # an illegal one must not count
     actions, _ = sample_actions(logits, np.tile(mask, (1000, 1)), uniforms)
     np.testing.assert_array_equal(actions, np.searchsorted(edges, uniforms))
 

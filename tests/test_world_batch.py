@@ -239,6 +239,7 @@ def test_after_the_end_nothing_happens_and_nothing_is_rewarded():
     outcome = world.step_within_episode([FORWARD])[0]
     assert same_state(world.state, ended)
     assert (outcome.reward, outcome.event, outcome.terminated) == (0, -1, True)
+    assert (outcome.is_first, outcome.is_novel, outcome.is_discovery) == (False, False, False)
 
 
 # Wrong input.

@@ -24,7 +24,7 @@ from pathlib import Path
 import pytest
 from rich.progress import track
 
-from .explained import EXPLAINED
+from .explained import ANYWHERE, EXPLAINED
 from .in_memory import InMemory
 from .mutants import mutants
 
@@ -139,11 +139,12 @@ def survivors(target: str, folder: Path) -> list[str]:
     if not passes(target, source, seen):
         raise RuntimeError(f"the tests of {target} fail without any error in it")
     tried, explained, left = [*mutants(source)], 0, []
+    known = {*ANYWHERE, *EXPLAINED.get(target, ())}
     started = time.monotonic()
     for mutant in track(tried, f"{target:<14}"):
         if not passes(target, mutant.source, seen):
             continue
-        if not {mutant.before, f"{mutant.before}  ->  {mutant.after}"}.isdisjoint(EXPLAINED.get(target, {})):
+        if not {mutant.before, f"{mutant.before}  ->  {mutant.after}"}.isdisjoint(known):
             explained += 1
         else:
             left.append(str(mutant))

@@ -7,10 +7,18 @@ _NAMED = "makes arguments positional that everybody names"
 _FAR = "far beyond what is ever played"
 _SAMPLES = "samples from which the compiler takes types alone"
 _COMPILER = "for the compiler, which is not there"
+_WARNS = "decides whether NumPy warns that numbers overflow, as they shall"
+_LAST = "the last axis is the axis 1"
 _BOUND = "a bound on rounding, whose size alone counts: near where they change places either formula is right"
 _FIRST = "replaced before it is used, but where there are no nodes and nothing to take"
 _ROOM = "more memory than is needed either way, where each node has an edge"
 
+ANYWHERE: Mapping[str, str] = {
+    "@njit(cache=True)": _COMPILER,
+    "@njit(cache=True, nogil=True)": _COMPILER,
+    "if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time": _WARNS,
+}
+"""Likewise, of lines in several modules."""
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
     "canonical": {
         "children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]"
@@ -76,7 +84,6 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "for i in range(len(x) - 1, -1, -1):  ->  for i in range(len(x) - 1, - 2, -1):": (
             "from the last start to the first there is nothing; where a row is divided, too, a test fails"
         ),
-        "@njit(cache=True)": _COMPILER,
         "has_some[block] = False  ->  has_some[block] = True": "an empty block is looked through, and nothing is there",
         "row[j], is_there[j], has_some[j // BLOCK] = 0.0, False, False"
         "  ->  row[j], is_there[j], has_some[j // BLOCK] = 0.0, False, True": "likewise",
@@ -87,8 +94,6 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
     },
     "turn_kernels": {
-        "@njit(cache=True)": _COMPILER,
-        "@njit(cache=True, nogil=True)": _COMPILER,
         "is_legal = 0 <= action < N_GOALS and goals[np.uint64(action)]"
         "  ->  is_legal = 0 <= action <= N_GOALS and goals[np.uint64(action)]": "N_GOALS is no goal, and not here",
         "return n_legal > 0  ->  return n_legal >= 0": _ALWAYS,
@@ -116,5 +121,15 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "arrays = np.zeros(1, OUTCOME), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)": _SAMPLES,
         "return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True)": _SAMPLES,
         "return compiled(choose_goals, np.zeros(1, LEVEL), np.zeros(1, LEDGER), 1, np.zeros(1, np.int64))": _SAMPLES,
+    },
+    "sampling": {
+        "if masks[env, action] and logits[env, action] > highest:"
+        "  ->  if masks[env, action] and logits[env, action] >= highest:": "the same number either way",
+        "chosen = -1": "replaced, as each row has a legal action",
+        "highest = legal.max(axis=-1)  ->  highest = legal.max(axis=+1)": _LAST,
+        "totals = np.log(np.exp(legal - highest[:, None]).sum(axis=-1))"
+        "  ->  totals = np.log(np.exp(legal - highest[:, None]).sum(axis=+1))": _LAST,
+        "return np.where(masks, logits, -np.inf).argmax(axis=-1)"
+        "  ->  return np.where(masks, logits, -np.inf).argmax(axis=+1)": _LAST,
     },
 }
