@@ -72,21 +72,32 @@ class MostTellingFirst:
 
     def __init__(self, path: Path) -> None:
         seen = json.loads(path.read_text()) if path.exists() else {}
-        self._path, self._seconds = path, dict[str, float](seen.get("seconds", {}))
+        self._path, self._is_first = path, not seen
+        self._seconds, self._longest_setup = dict[str, float](seen.get("seconds", {})), seen.get("longest_setup", 0)
         self._noticed = Counter(seen.get("noticed"))
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         items.sort(key=lambda test: (-self._noticed[test.nodeid], self._seconds.get(test.nodeid, 0)))
 
-    def pytest_runtest_logstart(self, nodeid: str) -> None:
-        known = self._seconds.get(nodeid)
-        signal.signal(signal.SIGPROF, lambda *_: self._end(nodeid))
-        signal.setitimer(signal.ITIMER_PROF, 0 if known is None else max(LEAST_SECONDS, MOST_TIMES * known))
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        # What several tests need is made before the first of them, whichever that is.
+        self._limit(item.nodeid, self._longest_setup)
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_call(self, item: pytest.Item) -> None:
+        self._limit(item.nodeid, self._seconds.get(item.nodeid, 0))
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        if report.when == "call":  # the right module comes first; a mutant may end a long test early
-            self._seconds.setdefault(report.nodeid, report.duration)
+        if self._is_first:  # with the right module: a mutant may end a long test early
+            self._seconds[report.nodeid] = self._seconds.get(report.nodeid, 0) + report.duration
+            if report.when == "setup":
+                self._longest_setup = max(self._longest_setup, report.duration)
         self._noticed[report.nodeid] += report.failed
+
+    def _limit(self, nodeid: str, seconds: float) -> None:
+        signal.signal(signal.SIGPROF, lambda *_: self._end(nodeid))
+        signal.setitimer(signal.ITIMER_PROF, 0 if self._is_first else max(LEAST_SECONDS, MOST_TIMES * seconds))
 
     def _end(self, nodeid: str) -> None:
         self._noticed[nodeid] += 1
@@ -94,7 +105,8 @@ class MostTellingFirst:
         os._exit(pytest.ExitCode.TESTS_FAILED)
 
     def pytest_sessionfinish(self) -> None:
-        self._path.write_text(json.dumps({"seconds": self._seconds, "noticed": self._noticed}))
+        seen = {"seconds": self._seconds, "longest_setup": self._longest_setup, "noticed": self._noticed}
+        self._path.write_text(json.dumps(seen))
 
 
 def passes(target: str, source: str, seen: Path) -> bool:
