@@ -38,7 +38,7 @@ TARGETS: Mapping[str, tuple[str, str]] = {
     "options": ("options.py", "options option_ends crafted_states"),
     "turn_kernels": ("turn_kernels.py", "options option_ends turn_kernels"),
     "turns": ("turns.py", "turns turns_masks turns_state turns_curriculum"),
-    "world": ("world/kernels.py", "world_keys world_minigrid world_levels"),
+    "world": ("world/kernels.py", "world_keys world_minigrid world_batch world_levels"),
     "batch": ("world/batch_kernels.py", "world_batch"),
     "oracle": ("world/oracle.py", "world_oracle"),
     "frontier": ("agents/frontier.py", "frontier"),
