@@ -70,7 +70,7 @@ def configs(options: Options) -> Iterator[TrainConfig]:
     preset = find_preset(options.preset)
     meta = options.meta or preset.agents.meta
     if meta == "learned":
-        raise InputError("a learned meta-controller gives goals out of reach too; learned_meta.py makes its table")
+        raise InputError("a learned meta-controller gives goals out of reach too; see benchmarks/sweeps/learned.toml")
     for seed, graph, method in product(range(options.seeds), options.graphs, options.methods):
         yield preset.changed(
             method=method,

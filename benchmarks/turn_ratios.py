@@ -82,7 +82,7 @@ def main() -> None:
     for name, ratios in ("as collected", np.concatenate(collected)), ("as learned from", np.concatenate(learned)):
         off = abs(ratios - 1)
         shares = (f"{(off > limit).mean():.1%}" for limit in (0.01, clip))
-        table.add_row(name, f"{len(ratios):,}", *shares, f"{ratios.max():.1f}", f"{off.max():.0e}")
+        table.add_row(name, f"{len(ratios):,}", *shares, f"{ratios.max():.1f}", f"{off.max():.2g}")
     Console(width=120).print(table)
 
 

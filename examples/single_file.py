@@ -1,4 +1,4 @@
-"""The paper's Algorithm 1 in one file: a meta-controller and a controller, which both learn by recurrent PPO.
+"""After the paper's Algorithm 1, in one file: a meta-controller and a controller, which both learn by recurrent PPO.
 
 python single_file.py                     # the meta-controller learns to choose goals, the controller to reach them
 python single_file.py --meta fixed-dfs    # goals along a depth-first path; only the controller learns

@@ -70,7 +70,7 @@ def test_the_table_of_complexity_is_computed(letter):
 
 
 PAGES = {"hippo": "README.md", "ablation": "docs/presets.md"}
-SCRIPTS = {"learned": "learned_meta", "ablation": "ablation"}
+SCRIPTS = {"ablation": "ablation"}
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "benchmarks" / "results").glob("*.csv")), ids=lambda path: path.stem)

@@ -31,7 +31,7 @@ def is_held_out(grid):
     return digest < 2**61
 
 
-@pytest.mark.parametrize("size", [11, 19])
+@pytest.mark.parametrize("size", [11, 19, 31])
 @pytest.mark.parametrize("graph", ["a", "g"])
 def test_training_and_evaluation_share_no_layout(graph, size):
     every = layouts(graph, size, None)
