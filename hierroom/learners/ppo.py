@@ -23,14 +23,13 @@ Reinforcement Learning (2021).
     point 8. Later minibatches use the same stored state, which is then slightly stale.
 8.  The first action after an update is sampled with the new weights, because `act` is not called between the last
     `finish` and `update`. An agent whose environments all fill their sequences together, as the controller's do, thus
-    learns from turns of one policy. Of others, some sequences were begun before the last update. If a batch holds such,
-    its log-probabilities, values and the recurrent states inside its sequences are computed anew before advantages are
-    estimated, and the ratios before the first gradient step are 1 up to rounding. The clip range then lies around the policy that the update starts from, and what is clipped is multiplied
-    by min(1, p / q), with p the probability of the action under that policy and q the one it was sampled with (the
+    learns from turns of one policy. Of others, some sequences were begun before the last update. In a batch with such,
+    log-probabilities, values and the recurrent states inside sequences are computed anew before advantages are
+    estimated. Ratios then begin at 1, up to rounding, and what is clipped is multiplied by min(1, p / q), with p the
+    probability of the action under the policy that the update starts from and q the one it was sampled with (the
     decoupled objective of Hilton, Cobbe & Schulman 2022, whose weight is p / q; truncated as in V-trace, Espeholt et
-    al. 2018). Of weights before the last update remain the state before the first turn and with it the states that the
-    live environments are in, which the value after the last turn is computed from, and the value that bootstraps a
-    truncated turn. Advantages are those of the turns as they were taken. `Learner._renewed`.
+    al. 2018). Of weights before the last update remain the states before the first turn and after the last, with the
+    value that bootstraps there, and the value that bootstraps a truncated turn. `Learner._renewed`.
 9.  Minibatches consist of whole sequences, in a new random order every epoch (37 details, LSTM 4).
 10. Illegal actions are masked out of the softmax, and the entropy is that of the masked distribution (Huang & Ontanon
     2020).
