@@ -130,7 +130,7 @@ def test_the_watching_meta_controller_of_ones_own_is_better_in_play_than_one_tha
 
 @pytest.mark.parametrize("reward", ["Closer", "hurry"])
 def test_the_reward_of_ones_own_trains_and_is_known_to_evaluate_and_resume(reward, tmp_path):
-    settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "4000"]
+    settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--max-steps", "100", "--steps", "4000"]
     out = str(tmp_path / "run")
     run("-m", "hierroom.train", "--reward", f"own_reward:{reward}", *settings, "--out", out)
     assert RunFolder.open(out).config().env.reward == f"own_reward:{reward}"
@@ -153,7 +153,7 @@ def test_the_reward_of_ones_own_is_nearness_by_hand(monkeypatch):
 
 
 def test_the_network_of_ones_own_trains(tmp_path, monkeypatch):
-    settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "4000"]
+    settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--max-steps", "100", "--steps", "4000"]
     run("-m", "hierroom.train", "--network", "own_network:GatedMemory", *settings, "--out", str(tmp_path / "run"))
     monkeypatch.syspath_prepend(EXAMPLES)
     assert check_run(tmp_path / "run")["steps"] == 4096
