@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: train test test-random test-lowest coverage mutate compile lint docs package bench constraints audit clean
+.PHONY: train test types test-random test-lowest coverage mutate compile lint docs package bench constraints audit clean
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -15,10 +15,13 @@ compile: $(VENV)/.installed ## all kernels, so that nothing after it compiles in
 train: compile ## HiPPO with the fixed depth-first meta-controller on graph c
 	$(BIN)/python -m hierroom.train --meta fixed-dfs
 
-test: compile ## everything CI runs
+types: $(VENV)/.installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+
+test: $(VENV)/.installed ## everything CI runs
+	$(MAKE) --no-print-directory --jobs=2 compile types
 	$(BIN)/python -m pytest -n 2
 
 test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it

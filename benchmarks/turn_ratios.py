@@ -21,6 +21,8 @@ from rich.progress import Progress
 from rich.table import Table
 
 from hierroom.agents.ppo_agent import PPOAgent
+from hierroom.cli import run
+from hierroom.errors import InputError
 from hierroom.learners.ppo import Learner
 from hierroom.learners.rollout import Batch
 from hierroom.learners.sampling import log_probabilities
@@ -57,6 +59,8 @@ def log_probs_now(learner: Learner, batch: Batch) -> NDArray[np.floating]:
 def main() -> None:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
+    if options.updates < 1:
+        raise InputError(f"updates must be at least 1, not {options.updates}")
     trainer = Trainer(find_preset("learned").changed(graph=options.graph, seed=options.seed))
     agent = trainer.agents[META]
     assert isinstance(agent, PPOAgent)
@@ -87,4 +91,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run(main)

@@ -24,11 +24,11 @@ from pathlib import Path
 import pytest
 from rich.progress import track
 
+from ..architecture import PACKAGE, ROOT
 from .explained import ANYWHERE, EXPLAINED
 from .in_memory import InMemory
 from .mutants import mutants
 
-PACKAGE = Path(__file__).parents[2]
 TARGETS: Mapping[str, tuple[str, str]] = {
     "gae": ("learners/gae.py", "learner_gae"),
     "graph": ("goals/graph.py", "goals"),
@@ -118,16 +118,17 @@ def passes(target: str, source: str, seen: Path) -> bool:
         seen: a file of `MostTellingFirst`.
     """
     path, tests = TARGETS[target]
+    finder = InMemory(PACKAGE / path, source)
     child = os.fork()
     if child == 0:
         signal.setitimer(signal.ITIMER_PROF, MOST_SECONDS_TO_COLLECT)
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
-        sys.meta_path.insert(0, InMemory(f"hierroom.{path.removesuffix('.py').replace('/', '.')}", source))
-        files = [f"{PACKAGE}/tests/test_{one}.py" for one in tests.split()]
+        sys.meta_path.insert(0, finder)
+        files = [f"{ROOT}/tests/test_{one}.py" for one in tests.split()]
         chosen = ["-k", " and ".join(f"not {one}" for one in LEFT_OUT), *files]
-        options = ["-x", "-q", "-p", "no:cacheprovider", f"--rootdir={PACKAGE}", *chosen]
+        options = ["-x", "-q", "-p", "no:cacheprovider", f"--rootdir={ROOT}", *chosen]
         os._exit(int(pytest.main(options, plugins=[MostTellingFirst(seen)])))
     _, status = os.waitpid(child, 0)
     code = os.waitstatus_to_exitcode(status)
@@ -146,7 +147,7 @@ def survivors(target: str, folder: Path) -> list[str]:
     Raises:
         RuntimeError: if the tests fail as it is.
     """
-    source = (PACKAGE / "hierroom" / TARGETS[target][0]).read_text()
+    source = (PACKAGE / TARGETS[target][0]).read_text()
     seen = folder / f"{target}.json"
     if not passes(target, source, seen):
         raise RuntimeError(f"the tests of {target} fail without any error in it")

@@ -18,7 +18,7 @@ ANYWHERE: Mapping[str, str] = {
     "@njit(cache=True, nogil=True)": _COMPILER,
     "if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time": _WARNS,
 }
-"""Likewise, of lines in several modules."""
+"""Of lines in any module."""
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
     "canonical": {
         "children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]"

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import ast
-from collections.abc import Mapping
+from functools import cache
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
 from types import CodeType, ModuleType
 from unittest.mock import patch
 
+import networkx as nx
 from numba.core import config
 
-PACKAGE = Path(__file__).parents[2] / "hierroom"
-COMPILED = {"hierroom.world.oracle"}
-"""Modules whose kernels are given all that they need of others, so that these may change."""
+from ..architecture import PACKAGE, file_imports
+
+COMPILED = {PACKAGE / "world" / "oracle.py"}
+"""Files whose kernels are given all that they need of others, so that these may change."""
 
 
 class InMemory:
@@ -23,13 +24,12 @@ class InMemory:
     contains the module as it is. All other kernels are compiled.
 
     Args:
-        name: of the module, ``hierroom`` included.
+        path: of the module's file.
         source: the text.
     """
 
-    def __init__(self, name: str, source: str) -> None:
-        self._name, self._source = name, source
-        self._interpreted = importers(name, imports(PACKAGE)) - (COMPILED - {name})
+    def __init__(self, path: Path, source: str) -> None:
+        self._path, self._source, self._interpreted = path, source, interpreted(path)
 
     def find_spec(self, fullname: str, path: object = None, target: object = None) -> ModuleSpec | None:
         """As Python's import asks it."""
@@ -37,8 +37,9 @@ class InMemory:
             return None
         spec = PathFinder.find_spec(fullname, path)  # pyright: ignore[reportArgumentType] - a package's __path__
         if spec is not None and spec.origin is not None:
-            source = self._source if fullname == self._name else None
-            spec.loader = _Loader(fullname, spec.origin, fullname in self._interpreted, source)
+            path = Path(spec.origin)
+            source = self._source if path == self._path else None
+            spec.loader = _Loader(fullname, spec.origin, path in self._interpreted, source)
         return spec
 
 
@@ -55,34 +56,7 @@ class _Loader(SourceFileLoader):
             super().exec_module(module)
 
 
-def imports(package: Path) -> Mapping[str, set[str]]:
-    """The modules of a package, each with the names that it imports, those in functions included.
-
-    Args:
-        package: its folder.
-    """
-    found: dict[str, set[str]] = {}
-    for path in package.rglob("*.py"):
-        module = ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__")
-        found[module] = names = set[str]()
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Import):
-                names.update(alias.name for alias in node.names)
-            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                names.add(node.module)
-                names.update(f"{node.module}.{alias.name}" for alias in node.names)
-    return found
-
-
-def importers(name: str, imported: Mapping[str, set[str]]) -> set[str]:
-    """A module, those that import it, those that import these, and so on.
-
-    Args:
-        name: of the module.
-        imported: what each module imports, as `imports` gives it.
-    """
-    found, new = set[str](), {name}
-    while new:
-        found |= new
-        new = {module for module, names in imported.items() if names & new} - found
-    return found
+@cache
+def interpreted(path: Path) -> frozenset[Path]:
+    """A file of the package and those that import it, over others too, but for `COMPILED`."""
+    return frozenset({path, *(nx.ancestors(file_imports(), path) - COMPILED)})
