@@ -54,8 +54,9 @@ class EnvConfig:
     """What an environment is made of.
 
     Args:
-        graph: goal graphs, of which each episode samples one: letters from a to g, paths to .toml files, rooms:N for
-            every graph of N rooms, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH for all in between.
+        graph: goal graphs, of which each episode samples one: letters from a to g, names such as
+            keys-0-1-exit-2 (the room of each key, and of the exit), paths to .toml files, rooms:N for every graph of N
+            rooms, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH for all in between.
         exclude: goal graphs to leave out of these, given likewise and found however their rooms are numbered.
         curriculum_stages: parts of equal width in difficulty into which several graphs are cut; one moves on after
             escaping in 80% of 200 episodes, and back below 20%. 1: all graphs at once.

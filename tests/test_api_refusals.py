@@ -19,7 +19,7 @@ from hierroom.world.world import World
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ({"graph": "h"}, "a graph must be a letter from a to g, a GoalGraph or a path to a .toml file"),
+        ({"graph": "h"}, "a graph must be a letter from a to g, a name such as keys-0-1-exit-2, a GoalGraph or a path"),
         ({"graph": "nowhere.toml"}, "cannot read the goal graph nowhere.toml: No such file or directory"),
         ({"graph": "broken.toml"}, "broken.toml is not a TOML file"),
         ({"graph": hierroom.GoalGraph((0,) * 7, 1)}, "a grid holds at most 7 rooms"),

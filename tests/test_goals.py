@@ -182,13 +182,42 @@ def test_files_that_cannot_be_read(tmp_path):
 
 @pytest.mark.parametrize("graph", ["h", "ab", "", 3, None, (0, 1)])
 def test_what_means_no_graph(graph):
-    with pytest.raises(InputError, match="a graph must be a letter from a to g, a GoalGraph or a path to a"):
+    with pytest.raises(InputError, match="a graph must be a letter from a to g, a name such as keys-0-1-exit-2"):
         as_goal_graph(graph)
 
 
 def test_an_unknown_letter():
-    with pytest.raises(InputError, match="the named graphs are a, b, c, d, e, f, g; there is no 'h'"):
+    with pytest.raises(
+        InputError, match=r"the named graphs are a, b, c, d, e, f, g, and others by .*; there is no 'h'"
+    ):
         GoalGraph.named("h")
+
+
+def test_every_graph_is_found_by_the_name_it_is_called_by():
+    for graph in enumerate_graphs(5):
+        assert (as_goal_graph(graph.name), as_goal_graph(graph.name).name) == (graph, graph.name)
+
+
+def test_a_graph_named_by_its_rooms_keeps_its_name_and_its_numbers():
+    graph = as_goal_graph("keys-2-0-exit-1")
+    assert (graph.key_rooms, graph.exit_room, graph.name) == ((2, 0), 1, "keys-2-0-exit-1")
+    assert graph.canonical() == GoalGraph.named("c").canonical()
+
+
+@pytest.mark.parametrize(
+    ("name", "error"),
+    [
+        ("keys-0-exit", "there is no 'keys-0-exit'"),
+        ("keys-0--1-exit-1", "there is no 'keys-0--1-exit-1'"),
+        ("keys-0-exit-1\n", "there is no 'keys-0-exit-1"),
+        ("keys-0-9-exit-1", "the key of room 2 must lie in a room from 0 to 2, not in 9"),
+        ("keys-1-exit-1", "must form a tree"),
+        ("keys-0-1.toml", "cannot read the goal graph keys-0-1.toml"),
+    ],
+)
+def test_a_name_whose_rooms_are_no_graph(name, error):
+    with pytest.raises(InputError, match=error):
+        as_goal_graph(name)
 
 
 # Enumeration.

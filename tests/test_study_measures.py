@@ -36,7 +36,7 @@ def test_twins_are_isomorphic_and_other_graphs(module):
     for name, twin in twins.items():
         assert twin.canonical() == originals[name].canonical()
         assert twin != originals[name]
-        assert twin.name == f"{name}-twin"
+        assert twin.name == f"keys-{'-'.join(map(str, twin.key_rooms))}-exit-{twin.exit_room}"
 
 
 def test_rows_hold_the_measures_and_what_is_there_is_kept(module, tmp_path, monkeypatch):

@@ -54,5 +54,5 @@ def _renumbered(graph: GoalGraph, rng: np.random.Generator, tries: int = 20) -> 
         new = np.concatenate([[0], 1 + rng.permutation(graph.n_rooms - 1)])  # [rooms] their new numbers
         key_rooms = np.empty(graph.n_rooms - 1, int)
         key_rooms[new[1:] - 1] = new[list(graph.key_rooms)]
-        copies.append(GoalGraph(tuple(key_rooms.tolist()), int(new[graph.exit_room]), label=f"{graph.name}-twin"))
+        copies.append(GoalGraph.named(f"keys-{'-'.join(map(str, key_rooms))}-exit-{new[graph.exit_room]}"))
     return copies

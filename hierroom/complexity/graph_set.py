@@ -30,10 +30,11 @@ class GraphSet:
     """Goal graphs, each once: two graphs that differ in the numbers of their rooms only are the same graph.
 
     Args:
-        specs: one of these, or a list or tuple of them: a letter, a `GoalGraph`, a path to a TOML file, ``rooms:N``
-            for every goal graph of N rooms, and ``hitting_time:LOW..HIGH`` or ``expected_steps:LOW..HIGH`` for every
-            goal graph of up to 7 rooms in between. The hitting time, the paper's, saturates near 100 and hardly
-            separates the hardest graphs; the expected steps, the true mean, do not saturate.
+        specs: one of these, or a list or tuple of them: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a
+            path to a TOML file, ``rooms:N`` for every goal graph of N rooms, and ``hitting_time:LOW..HIGH`` or
+            ``expected_steps:LOW..HIGH`` for every goal graph of up to 7 rooms in between. The hitting time, the
+            paper's, saturates near 100 and hardly separates the hardest graphs; the expected steps, the true mean, do
+            not saturate.
         exclude: the same for graphs to leave out, however their rooms are numbered.
         drop_key: whether keys can be dropped, which makes every graph harder.
         max_rooms: largest N of ``rooms:N``; by default the most rooms that a grid can hold.

@@ -29,7 +29,7 @@ def analyze(
     """Compute how hard a goal graph is to explore by the paper's random walk.
 
     Args:
-        graph: a letter `"a"` to `"g"`, a `GoalGraph`, or a path to a TOML file.
+        graph: a letter `"a"` to `"g"`, a name such as `"keys-0-1-exit-2"`, a `GoalGraph`, or a path to a TOML file.
         drop_key: whether keys can be dropped.
         walk: the probabilities of one step.
         reading: interpretation of the paper's augmented graph.

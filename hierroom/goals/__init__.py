@@ -1,6 +1,7 @@
 """Goal graphs, how users give them, and the ids of the goals in a level."""
 
-from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, enumerate_graphs, open_goals
+from hierroom.goals.enumeration import enumerate_graphs
+from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, open_goals
 from hierroom.goals.ids import (
     COLOURS,
     EXIT_GOAL,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -18,6 +19,8 @@ from hierroom.errors import InputError
 from hierroom.files import write_atomically
 from hierroom.goals.canonical import canonical_rooms
 from hierroom.goals.drawing import tree_svg
+
+_DESCRIBED = re.compile(r"keys-(\d{1,4}(?:-\d{1,4})*)-exit-(\d{1,4})", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -203,11 +206,24 @@ class GoalGraph:
             raise InputError(f"{path}: {error}") from error
 
     @classmethod
-    def named(cls, letter: str) -> GoalGraph:
-        """One of the paper's graphs, ``"a"`` to ``"g"`` (Table 1)."""
-        if letter not in NAMED_GRAPHS:
-            raise InputError(f"the named graphs are {', '.join(NAMED_GRAPHS)}; there is no {letter!r}")
-        return NAMED_GRAPHS[letter]
+    def named(cls, name: str) -> GoalGraph:
+        """The graph of a name: ``"a"`` to ``"g"`` of the paper (Table 1), or key rooms and exit room.
+
+        Args:
+            name: a letter, or a text such as ``"keys-0-1-exit-2"``, which is what a graph without a letter is called.
+
+        Raises:
+            InputError: if it is neither, or its rooms are no goal graph.
+        """
+        if name in NAMED_GRAPHS:
+            return NAMED_GRAPHS[name]
+        rooms = _DESCRIBED.fullmatch(name)
+        if rooms is None:
+            raise InputError(
+                f"the named graphs are {', '.join(NAMED_GRAPHS)}, and others by their rooms, such as keys-0-1-exit-2; "
+                f"there is no {name!r}"
+            )
+        return cls(tuple(map(int, rooms[1].split("-"))), int(rooms[2]), name)
 
 
 def _integers(what: str, values: Iterable) -> tuple[int, ...]:
@@ -265,24 +281,3 @@ def open_goals(
     keys_in_reach = ~keys & ~doors & np.take_along_axis(enterable, homes, axis=-1)
     exit_in_reach = np.take_along_axis(enterable, exits, axis=-1)
     return np.concatenate([keys_in_reach, keys & ~doors, exit_in_reach], axis=-1)
-
-
-def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
-    """List every goal graph with ``n_rooms`` rooms once, up to renaming: all rooted trees with a marked exit room.
-
-    Their number is the coefficient of x^n in T(x)^2 / (1 - T(x)), where T counts rooted trees (OEIS A000081): from two
-    rooms on 1, 3, 9, 26, 75, 214, 612, ...
-
-    Args:
-        n_rooms: number of rooms, at least 2.
-
-    Raises:
-        InputError: if there are fewer than 2 rooms.
-    """
-    if n_rooms < 2:
-        raise InputError(f"a goal graph must have at least 2 rooms, not {n_rooms}")
-    trees: set[tuple[int, ...]] = {()}
-    for size in range(1, n_rooms):
-        trees = {canonical_rooms((*tree, parent), None)[0] for tree in trees for parent in range(size)}
-    graphs = {canonical_rooms(tree, exit_room) for tree in trees for exit_room in range(1, n_rooms)}
-    return [GoalGraph(*graph) for graph in sorted(graphs)]

@@ -13,15 +13,15 @@ SET_KINDS = ("rooms", "hitting_time", "expected_steps")
 """What stands before the colon where a text means a set of graphs, see `hierroom.complexity.GraphSet`."""
 
 GraphSpec = GoalGraph | str | Path | Mapping[str, Any]
-"""How one goal graph, or a set of them, is given: a letter, a `GoalGraph`, a path to a TOML file, what
-`GoalGraph.to_dict` gives, or ``rooms:4``, ``hitting_time:20..30`` or ``expected_steps:90..150``."""
+"""How one goal graph, or a set of them, is given: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a path
+to a TOML file, what `GoalGraph.to_dict` gives, or ``rooms:4``, ``hitting_time:20..30`` or ``expected_steps:90..150``."""
 
 GraphSpecs = GraphSpec | Sequence[GraphSpec]
 """One `GraphSpec`, or a list or tuple of them for all their graphs."""
 
 
 def as_goal_graph(graph: GraphSpec) -> GoalGraph:
-    """Return the goal graph given as a letter, a `GoalGraph`, a path to a TOML file, or what `GoalGraph.to_dict` gives.
+    """Return the goal graph given in one of the ways of `GraphSpec` that mean a single graph.
 
     Raises:
         InputError: if it is none of these.
@@ -34,9 +34,12 @@ def as_goal_graph(graph: GraphSpec) -> GoalGraph:
         return NAMED_GRAPHS[graph]
     if isinstance(graph, (str, Path)) and (Path(graph).suffix == ".toml" or _is_file(graph)):
         return GoalGraph.from_toml(graph)
+    if isinstance(graph, str) and graph.startswith("keys-"):
+        return GoalGraph.named(graph)
     raise InputError(
-        "a graph must be a letter from a to g, a GoalGraph or a path to a .toml file (where several are taken, also "
-        f"rooms:N, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH), not {shown(graph)}"
+        "a graph must be a letter from a to g, a name such as keys-0-1-exit-2, a GoalGraph or a path to a .toml file "
+        "(where several are taken, also rooms:N, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH), not "
+        f"{shown(graph)}"
     )
 
 
