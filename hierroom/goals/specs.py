@@ -14,7 +14,8 @@ SET_KINDS = ("rooms", "hitting_time", "expected_steps")
 
 GraphSpec = GoalGraph | str | Path | Mapping[str, Any]
 """How one goal graph, or a set of them, is given: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a path
-to a TOML file, what `GoalGraph.to_dict` gives, or ``rooms:4``, ``hitting_time:20..30`` or ``expected_steps:90..150``."""
+to a TOML file, what `GoalGraph.to_dict` gives, or ``rooms:4``, ``hitting_time:20..30`` or
+``expected_steps:90..150``."""
 
 GraphSpecs = GraphSpec | Sequence[GraphSpec]
 """One `GraphSpec`, or a list or tuple of them for all their graphs."""
