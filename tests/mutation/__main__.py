@@ -1,10 +1,11 @@
 """Mutation testing: does a module's own test fail if the module has one small error?
 
-``python -m tests.mutation`` tries every mutant of the modules below, and ``python -m tests.mutation gae options`` those
-of some. The module and those that import it run as ordinary Python, kernels too. Each mutant is tried in a fork of this
-process, which has loaded what takes long, and lives in memory only: no file is touched. The tests that noticed most
-mutants come first, then the short ones. A mutant with which a test takes much more CPU time than with the right
-module, such as an endless loop, is killed, too. Exit code 1 if one survives that `explained` does not explain.
+``python -m tests.mutation`` tries every mutant of the modules below, ``python -m tests.mutation gae options`` those of
+some, and ``--sample 100`` a hundred of each. The module and those that import it run as ordinary Python, kernels too.
+Each mutant is tried in a fork of this process, which has loaded what takes long, and lives in memory only: no file is
+touched. The tests that noticed most mutants come first, then the short ones. A mutant with which a test takes much more
+CPU time than with the right module, such as an endless loop, is killed, too. Exit code 1 if one survives that
+`explained` does not explain.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import argparse
 import importlib
 import json
 import os
+import random
 import signal
 import sys
 import tempfile
@@ -38,7 +40,7 @@ TARGETS: Mapping[str, tuple[str, str]] = {
     "options": ("options.py", "options option_ends crafted_states"),
     "turn_kernels": ("turn_kernels.py", "options option_ends turn_kernels"),
     "turns": ("turns.py", "turns turns_masks turns_state turns_curriculum"),
-    "world": ("world/kernels.py", "world_keys world_minigrid world_batch world_levels"),
+    "world": ("world/kernels.py", "world_keys world_minigrid world_levels"),
     "batch": ("world/batch_kernels.py", "world_batch"),
     "oracle": ("world/oracle.py", "world_oracle"),
     "frontier": ("agents/frontier.py", "frontier"),
@@ -137,12 +139,13 @@ def passes(target: str, source: str, seen: Path) -> bool:
     return code == 0
 
 
-def survivors(target: str, folder: Path) -> list[str]:
-    """Try all mutants of a module; returns those that its tests do not notice and nobody has explained.
+def survivors(target: str, folder: Path, sample: int | None) -> list[str]:
+    """Try the mutants of a module; returns those that its tests do not notice and nobody has explained.
 
     Args:
         target: the module, in `TARGETS`.
         folder: for what is written meanwhile.
+        sample: how many are tried, drawn at random; None: all.
 
     Raises:
         RuntimeError: if the tests fail as it is.
@@ -151,7 +154,8 @@ def survivors(target: str, folder: Path) -> list[str]:
     seen = folder / f"{target}.json"
     if not passes(target, source, seen):
         raise RuntimeError(f"the tests of {target} fail without any error in it")
-    tried, explained, left = [*mutants(source)], 0, []
+    every, explained, left = [*mutants(source)], 0, []
+    tried = every if sample is None else random.Random(0).sample(every, min(sample, len(every)))
     known = {*ANYWHERE, *EXPLAINED.get(target, ())}
     started = time.monotonic()
     for mutant in track(tried, f"{target:<14}"):
@@ -164,8 +168,8 @@ def survivors(target: str, folder: Path) -> list[str]:
             print(f"{target} {mutant}", flush=True)
     minutes = (time.monotonic() - started) / 60
     n_killed = len(tried) - explained - len(left)
-    counts = f"{len(tried)} mutants, {n_killed} killed, {explained} explained, {len(left)} left"
-    print(f"{target}: {counts} ({minutes:.0f} min)", flush=True)
+    counts = f"{n_killed} killed, {explained} explained, {len(left)} left"
+    print(f"{target}: {len(tried)} of {len(every)} mutants, {counts} ({minutes:.0f} min)", flush=True)
     return left
 
 
@@ -173,15 +177,19 @@ def main() -> int:
     """The command."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("modules", nargs="*", help=f"of {', '.join(TARGETS)}; all by default")
-    named = parser.parse_args().modules or [*TARGETS]
+    parser.add_argument("--sample", type=int, metavar="N", help="try N mutants of each module, drawn at random")
+    options = parser.parse_args()
+    named = options.modules or [*TARGETS]
     if unknown := {*named} - {*TARGETS}:
         parser.error(f"there is no {', '.join(sorted(unknown))}; there are {', '.join(TARGETS)}")
+    if options.sample is not None and options.sample < 1:
+        parser.error(f"a sample has at least 1 mutant, not {options.sample}")
     os.environ["SDL_VIDEODRIVER"] = "dummy"
     for name in PRELOADED:
         importlib.import_module(name)
     with tempfile.TemporaryDirectory() as folder:
         os.environ["HYPOTHESIS_STORAGE_DIRECTORY"] = folder
-        left = [mutant for target in named for mutant in survivors(target, Path(folder))]
+        left = [mutant for target in named for mutant in survivors(target, Path(folder), options.sample)]
     return int(bool(left))
 
 
