@@ -1,0 +1,217 @@
+"""When does hierarchy pay? Two methods on the same goal graphs, one with a hierarchy and one without.
+
+    python -m benchmarks.study.hierarchy TABLE.csv
+
+TABLE.csv is a table of training runs as `benchmarks.study.statistics` takes it. On each graph the median steps of the
+flat method are divided by those of the hierarchical one; the interval is of resamples of the seeds of both. Where only
+the flat method never gets there the ratio is infinite; where neither does nothing can be told, and it counts as 1.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import tyro
+from numpy.typing import NDArray
+
+from benchmarks.study.correlations import resampled
+from benchmarks.study.tables import MEASURES_PATH, Row, read_measures, read_rows
+from benchmarks.study.trained import Outcome, Trained, measures_of, medians, read_trained
+from hierroom.cli import run
+from hierroom.errors import InputError, require_number
+from hierroom.files import write_atomically
+
+HARDEST = 0.1
+"""The share of the graphs that are called the hardest."""
+ENOUGH = 0.5
+"""A method that ends above this success rate works."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Compare two methods, goal graph by goal graph.
+
+    Args:
+        table: the training runs.
+        flat: the method without a hierarchy.
+        hierarchical: the method with one.
+        measures: the measures of the goal graphs.
+        outcome: the milestone whose steps are compared.
+        hardest_by: the measure that says which graphs are the hardest.
+        resamples: of the seeds.
+        level: confidence level of the intervals.
+        seed: of the resamples.
+        out: a CSV file with a row for each graph.
+    """
+
+    table: tyro.conf.Positional[Path]
+    flat: str = "ppo-bonus"
+    hierarchical: str = "hippo"
+    measures: Path = MEASURES_PATH
+    outcome: Outcome = "steps_to_95"
+    hardest_by: str = "expected_steps"
+    resamples: int = 2000
+    level: float = 0.95
+    seed: int = 0
+    out: Path | None = None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two methods on one goal graph.
+
+    Args:
+        graph: its name.
+        rooms: its number of rooms.
+        flat: median steps of the method without a hierarchy, ``inf`` where half of its seeds never got there.
+        hierarchical: those of the method with one.
+        ratio: of the first to the second, above 1 where hierarchy pays.
+        low: the lower end of its interval.
+        high: the upper end.
+        flat_success: median success rate at the end of training, 0 to 1.
+        hierarchical_success: likewise.
+    """
+
+    graph: str
+    rooms: int
+    flat: float
+    hierarchical: float
+    ratio: float
+    low: float
+    high: float
+    flat_success: float
+    hierarchical_success: float
+
+
+def ratios(flat: NDArray[np.float64], hierarchical: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[G] the first by the second; 1 where both are infinite.
+
+    Args:
+        flat: [G] steps, may hold ``inf``.
+        hierarchical: [G] likewise.
+    """
+    neither = np.isinf(flat) & np.isinf(hierarchical)
+    with np.errstate(invalid="ignore"):
+        return np.where(neither, 1, flat / hierarchical)
+
+
+def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> list[Comparison]:
+    """The two methods on each goal graph that both were trained on, in the order of the table.
+
+    Args:
+        rows: of the table of training runs.
+        measured: of the table of measures.
+        options: the methods, the outcome, and how intervals are computed.
+
+    Raises:
+        InputError: as `read_trained`, or if a method is not in the table or no graph has both.
+    """
+    both = options.flat, options.hierarchical
+    steps = _of_methods(read_trained(rows, measured, options.outcome), both)
+    failures = _of_methods(read_trained(rows, measured, "success_rate"), both)
+    graphs = [graph for graph in steps[0].graphs if graph in steps[1].graphs]
+    if not graphs:
+        raise InputError(f"no goal graph has runs of both {' and '.join(both)}")
+    flat, hierarchical = (_outcomes(trained, graphs) for trained in steps)
+    rng = np.random.default_rng(options.seed)
+    drawn = np.array(
+        [ratios(medians(resampled(flat, rng)), medians(resampled(hierarchical, rng))) for _ in range(options.resamples)]
+    )
+    low = np.quantile(drawn, (1 - options.level) / 2, axis=0, method="lower")  # between infinities there is no middle
+    high = np.quantile(drawn, (1 + options.level) / 2, axis=0, method="higher")
+    ends = [1 - medians(_outcomes(trained, graphs)) for trained in failures]
+    middle = medians(flat), medians(hierarchical)
+    rooms_of = {row["graph"]: int(row["rooms"]) for row in measured}
+    numbers = zip(*middle, ratios(*middle), low, high, *ends, strict=True)
+    return [Comparison(graph, rooms_of[graph], *map(float, of)) for graph, of in zip(graphs, numbers, strict=True)]
+
+
+def markdown(found: Sequence[Comparison], options: Options) -> str:
+    """A row for the graphs of each number of rooms: medians over them, and on how many hierarchy pays."""
+    both = options.hierarchical, options.flat
+    header = ["rooms", "graphs", *(f"{name}: {options.outcome}" for name in both), "ratio", "pays on"]
+    header += [f"{name}: above {ENOUGH:.0%} on" for name in both]
+    lines = [f"| {' | '.join(header)} |", "|" + "---|" * len(header)]
+    for rooms in sorted({one.rooms for one in found}):
+        of = [one for one in found if one.rooms == rooms]
+        steps = [_steps([one.hierarchical for one in of]), _steps([one.flat for one in of])]
+        pays = sum(one.low > 1 for one in of)
+        ratio = float(np.quantile([one.ratio for one in of], 0.5, method="lower"))
+        cells = [str(rooms), str(len(of)), *steps, _ratio(ratio), str(pays), *_working(of)]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def hardest(found: Sequence[Comparison], measured: Sequence[Row], measure: str) -> list[Comparison]:
+    """The tenth of the goal graphs that a measure, computed before training, calls the hardest.
+
+    Raises:
+        InputError: if the measure is not in the table, or not known of every graph.
+    """
+    measures = measures_of([one.graph for one in found], measured)
+    if measure not in measures:
+        raise InputError(f"the measure of the hardest must be one of {', '.join(measures)}, not {measure!r}")
+    order = np.argsort(-measures[measure], kind="stable")
+    return [found[i] for i in order[: max(1, round(HARDEST * len(found)))]]
+
+
+def _of_methods(trained: Sequence[Trained], names: Sequence[str]) -> list[Trained]:
+    by_name = {one.method: one for one in trained}
+    for name in names:
+        if name not in by_name:
+            raise InputError(f"the table's methods are {', '.join(by_name)}; there is no {name!r}")
+    return [by_name[name] for name in names]
+
+
+def _outcomes(trained: Trained, graphs: Sequence[str]) -> NDArray[np.float64]:
+    return trained.outcomes[[trained.graphs.index(graph) for graph in graphs]]
+
+
+def _steps(values: Sequence[float]) -> str:
+    middle = float(np.quantile(values, 0.5, method="higher"))
+    return f"{middle / 1e6:.2f}M" if np.isfinite(middle) else "-"
+
+
+def _ratio(value: float) -> str:
+    return f"{value:.1f}" if np.isfinite(value) else "never without"
+
+
+def _working(of: Sequence[Comparison]) -> list[str]:
+    return [
+        str(sum(one.hierarchical_success > ENOUGH for one in of)),
+        str(sum(one.flat_success > ENOUGH for one in of)),
+    ]
+
+
+def main() -> int:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__)
+    require_number("resamples", options.resamples, 2, 10**6, is_whole=True)
+    if not 0 < options.level < 1:
+        raise InputError(f"the level must be between 0 and 1, not {options.level}")
+    if options.outcome == "success_rate":
+        raise InputError("the steps of a milestone are compared, such as steps_to_95; success_rate stands beside them")
+    measured = read_measures(options.measures)
+    found = compare(read_rows(options.table), measured, options)
+    print(markdown(found, options))
+    few = hardest(found, measured, options.hardest_by)
+    with_hierarchy, without = _working(few)
+    where = f"Hardest tenth by {options.hardest_by}, {len(few)} goal graphs"
+    ends = f"{options.hierarchical} ends above {ENOUGH:.0%} success on {with_hierarchy}, {options.flat} on {without}"
+    print(f"\n{where}: {ends}.")
+    if options.out is not None:
+        text = io.StringIO()
+        writer = csv.DictWriter(text, [*asdict(found[0])], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(asdict(one) for one in found)
+        write_atomically(options.out, text.getvalue().encode())
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)

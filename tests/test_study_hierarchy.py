@@ -1,0 +1,104 @@
+"""The study's comparison of a method with a hierarchy and one without, on tables whose answers are known."""
+
+import csv
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hierroom.errors import InputError
+
+ROOT = Path(__file__).parents[1]
+STEPS = {
+    "easy": {"hippo": [100, 110, 120], "ppo-bonus": [100, 115, 125]},
+    "middle": {"hippo": [200, 210, 220], "ppo-bonus": [400, 420, 900]},
+    "hard": {"hippo": [300, 300, None], "ppo-bonus": [None, None, 800]},
+    "hopeless": {"hippo": [None, None, None], "ppo-bonus": [None, None, None]},
+}
+
+
+@pytest.fixture
+def hierarchy(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT)
+    return importlib.import_module("benchmarks.study.hierarchy")
+
+
+@pytest.fixture
+def tables(tmp_path):
+    runs = [
+        {
+            "graph": graph,
+            "method": method,
+            "seed": seed,
+            "steps_to_95": n or "",
+            "success_rate": 0.1 if n is None else 1,
+        }
+        for graph, methods in STEPS.items()
+        for method, several in methods.items()
+        for seed, n in enumerate(several)
+    ]
+    measures = [
+        {"graph": graph, "twin_of": "", "rooms": 2 + i // 2, "goals": 3, "settings": "", "expected_steps": 10 * i}
+        for i, graph in enumerate(STEPS)
+    ]
+    for name, rows in (("runs", runs), ("measures", measures)):
+        with (tmp_path / f"{name}.csv").open("w") as file:
+            writer = csv.DictWriter(file, list(rows[0]))
+            writer.writeheader()
+            writer.writerows(rows)
+    return tmp_path
+
+
+def printed(hierarchy, tables, monkeypatch, capsys, *words):
+    paths = [f"{tables}/runs.csv", "--measures", f"{tables}/measures.csv"]
+    monkeypatch.setattr(sys, "argv", ["hierarchy", *paths, *words])
+    assert hierarchy.main() == 0
+    return capsys.readouterr().out.splitlines()
+
+
+def test_ratios_where_one_or_both_never_get_there(hierarchy):
+    flat, hierarchical = np.array([4.0, np.inf, 4, np.inf]), np.array([2.0, 2, np.inf, np.inf])
+    assert hierarchy.ratios(flat, hierarchical).tolist() == [2, np.inf, 0, 1]
+
+
+def test_each_graph_has_its_ratio_and_what_its_seeds_leave_open(hierarchy, tables, monkeypatch, capsys):
+    printed(hierarchy, tables, monkeypatch, capsys, "--out", f"{tables}/out.csv")
+    rows = {row["graph"]: row for row in csv.DictReader((tables / "out.csv").open())}
+    easy, middle, hard, hopeless = (
+        {name: float(rows[graph][name]) for name in ("ratio", "low", "high")} for graph in STEPS
+    )
+    assert easy["ratio"] == pytest.approx(115 / 110)
+    assert easy["low"] < 1 < easy["high"]
+    assert middle["ratio"] == 2
+    assert middle["low"] == pytest.approx(400 / 220)  # 7 of 27 draws have the lowest median, for both 7%
+    assert middle["high"] == pytest.approx(900 / 200)
+    assert hard["ratio"] == np.inf
+    assert hopeless == {"ratio": 1, "low": 1, "high": 1}
+    assert [float(rows[graph]["flat_success"]) for graph in STEPS] == pytest.approx([1, 1, 0.1, 0.1])
+
+
+def test_the_table_counts_graphs_by_rooms(hierarchy, tables, monkeypatch, capsys):
+    lines = printed(hierarchy, tables, monkeypatch, capsys)
+    assert lines[0].startswith("| rooms | graphs | hippo: steps_to_95 | ppo-bonus: steps_to_95 | ratio | pays on |")
+    assert lines[2] == "| 2 | 2 | 0.00M | 0.00M | 1.0 | 1 | 2 | 2 |"
+    assert lines[3] == "| 3 | 2 | - | - | 1.0 | 0 | 1 | 0 |"
+    assert lines[5] == (
+        "Hardest tenth by expected_steps, 1 goal graphs: hippo ends above 50% success on 0, ppo-bonus on 0."
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--flat", "ppo"], "the table's methods are hippo, ppo-bonus; there is no 'ppo'"),
+        (["--hardest-by", "luck"], "the measure of the hardest must be one of .*expected_steps, not 'luck'"),
+        (["--outcome", "success_rate"], "the steps of a milestone are compared"),
+        (["--resamples", "1"], "resamples must be at least 2"),
+        (["--level", "95"], "between 0 and 1, not 95"),
+    ],
+)
+def test_the_command_refuses_in_one_line(hierarchy, tables, monkeypatch, capsys, words, message):
+    with pytest.raises(InputError, match=message):
+        printed(hierarchy, tables, monkeypatch, capsys, *words)
