@@ -94,7 +94,6 @@ def test_the_table_counts_graphs_by_rooms(hierarchy, tables, monkeypatch, capsys
     [
         (["--flat", "ppo"], "the table's methods are hippo, ppo-bonus; there is no 'ppo'"),
         (["--hardest-by", "luck"], "the measure of the hardest must be one of .*expected_steps, not 'luck'"),
-        (["--outcome", "success_rate"], "the steps of a milestone are compared"),
         (["--resamples", "1"], "resamples must be at least 2"),
         (["--level", "95"], "between 0 and 1, not 95"),
     ],

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks.study.correlations import resampled
 from benchmarks.study.tables import MEASURES_PATH, Row, read_measures, read_rows
-from benchmarks.study.trained import Outcome, Trained, measures_of, medians, read_trained
+from benchmarks.study.trained import Milestone, Trained, measures_of, medians, read_trained
 from hierroom.cli import run
 from hierroom.errors import InputError, require_number
 from hierroom.files import write_atomically
@@ -53,7 +53,7 @@ class Options:
     flat: str = "ppo-bonus"
     hierarchical: str = "hippo"
     measures: Path = MEASURES_PATH
-    outcome: Outcome = "steps_to_95"
+    outcome: Milestone = "steps_to_95"
     hardest_by: str = "expected_steps"
     resamples: int = 2000
     level: float = 0.95
@@ -194,8 +194,6 @@ def main() -> int:
     require_number("resamples", options.resamples, 2, 10**6, is_whole=True)
     if not 0 < options.level < 1:
         raise InputError(f"the level must be between 0 and 1, not {options.level}")
-    if options.outcome == "success_rate":
-        raise InputError("the steps of a milestone are compared, such as steps_to_95; success_rate stands beside them")
     measured = read_measures(options.measures)
     found = compare(read_rows(options.table), measured, options)
     print(markdown(found, options))

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from benchmarks.study.tables import Row
 from hierroom.errors import InputError
 
-Outcome = Literal["steps_to_50", "steps_to_90", "steps_to_95", "steps_to_99", "success_rate"]
+Milestone = Literal["steps_to_50", "steps_to_90", "steps_to_95", "steps_to_99"]
+Outcome = Milestone | Literal["success_rate"]
 
 FEWEST_GRAPHS = 4
 """Fewer can be ranked alike by chance."""

@@ -1,0 +1,123 @@
+"""Draw what was trained against measures that were computed before.
+
+    python -m benchmarks.study.figure TABLE.csv --out docs/pictures/study.png
+
+A panel for each measure, a mark for each goal graph and method: the median over seeds, and a line from the lowest to
+the highest. Where half of the seeds never got there the mark is an empty triangle at the top.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import tyro
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from benchmarks.study.tables import MEASURES_PATH, Row, read_measures, read_rows
+from benchmarks.study.trained import MEASURES, Milestone, Trained, measures_of, medians, read_trained
+from hierroom.cli import run
+from hierroom.compare.style import COLOURS, STYLE
+from hierroom.errors import InputError
+
+MARKS = "osD^v"
+LETTERS = frozenset("abcdefg")
+"""The paper's graphs, which are labelled where a panel has few others."""
+FEW = 12
+WIDTH = 2.6
+"""Of a panel in inches."""
+LETTERS_PER_INCH = 16
+"""Of the legend."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Draw difficulty against measures.
+
+    Args:
+        table: the training runs.
+        out: the picture; its ending says of which format.
+        shown: the measures, a panel each.
+        measures: the measures of the goal graphs.
+        outcome: what says how hard a graph was.
+    """
+
+    table: tyro.conf.Positional[Path]
+    out: Path
+    shown: tuple[str, ...] = ("goals", "hitting_time", "expected_steps")
+    measures: Path = MEASURES_PATH
+    outcome: Milestone = "steps_to_95"
+
+
+def draw(trained: Sequence[Trained], measured: Sequence[Row], options: Options) -> Figure:
+    """The figure.
+
+    Args:
+        trained: the outcomes of each method.
+        measured: rows of the table of measures.
+        options: which measures are shown.
+
+    Raises:
+        InputError: if a measure is unknown, or not told of every graph.
+    """
+    figure = Figure(figsize=(WIDTH * len(options.shown) + 0.5, 2.8), layout="constrained")
+    panels = figure.subplots(1, len(options.shown), sharey=True, squeeze=False)[0]
+    known = {method.method: measures_of(method.graphs, measured) for method in trained}
+    for name, axes in zip(options.shown, panels, strict=True):
+        for number, method in enumerate(trained):
+            if name not in known[method.method]:
+                raise InputError(f"the measures told of every graph are {', '.join(known[method.method])}, not {name}")
+            _draw_method(axes, MEASURES[name] * known[method.method][name], method, number, _top(trained))
+        axes.set_xlabel(name.replace("_", " "))
+        axes.set_yscale("log")
+        axes.grid(alpha=0.25, linewidth=0.5)
+    panels[0].set_ylabel(f"training {options.outcome.replace('_', ' ')}%")
+    handles = dict(zip(*reversed(panels[0].get_legend_handles_labels()), strict=True))
+    columns = max(1, int(WIDTH * len(options.shown) * LETTERS_PER_INCH) // max(len(name) + 6 for name in handles))
+    figure.legend([*handles.values()], [*handles], loc="outside upper left", ncols=columns)
+    return figure
+
+
+def _top(trained: Sequence[Trained]) -> float:
+    """Where those that never got there are drawn: above all others."""
+    reached = [method.outcomes[np.isfinite(method.outcomes)] for method in trained]
+    return 1.5 * max((one.max() for one in reached if one.size), default=1.0)
+
+
+def _draw_method(axes: Axes, values: NDArray[np.float64], method: Trained, number: int, top: float) -> None:
+    middle, colour = medians(method.outcomes), COLOURS[number % len(COLOURS)]
+    low, high = np.nanmin(method.outcomes, axis=1), np.minimum(np.nanmax(method.outcomes, axis=1), top)
+    reached = np.isfinite(middle)
+    axes.vlines(values[reached], low[reached], high[reached], color=colour, linewidth=0.7, alpha=0.5)
+    mark = MARKS[number % len(MARKS)]
+    axes.scatter(values[reached], middle[reached], s=14, color=colour, marker=mark, label=method.method, linewidth=0)
+    axes.scatter(values[~reached], np.full((~reached).sum(), top), s=18, marker="^", facecolor="none", edgecolor=colour)
+    if len(values) <= FEW:
+        for x, y, graph in zip(values, np.minimum(middle, top), method.graphs, strict=True):
+            if graph in LETTERS:
+                axes.annotate(graph, (x, y), textcoords="offset points", xytext=(4, -2), fontsize=7)
+
+
+def main() -> int:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__)
+    measured = read_measures(options.measures)
+    rows: Sequence[Mapping[str, str]] = read_rows(options.table)
+    with matplotlib.rc_context(STYLE):
+        figure = draw(read_trained(rows, measured, options.outcome), measured, options)
+        try:
+            options.out.parent.mkdir(parents=True, exist_ok=True)
+            figure.savefig(options.out, dpi=150)
+        except (OSError, ValueError) as error:
+            raise InputError(f"cannot draw to {options.out}: {error}") from error
+    print(f"drawn: {options.out}")
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,76 @@
+"""The study's figure: every goal graph has a mark where its numbers say."""
+
+import csv
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hierroom.errors import InputError
+
+ROOT = Path(__file__).parents[1]
+STEPS = {"a": [100, 300, 200], "b": [400, 500, 900], "own": [800, None, None], "c": [600, 700, None]}
+
+
+@pytest.fixture
+def figure(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT)
+    return importlib.import_module("benchmarks.study.figure")
+
+
+@pytest.fixture
+def tables(tmp_path):
+    runs = [
+        {"graph": graph, "method": "hippo", "seed": seed, "steps_to_95": n or ""}
+        for graph, several in STEPS.items()
+        for seed, n in enumerate(several)
+    ]
+    measures = [
+        {"graph": graph, "twin_of": "", "rooms": 3, "goals": 5, "settings": "", "width": i, "play_success": i}
+        for i, graph in enumerate(STEPS)
+    ]
+    for name, rows in (("runs", runs), ("measures", measures)):
+        with (tmp_path / f"{name}.csv").open("w") as file:
+            writer = csv.DictWriter(file, list(rows[0]))
+            writer.writeheader()
+            writer.writerows(rows)
+    return tmp_path
+
+
+def words(tables, *others):
+    return ["figure", f"{tables}/runs.csv", "--measures", f"{tables}/measures.csv", *others]
+
+
+def test_marks_stand_at_the_medians_and_above_all_where_half_never_got_there(figure, tables):
+    options = figure.Options(tables / "runs.csv", tables / "f.png", ("width", "play_success"))
+    measured = figure.read_measures(tables / "measures.csv")
+    trained = figure.read_trained(figure.read_rows(options.table), measured, "steps_to_95")
+    for axes in figure.draw(trained, measured, options).axes:
+        reached, never = (np.asarray(marks.get_offsets()).tolist() for marks in axes.collections[1:])
+        assert reached == [[0, 200], [1, 500], [3, 700]]
+        assert never == [[2, 1.5 * 900]]
+        low_to_high = [segment[:, 1].tolist() for segment in axes.collections[0].get_segments()]
+        assert low_to_high == [[100, 300], [400, 900], [600, 1.5 * 900]]
+        assert {text.get_text() for text in axes.texts} == {"a", "b", "c"}
+
+
+def test_the_command_writes_a_picture(figure, tables, monkeypatch):
+    monkeypatch.setattr(sys, "argv", words(tables, "--shown", "width", "--out", f"{tables}/new/f.png"))
+    assert figure.main() == 0
+    assert (tables / "new" / "f.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("others", "message"),
+    [
+        (["--shown", "luck", "--out", "f.png"], "the measures told of every graph are width, play_success, not luck"),
+        (["--shown", "width", "--out", "f.xyz"], "cannot draw to f.xyz"),
+    ],
+)
+def test_the_command_refuses_in_one_line(figure, tables, monkeypatch, others, message):
+    monkeypatch.chdir(tables)
+    monkeypatch.setattr(sys, "argv", words(tables, *others))
+    with pytest.raises(InputError, match=message):
+        figure.main()
