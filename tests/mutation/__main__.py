@@ -27,7 +27,7 @@ import pytest
 from rich.progress import track
 
 from ..architecture import PACKAGE, ROOT
-from .explained import ANYWHERE, EXPLAINED
+from .explained import EXPLAINED, NOT_TRIED
 from .in_memory import InMemory
 from .mutants import mutants
 
@@ -154,14 +154,14 @@ def survivors(target: str, folder: Path, sample: int | None) -> list[str]:
     seen = folder / f"{target}.json"
     if not passes(target, source, seen):
         raise RuntimeError(f"the tests of {target} fail without any error in it")
-    every, explained, left = [*mutants(source)], 0, []
+    every, explained, left = [one for one in mutants(source) if one.before not in NOT_TRIED], 0, []
     tried = every if sample is None else random.Random(0).sample(every, min(sample, len(every)))
-    known = {*ANYWHERE, *EXPLAINED.get(target, ())}
+    known = EXPLAINED.get(target, {})
     started = time.monotonic()
     for mutant in track(tried, f"{target:<14}"):
         if not passes(target, mutant.source, seen):
             continue
-        if not {mutant.before, f"{mutant.before}  ->  {mutant.after}"}.isdisjoint(known):
+        if mutant.before in known or f"{mutant.before}  ->  {mutant.after}" in known:
             explained += 1
         else:
             left.append(str(mutant))

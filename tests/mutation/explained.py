@@ -13,12 +13,12 @@ _BOUND = "a bound on rounding, whose size alone counts: near where they change p
 _FIRST = "replaced before it is used, but where there are no nodes and nothing to take"
 _ROOM = "more memory than is needed either way, where each node has an edge"
 
-ANYWHERE: Mapping[str, str] = {
+NOT_TRIED: Mapping[str, str] = {
     "@njit(cache=True)": _COMPILER,
     "@njit(cache=True, nogil=True)": _COMPILER,
     "if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time": _WARNS,
 }
-"""Of lines in any module."""
+"""Lines of any module whose mutants are not tried."""
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
     "canonical": {
         "children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]"
