@@ -1,20 +1,27 @@
 """Put the tables of the sweeps in `benchmarks/sweeps/` into README and docs, from the rows in `benchmarks/results/`.
 
-    python benchmarks/tables.py            # renew
-    python benchmarks/tables.py --check    # exit code 1 where one differs
+    python -m benchmarks.tables            # renew
+    python -m benchmarks.tables --check    # exit code 1 where one differs
 
-A table stands between the lines `<!-- sweep NAME -->` and `<!-- end of sweep -->`.
+A table of what was trained stands between the lines `<!-- sweep NAME -->` and `<!-- end of sweep -->`. One of how well
+measures predicted it stands between `<!-- study NAME MEASURE ... -->`, all measures where none is named, and
+`<!-- end of study -->`; it is made from what `benchmarks.study.statistics` wrote.
 """
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
+from benchmarks.study.correlations import Estimate
+from benchmarks.study.statistics import measure_table
+from benchmarks.study.tables import Row, read_rows
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
@@ -24,7 +31,7 @@ from hierroom.sweep.table import SweepTable
 
 ROOT = Path(__file__).parents[1]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
-PLACE = re.compile(r"(<!-- sweep (\w+) -->\n).*?(<!-- end of sweep -->\n)", re.DOTALL)
+PLACE = re.compile(r"(<!-- (sweep|study) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,7 @@ class Options:
     check: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 
 
-def table(name: str) -> str:
+def sweep_table(name: str) -> str:
     """The table of a sweep in Markdown, with the command that makes its rows.
 
     Raises:
@@ -55,9 +62,46 @@ def table(name: str) -> str:
     return f"\n`{command}` ({CAPTION}):\n\n{summarise(runs, rows, plan.metas).markdown()}\n\n"
 
 
+def study_table(name: str, *shown: str) -> str:
+    """How well measures predicted what a sweep trained, a table for each method, with the command that makes it.
+
+    Args:
+        name: of the sweep.
+        shown: the measures, the best first where none is named.
+
+    Raises:
+        InputError: if the statistics were not computed, or not of such a measure.
+    """
+    out = Path("benchmarks", "results", name)
+    command = f"python -m benchmarks.study.statistics {out}/sweep.csv --out {out}/correlations.csv"
+    by_method: dict[str, list[Row]] = {}
+    for row in read_rows(ROOT / out / "correlations.csv"):
+        by_method.setdefault(row["method"], []).append(row)
+    tables = [_study_table(method, rows, shown) for method, rows in by_method.items()]
+    return f"\n`{command}`:\n\n" + "\n\n".join(tables) + "\n\n"
+
+
+def _study_table(method: str, rows: Sequence[Row], shown: Sequence[str]) -> str:
+    estimates = {
+        (row["measure"], row["statistic"]): Estimate(*(float(row[name] or "nan") for name in ("value", "low", "high")))
+        for row in rows
+    }
+    known = [row["measure"] for row in rows if row["statistic"] == "spearman" and row["measure"] != "twins"]
+    if unknown := [name for name in shown if name not in known]:
+        raise InputError(f"the measures of {method} are {', '.join(known)}; there is no {unknown[0]!r}")
+    best = sorted(known, key=lambda name: -estimates[name, "spearman"].value)
+    header = f"**{method}**, {rows[0]['outcome'].replace('_', ' ')}%, {rows[0]['graphs']} goal graphs:"
+    lines = [header, "", measure_table(estimates, shown or best)]
+    for measure, statistic, what in (("seeds", "halves", "halves of the seeds"), ("twins", "spearman", "twins")):
+        if not math.isnan(estimates[measure, statistic].value):
+            lines += ["", f"{what}: {estimates[measure, statistic]}"]
+    return "\n".join(lines)
+
+
 def renewed(text: str) -> str:
     """A page with its tables as they are now."""
-    return PLACE.sub(lambda place: place[1] + table(place[2]) + place[3], text)
+    kinds = {"sweep": sweep_table, "study": study_table}
+    return PLACE.sub(lambda place: place[1] + kinds[place[2]](*place[3].split()) + place[4], text)
 
 
 def main() -> int:

@@ -3,26 +3,29 @@
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from hierroom.errors import InputError
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "benchmarks"))
+sys.path.insert(0, str(ROOT))
 
-import hindsight  # noqa: E402
-import tables  # noqa: E402
+from benchmarks import hindsight, tables  # noqa: E402
+from benchmarks.study.correlations import correlations  # noqa: E402
+from benchmarks.study.tables import MEASURES_PATH, read_measures, read_rows  # noqa: E402
+from benchmarks.study.trained import measures_of, medians, read_trained  # noqa: E402
 
 
 @pytest.mark.parametrize("page", tables.PAGES, ids=lambda page: page.name)
 def test_each_table_is_that_of_its_rows(page, monkeypatch):
     monkeypatch.chdir(ROOT)
-    assert tables.renewed(page.read_text()) == page.read_text(), "python benchmarks/tables.py renews it"
+    assert tables.renewed(page.read_text()) == page.read_text(), "python -m benchmarks.tables renews it"
 
 
 def test_a_table_is_put_in_its_place_and_an_unfinished_one_is_not(monkeypatch):
     text = "before\n<!-- sweep one -->\nold\n<!-- end of sweep -->\nafter\n<!-- sweep two -->\n<!-- end of sweep -->\n"
-    monkeypatch.setattr(tables, "table", lambda name: f"| {name} |\n")
+    monkeypatch.setattr(tables, "sweep_table", lambda name: f"| {name} |\n")
     assert tables.renewed(text) == (
         "before\n<!-- sweep one -->\n| one |\n<!-- end of sweep -->\nafter\n"
         "<!-- sweep two -->\n| two |\n<!-- end of sweep -->\n"
@@ -30,7 +33,47 @@ def test_a_table_is_put_in_its_place_and_an_unfinished_one_is_not(monkeypatch):
     monkeypatch.undo()
     monkeypatch.chdir(ROOT)
     with pytest.raises(InputError, match="0 of 99 runs of the sweep ablation are done"):
-        tables.table("ablation")
+        tables.sweep_table("ablation")
+
+
+def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch):
+    monkeypatch.setattr(tables, "ROOT", tmp_path)
+    folder = tmp_path / "benchmarks" / "results" / "one"
+    folder.mkdir(parents=True)
+    statistics = ("spearman", "kendall", "given goals", "at fixed goals", "minus goals", "minus hitting time")
+    rows = [
+        f"hippo,steps_to_95,{measure},{one},{value},,,9"
+        for measure, value in (("width", 0.25), ("goals", 0.5))
+        for one in statistics
+    ]
+    rows += ["hippo,steps_to_95,seeds,halves,0.75,0.5,1,9", "hippo,steps_to_95,twins,spearman,,,,0"]
+    (folder / "correlations.csv").write_text(
+        "method,outcome,measure,statistic,value,low,high,graphs\n" + "\n".join(rows)
+    )
+    lines = tables.renewed("<!-- study one -->\n<!-- end of study -->\n").splitlines()
+    assert lines[4] == "**hippo**, steps to 95%, 9 goal graphs:"
+    assert [line.split(" | ")[:2] for line in lines if line.startswith("| ")][1:] == [
+        ["| goals", "0.50"],
+        ["| width", "0.25"],
+    ]
+    assert lines[-3] == "halves of the seeds: 0.75 [0.50, 1.00]"
+    assert "goals | 0.50" not in tables.renewed("<!-- study one width -->\n<!-- end of study -->\n")
+    with pytest.raises(InputError, match="the measures of hippo are width, goals; there is no 'luck'"):
+        tables.study_table("one", "luck")
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "benchmarks" / "results").glob("*/correlations.csv")), ids=str)
+def test_the_statistics_are_those_of_the_committed_rows(path):
+    measured, given = read_measures(ROOT / MEASURES_PATH), read_rows(path)
+    goals = {row["graph"]: float(row["goals"]) for row in measured}
+    for trained in read_trained(read_rows(path.with_name("sweep.csv")), measured, given[0]["outcome"]):
+        measures = measures_of(trained.graphs, measured)
+        now = correlations(medians(trained.outcomes), measures, np.array([goals[graph] for graph in trained.graphs]))
+        own = [row for row in given if row["method"] == trained.method and row["measure"] in measures]
+        assert len(own) == len(now)
+        for row in own:
+            value = now[row["measure"], row["statistic"]]
+            assert float(row["value"] or "nan") == pytest.approx(value, rel=1e-5, abs=1e-9, nan_ok=True)
 
 
 def test_the_table_of_hindsight_is_what_its_rows_say(capsys):

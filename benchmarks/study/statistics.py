@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -123,13 +123,23 @@ def markdown(result: Result, outcome: Outcome) -> str:
     of = f"{outcome}, {len(seeds)} goal graphs, {several} seeds"
     if outcome != "success_rate":
         of += f", never reached by half of the seeds on {result.trained.never}"
-    lines = [f"**{result.trained.method}**: {of}", ""]
-    lines += ["| measure | " + " | ".join(PRINTED) + " |", "|---|" + "---|" * len(PRINTED)]
-    for name in result.measures:
-        lines.append(f"| {name} | " + " | ".join(str(result.estimates[name, one]) for one in PRINTED) + " |")
+    lines = [f"**{result.trained.method}**: {of}", "", measure_table(result.estimates, result.measures)]
     lines += ["", f"halves of the seeds: {result.halves}; {len(result.trained.twins)} twins: {result.twins}"]
     if not np.isnan(result.factor):
         lines[-1] += f", which differ by a factor of {result.factor:.2f}"
+    return "\n".join(lines)
+
+
+def measure_table(estimates: Mapping[tuple[str, str], Estimate], measures: Sequence[str]) -> str:
+    """A row for each measure, in Markdown.
+
+    Args:
+        estimates: by measure and statistic.
+        measures: those shown.
+    """
+    lines = ["| measure | " + " | ".join(PRINTED) + " |", "|---|" + "---|" * len(PRINTED)]
+    for name in measures:
+        lines.append(f"| {name} | " + " | ".join(str(estimates[name, one]) for one in PRINTED) + " |")
     return "\n".join(lines)
 
 

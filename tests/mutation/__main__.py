@@ -34,6 +34,7 @@ from .mutants import mutants
 TARGETS: Mapping[str, tuple[str, str]] = {
     "gae": ("learners/gae.py", "learner_gae"),
     "graph": ("goals/graph.py", "goals"),
+    "enumeration": ("goals/enumeration.py", "goals"),
     "canonical": ("goals/canonical.py", "goals complexity_graph_set"),
     "hitting": ("complexity/hitting.py", "complexity_hitting"),
     "elimination": ("complexity/elimination.py", "complexity_elimination"),
