@@ -3,6 +3,7 @@
 import csv
 import importlib
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from hierroom.complexity import analyze
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+from hierroom.sweep.plan import read_plan
 
 ROOT = Path(__file__).parents[1]
 
@@ -37,6 +39,23 @@ def test_twins_are_isomorphic_and_other_graphs(module):
         assert twin.canonical() == originals[name].canonical()
         assert twin != originals[name]
         assert twin.name == f"keys-{'-'.join(map(str, twin.key_rooms))}-exit-{twin.exit_room}"
+
+
+def test_the_sweeps_train_the_study_s_graphs_and_their_twins_alike(module):
+    graphs = module("graphs")
+    plans = [read_plan(ROOT / "benchmarks" / "sweeps" / f"{name}.toml") for name in ("study", "study_twins")]
+    assert replace(plans[0], graphs=()) == replace(plans[1], graphs=())
+    wanted = [graphs.study_graphs(), tuple(graphs.twins().values())]
+    for plan, own in zip(plans, wanted, strict=True):
+        runs = plan.runs()
+        assert len(runs) == 20 * len(own)
+        assert {run.identity["graph"] for run in runs} == {graph.name for graph in own}
+    assert {graph.name for own in wanted for graph in own} == {row["graph"] for row in committed()}
+
+
+def committed():
+    with (ROOT / "benchmarks" / "results" / "study" / "measures.csv").open() as file:
+        return list(csv.DictReader(file))
 
 
 def test_rows_hold_the_measures_and_what_is_there_is_kept(module, tmp_path, monkeypatch):

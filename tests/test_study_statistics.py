@@ -223,6 +223,8 @@ def test_methods_are_told_apart_by_what_differs(module):
     found = read(rows, measured_rows(list("abcd")), "steps_to_95")
     assert [one.method for one in found] == ["hippo 19", "hippo 31"]
     assert [one.never for one in found] == [0, 0]
+    rows = run_rows(steps, meta="fixed-dfs") + run_rows(steps, method="ppo", meta="none")
+    assert [one.method for one in read(rows, measured_rows(list("abcd")), "steps_to_95")] == ["hippo", "ppo"]
     rates = [{**row, "success_rate": rate} for row, rate in zip(run_rows(steps), ["1", "0.5"] * 4, strict=True)]
     (one,) = read(rates, measured_rows(list("abcd")), "success_rate")
     assert one.outcomes.tolist() == [[0, 0.5]] * 4

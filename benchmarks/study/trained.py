@@ -18,7 +18,7 @@ Outcome = Milestone | Literal["success_rate"]
 FEWEST_GRAPHS = 4
 """Fewer can be ranked alike by chance."""
 SETTINGS = ("variant", "preset", "meta", "size")
-"""Columns that make a method another one where they differ, if the table has them."""
+"""Columns that make a method another one where its rows differ in them, if the table has them."""
 MEASURES: Mapping[str, int] = {
     "goals": 1,
     "exit_depth": 1,
@@ -58,7 +58,7 @@ class Trained:
     """The difficulty of each goal graph to one method, seed by seed.
 
     Args:
-        method: its name, with the settings in which the table's methods differ.
+        method: its name, with the settings in which the table's rows of a method differ.
         graphs: [G] names of the graphs, without twins.
         outcomes: [G, S] the difficulty: steps, ``inf`` where never reached, or the rate of failure; ``nan`` after the
             last seed of a graph that has fewer.
@@ -108,7 +108,7 @@ def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome)
     unknown = sorted({row["graph"] for row in rows} - twin_of.keys())
     if unknown:
         raise InputError(f"{len(unknown)} graphs are in no row of the measures, such as {unknown[0]!r}")
-    varied = [name for name in SETTINGS if len({row.get(name) for row in rows}) > 1]
+    varied = [name for name in SETTINGS if _differs_within_a_method(rows, name)]
     found: dict[str, dict[str, dict[str, float]]] = {}
     lengths: dict[str, set[str]] = {}
     for row in rows:
@@ -143,6 +143,13 @@ def measures_of(graphs: Sequence[str], measured: Sequence[Row]) -> dict[str, NDA
             if len(np.unique(values)) > 1:
                 found[name] = values
     return found
+
+
+def _differs_within_a_method(rows: Sequence[Row], setting: str) -> bool:
+    values: dict[str, set[str | None]] = {}
+    for row in rows:
+        values.setdefault(row["method"], set()).add(row.get(setting))
+    return any(len(several) > 1 for several in values.values())
 
 
 def _trained(method: str, graphs: Mapping[str, Mapping[str, float]], twin_of: Mapping[str, str]) -> Trained:
