@@ -50,11 +50,23 @@ def test_the_sweeps_train_the_study_s_graphs_and_their_twins_alike(module):
         runs = plan.runs()
         assert len(runs) == 20 * len(own)
         assert {run.identity["graph"] for run in runs} == {graph.name for graph in own}
-    assert {graph.name for own in wanted for graph in own} == {row["graph"] for row in committed()}
+    assert {graph.name for own in wanted for graph in own} == {row["graph"] for row in committed("study/measures.csv")}
 
 
-def committed():
-    with (ROOT / "benchmarks" / "results" / "study" / "measures.csv").open() as file:
+def test_the_study_takes_the_settings_with_the_largest_area_under_the_curve():
+    areas = {}
+    for row in committed("tuning/sweep.csv"):
+        settings = float(row["learning_rate"]), float(row["gamma"])
+        areas.setdefault(row["method"], {}).setdefault(settings, []).append(float(row["area_under_curve"]))
+    assert {len(several) for of in areas.values() for several in of.values()} == {3}
+    best = {method: max(of, key=lambda settings: sum(of[settings])) for method, of in areas.items()}
+    runs = read_plan(ROOT / "benchmarks" / "sweeps" / "study.toml").runs()
+    taken = {(run.identity["method"], (run.config.ppo.learning_rate, run.config.ppo.gamma)) for run in runs}
+    assert taken == {*best.items()}
+
+
+def committed(name):
+    with (ROOT / "benchmarks" / "results" / name).open() as file:
         return list(csv.DictReader(file))
 
 
