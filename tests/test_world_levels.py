@@ -90,6 +90,19 @@ def test_a_level_is_what_its_graph_says(graph, size):
         assert (grid[:, -MARGIN - 1 :] == WALL).all()
 
 
+@pytest.mark.parametrize("graph", [SIX, STAR], ids=["six", "star"])
+def test_no_wall_is_thicker_than_a_cell(graph):
+    """Each room reaches, on all of its sides, to the outer wall, to a wall of the centre, or to what divides a side."""
+    size = 19
+    for level in World([graph], 300, size=size, seed=15).state.levels:
+        outer, (top, left, bottom, right) = {MARGIN, MARGIN + size - 1}, level.rectangles[0]
+        rows = {top - 1, bottom + 1, *outer, level.divider[0], level.divider[2]}
+        cols = {left - 1, right + 1, *outer, level.divider[1], level.divider[3]}
+        for first_row, first_col, last_row, last_col in level.rectangles[1 : graph.n_rooms]:
+            assert {first_row - 1, last_row + 1} <= rows
+            assert {first_col - 1, last_col + 1} <= cols
+
+
 def sides_of(levels):
     """[N, branches] side of the centre that each door is on: 0 east, 1 south, 2 west, 3 north."""
     rows, cols = np.moveaxis(levels["doors_at"], 2, 0)

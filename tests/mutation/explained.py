@@ -14,12 +14,16 @@ _FIRST = "replaced before it is used, but where there are no nodes and nothing t
 _ROOM = "more memory than is needed either way, where each node has an edge"
 
 NOT_TRIED: Mapping[str, str] = {
-    "@njit(cache=True)": _COMPILER,
-    "@njit(cache=True, nogil=True)": _COMPILER,
+    "@njit(": _COMPILER,
     "if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time": _WARNS,
 }
-"""Lines of any module whose mutants are not tried."""
+"""How lines of any module begin whose mutants are not tried."""
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
+    "adam": {
+        "means[i] = mean if abs(mean) > least else nothing  ->  means[i] = mean if abs(mean) >= least else nothing": (
+            "the least that is kept, where 1e-30 is as good as nothing"
+        ),
+    },
     "canonical": {
         "children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]"
         "  ->  children: list[list[int]] = [[] for _ in range(len(key_rooms) + 2)]": "an empty list more than rooms",

@@ -1,0 +1,143 @@
+"""Each feature's numbers, by a plain reading of what it is, and how many values each can have."""
+
+import numpy as np
+import pytest
+from turns_helpers import make
+
+from hierroom.agents.features import FEATURES, Features
+from hierroom.errors import InputError
+from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NAMED_GRAPHS, NO_GOAL
+from hierroom.meta import make_meta
+from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR, VIEW
+from hierroom.world.tiles import TRIPLES
+
+N_ENVS, N_ACTIONS = 16, 6
+CONTROLLERS = tuple(name for name in FEATURES if name != "goal-outcome")
+
+
+def tile_of(goal):
+    """What shows a goal in the view: a key, a door that is locked, the exit."""
+    if goal == EXIT_GOAL:
+        return EXIT
+    return KEY + goal if goal < FIRST_DOOR_GOAL else LOCKED_DOOR + goal - FIRST_DOOR_GOAL
+
+
+def object_and_colour(goal):
+    """0 for none, else 1 for a key, 2 for a door and 3 for the exit, which is green; the colours from 1 on."""
+    if goal == NO_GOAL:
+        return [0, 0]
+    if goal == EXIT_GOAL:
+        return [3, 1 + COLOURS.index("green")]
+    return [1 + goal // FIRST_DOOR_GOAL, 1 + goal % N_COLOURS]
+
+
+def played():
+    """What controllers observe in random play, with each environment's last action and the goals seen and achieved."""
+    turns = make([NAMED_GRAPHS["b"], NAMED_GRAPHS["f"]], N_ENVS, seed=5, size=13, max_steps=300, drop_key=True)
+    meta, rng, last = make_meta("random"), np.random.default_rng(2), np.full(N_ENVS, N_ACTIONS)
+    for _ in range(1500):
+        turns.ask(meta)
+        others = rng.random(N_ENVS) < 0.1
+        turns.goals[others] = rng.integers(NO_GOAL, N_GOALS, others.sum())
+        yield turns, turns.observe("controller_0", np.arange(N_ENVS)), last
+        last = rng.choice(N_ACTIONS, N_ENVS, p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1])
+        step = turns.step(last)
+        last = np.where(step.episode_ended, N_ACTIONS, last)
+
+
+def test_what_is_shown_is_what_is_there():
+    compared = dict.fromkeys(("no goal", "key", "door", "exit", "in view", "in no view", "held", "opened"), 0)
+    for _, observation, last in played():
+        now = {name: FEATURES[name].encode(observation).tolist() for name in CONTROLLERS}
+        assert now["direction"] == [[level.direction] for level in observation.levels]
+        assert now["previous-action"] == [[action] for action in last]
+        assert now["view"] == now["view-ids"] == observation.tiles.reshape(N_ENVS, VIEW * VIEW).tolist()
+        for n, (level, goal, tiles) in enumerate(zip(observation.levels, observation.goals, now["view"], strict=True)):
+            assert now["goal"][n] == object_and_colour(goal)
+            assert now["symbol"][n] == [N_GOALS if goal == NO_GOAL else goal]
+            held, opened = (
+                {int(level.colours[b]) for b in range(level.n_rooms - 1) if bits >> b & 1}
+                for bits in (level.keys, level.doors)
+            )
+            assert now["keys"][n] == [int(colour in held) for colour in range(N_COLOURS)]
+            achieved = held | {FIRST_DOOR_GOAL + colour for colour in opened}
+            seen = {goal for goal in range(N_GOALS) if level.seen >> goal & 1}
+            assert now["goal-status"][n] == [2 if g in achieved else int(g in seen) for g in range(N_GOALS)]
+            cells = [] if goal == NO_GOAL else [cell for cell, tile in enumerate(tiles) if tile == tile_of(goal)]
+            assert now["goal-in-view"][n] == (cells or [VIEW * VIEW])
+            compared["in view" if cells else "in no view"] += goal != NO_GOAL
+            compared[("no goal", "key", "door", "exit")[object_and_colour(goal)[0]]] += 1
+            compared["held"] += bool(held)
+            compared["opened"] += bool(opened)
+    assert min(compared.values()) > 100, compared
+
+
+def test_the_outcome_is_that_of_the_last_goal():
+    outcomes = set()
+    for turns, *_ in played():
+        observation = turns.observe("meta_0", np.arange(N_ENVS))
+        shown = FEATURES["goal-outcome"].encode(observation)
+        for row, goal, outcome in zip(shown, observation.goals, observation.outcomes, strict=True):
+            assert row.tolist() == [outcome if g == goal else 0 for g in range(N_GOALS)]
+            outcomes.add(int(outcome))
+    assert len(outcomes) > 1
+
+
+CARDINALITIES = {
+    "view": (22,) * 49,
+    "view-ids": (22,) * 49,
+    "goal": (4, 7),
+    "goal-in-view": (50,),
+    "goal-place": (14,) * 2,
+    "doorway-places": (14,) * 4,
+    "frontier-places": (14,) * 4,
+    "symbol": (14,),
+    "direction": (4,),
+    "keys": (2,) * 6,
+    "previous-action": (7,),
+    "goal-status": (3,) * 13,
+    "goal-outcome": (4,) * 13,
+}
+
+
+@pytest.mark.parametrize("name", FEATURES)
+def test_each_number_has_so_many_values(name):
+    agent = "meta_0" if name == "goal-outcome" else "controller_0"
+    assert Features([name], N_ACTIONS, agent).cardinalities == CARDINALITIES[name]
+
+
+def test_several_stand_side_by_side():
+    names = ["goal", "view-ids", "direction", "frontier-places", "doorway-places"]
+    features = Features(names, N_ACTIONS)
+    assert features.cardinalities == sum((CARDINALITIES[name] for name in names), ())
+    assert features.memories == ("explored", "doorways")
+    vectors = features.vectors
+    assert [one is None for one in vectors] == [True] * 2 + [False] * 49 + [True] * 9
+    np.testing.assert_array_equal(vectors[2], TRIPLES)
+    assert Features(["view", "goal"], N_ACTIONS).vectors is None
+    (_, observation, _) = next(played())
+    expected = np.concatenate([FEATURES[name].encode(observation) for name in names], axis=1)
+    np.testing.assert_array_equal(features.encode(observation), expected)
+    assert features.encode(observation).dtype == np.uint8
+
+
+@pytest.mark.parametrize(
+    ("names", "is_by_goal"), [(["goal-status"], True), (["goal-status", "goal-outcome"], True), (["keys"], False)]
+)
+def test_what_has_a_number_for_each_goal(names, is_by_goal):
+    assert Features(names, N_ACTIONS, "meta_0").are_by_goal == is_by_goal
+    assert not Features([*names, "view"], N_ACTIONS, "meta_0").are_by_goal
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        ("view", "given as a list of names, not as 'view'"),
+        (["view", "taste"], "features are view, .*; not taste"),
+        ([], "not none at all"),
+        (["goal-outcome"], "one of meta_features, not of features"),
+    ],
+)
+def test_what_is_no_feature(names, message):
+    with pytest.raises(InputError, match=message):
+        Features(names, N_ACTIONS)
