@@ -16,10 +16,10 @@ from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NO_GOAL
 from hierroom.meta import MetaController
 from hierroom.step import Step
 from hierroom.turns import Turns
-from hierroom.world import kernels
-from hierroom.world.kernels import COL_STEP, EMPTY, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, UNSEEN, VIEW
+from hierroom.world import constants, view_kernels
+from hierroom.world.constants import COL_STEP, EMPTY, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, UNSEEN, VIEW
 
-# What an unseen cell may turn out to be, as tile codes that `kernels.look` tells apart and lets light pass.
+# What an unseen cell may turn out to be, as tile codes that `view_kernels.look` tells apart and lets light pass.
 IDLE, FAINT, HOPEFUL = EMPTY, EXIT, KEY
 FAINT_WORTH = 0.25
 """What seeing a faint cell is worth, where a hopeful one is worth 1; if they were worth the same, episodes on all seven
@@ -30,7 +30,7 @@ glimpses close by win too often, and episodes are 4% longer; 5 and 8 do as well.
 worth, makes them 11% longer."""
 WANTED = KEY, LOCKED_DOOR, EXIT
 """The first tile code of each kind of goal: a key, a door, the exit."""
-LAST_ACTION = kernels.PICKUP, kernels.OPEN, kernels.FORWARD
+LAST_ACTION = constants.PICKUP, constants.OPEN, constants.FORWARD
 """What achieves it, in front of it."""
 
 # The kernels are not cached on disk: Numba would not notice a change of the constants they take from the world's.
@@ -148,14 +148,14 @@ def find_ways(level, known):
         node = nodes[head]
         cell, direction, has_taken = node >> 3, (node >> 1) & 3, node & 1
         tile = cells[cell + steps[direction]]
-        moves = [(kernels.FORWARD, node)]  # to where it is, until there turns out to be more
+        moves = [(constants.FORWARD, node)]  # to where it is, until there turns out to be more
         if has_taken or tile == EMPTY or OPEN_DOOR <= tile < LOCKED_DOOR:
-            moves[0] = kernels.FORWARD, (cell + steps[direction]) << 3 | direction << 1
+            moves[0] = constants.FORWARD, (cell + steps[direction]) << 3 | direction << 1
         elif KEY <= tile < OPEN_DOOR:
-            moves[0] = kernels.PICKUP, node | 1
+            moves[0] = constants.PICKUP, node | 1
         if not has_taken:
-            moves.append((kernels.LEFT, cell << 3 | ((direction + 3) & 3) << 1))
-            moves.append((kernels.RIGHT, cell << 3 | ((direction + 1) & 3) << 1))
+            moves.append((constants.LEFT, cell << 3 | ((direction + 3) & 3) << 1))
+            moves.append((constants.RIGHT, cell << 3 | ((direction + 1) & 3) << 1))
         for action, reached in moves:
             if not is_found[reached]:
                 is_found[reached] = True
@@ -179,7 +179,7 @@ def best_look(nodes, distances, imagined, agent):
         if nodes[place] & 1 == 0:  # else the same cell and direction as before the pick-up
             cell = nodes[place] >> 3
             agent.row, agent.col, agent.direction = cell // side, cell % side, (nodes[place] >> 1) & 3
-            kernels.look(agent, imagined, view)
+            view_kernels.look(agent, imagined, view)
             worth = 0.0
             for tile in view.flat:
                 worth += (tile == HOPEFUL) + FAINT_WORTH * (tile == FAINT)
@@ -204,7 +204,7 @@ def choose(level, known, start, latest, goal):
     imagined = np.empty_like(known)
     imagine(known, start, latest, kind, imagined)
     place = best_look(nodes, distances, imagined, level)
-    return actions[place] if place > 0 else kernels.LEFT  # no more to see: it is out of reach, and time runs out
+    return actions[place] if place > 0 else constants.LEFT  # no more to see: it is out of reach, and time runs out
 
 
 @njit

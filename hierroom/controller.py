@@ -9,7 +9,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.world.kernels import VIEW
+from hierroom.world.constants import VIEW
 from hierroom.world.tiles import encode
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hierroom.errors import InputError
 from hierroom.turns import Turns
-from hierroom.world.kernels import MARGIN
+from hierroom.world.constants import MARGIN
 from hierroom.world.render import cells_of
 from hierroom.world.tiles import TRIPLES
 

@@ -9,11 +9,11 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hierroom.compile.kernel import compiled
 from hierroom.controller import Observation
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL, GoalGraph
 from hierroom.turn_kernels import ALL, EXISTING, REACHABLE, SEEN, write_masks
-from hierroom.world.kernels import compiled
 from hierroom.world.layout import LEVEL, State
 from hierroom.world.level import Level
 

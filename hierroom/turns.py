@@ -23,9 +23,9 @@ from hierroom.rewards import make_reward
 from hierroom.situation import GOAL_MASKS, N_META_ACTIONS, NO_GOAL_ACTION, Situation
 from hierroom.step import N_OUTCOMES, Step
 from hierroom.turn_kernels import KERNEL_REWARDS, OWN_REWARD
-from hierroom.world.kernels import turn_uniforms
 from hierroom.world.layout import State
 from hierroom.world.oracle import shortest_lengths
+from hierroom.world.random_kernels import turn_uniforms
 from hierroom.world.world import Seeds, World, whole_numbers
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.compile.kernel import njit
+from hierroom.compile.kernel import compiled, njit
 from hierroom.controller import Observation
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.options import CONTROLLER, LEDGER
@@ -18,7 +18,6 @@ from hierroom.step import STEP, Step
 from hierroom.turn_kernels import write_results
 from hierroom.turns import Turns
 from hierroom.world.array_pool import ArrayPool
-from hierroom.world.kernels import compiled
 from hierroom.world.layout import LEVEL, OUTCOME
 from hierroom.world.observations import IMAGE, N_DIRECTIONS, N_NUMBERS, write_batch, write_flat
 from hierroom.world.tiles import TRIPLES

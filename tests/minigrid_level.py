@@ -6,7 +6,7 @@ from minigrid.core.world_object import Door, Goal, Key, Wall
 from minigrid.minigrid_env import MiniGridEnv
 
 from hierroom.goals import COLOURS
-from hierroom.world import kernels
+from hierroom.world import constants
 from hierroom.world.layout import State
 
 
@@ -26,9 +26,9 @@ class MiniGridLevel(MiniGridEnv):
         self.grid = Grid(width, height)
         for row in range(height):
             for col in range(width):
-                tile = self.start.grids[0, row + kernels.MARGIN, col + kernels.MARGIN]
+                tile = self.start.grids[0, row + constants.MARGIN, col + constants.MARGIN]
                 self.grid.set(col, row, make_object(tile))
-        self.agent_pos = (int(level.col) - kernels.MARGIN, int(level.row) - kernels.MARGIN)
+        self.agent_pos = (int(level.col) - constants.MARGIN, int(level.row) - constants.MARGIN)
         self.agent_dir = int(level.direction)
         self.bag: list[Key] = []
         self.unlocked: set[str] = set()
@@ -39,30 +39,30 @@ class MiniGridLevel(MiniGridEnv):
     def step(self, action):
         front = self.front_pos
         thing = self.grid.get(*front)
-        if action == kernels.PICKUP and isinstance(thing, Key):
+        if action == constants.PICKUP and isinstance(thing, Key):
             self.bag.append(thing)
             self.grid.set(*front, None)
-        elif action == kernels.OPEN and isinstance(thing, Door) and thing.is_locked:
+        elif action == constants.OPEN and isinstance(thing, Door) and thing.is_locked:
             if thing.color in [key.color for key in self.bag]:
                 thing.is_locked, thing.is_open = False, True
                 self.unlocked.add(thing.color)
-        elif action == kernels.DROP and self.can_drop and thing is None and self.carrying:
+        elif action == constants.DROP and self.can_drop and thing is None and self.carrying:
             self.grid.set(*front, self.carrying)
             self.bag.remove(self.carrying)
         useful = [key for key in self.bag if key.color not in self.unlocked]
         self.carrying = useful[-1] if useful else None
-        moves = {kernels.FORWARD: "forward", kernels.LEFT: "left", kernels.RIGHT: "right"}
+        moves = {constants.FORWARD: "forward", constants.LEFT: "left", constants.RIGHT: "right"}
         return super().step(self.actions[moves.get(int(action), "done")])
 
 
 def make_object(tile):
-    if tile == kernels.EXIT:
+    if tile == constants.EXIT:
         return Goal()
-    if tile == kernels.WALL:
+    if tile == constants.WALL:
         return Wall()
-    if kernels.KEY <= tile < kernels.OPEN_DOOR:
-        return Key(COLOURS[tile - kernels.KEY])
-    if kernels.LOCKED_DOOR <= tile < kernels.WALL:
-        return Door(COLOURS[tile - kernels.LOCKED_DOOR], is_locked=True)
-    assert tile == kernels.EMPTY
+    if constants.KEY <= tile < constants.OPEN_DOOR:
+        return Key(COLOURS[tile - constants.KEY])
+    if constants.LOCKED_DOOR <= tile < constants.WALL:
+        return Door(COLOURS[tile - constants.LOCKED_DOOR], is_locked=True)
+    assert tile == constants.EMPTY
     return None

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hierroom.compile.__main__ import STAMP, _is_complete
-from hierroom.world import kernels
+from hierroom.world import step_kernels
 
 LATER = """
 import numpy as np
@@ -47,7 +47,7 @@ def compiled():
     """Everything is compiled, into the cache that all tests use."""
     done = run("-m", "hierroom.compile")
     assert done.returncode == 0, done.stderr
-    return Path(kernels.advance.stats.cache_path) / STAMP
+    return Path(step_kernels.advance.stats.cache_path) / STAMP
 
 
 def test_a_second_call_sees_at_once_that_all_is_there(compiled):

@@ -14,7 +14,12 @@ import pytest
 from hierroom.compile import folder, kernel
 
 PACKAGE = Path(folder.__file__).parents[1]
-TELL = "import hierroom; hierroom.env(graph='a'); from hierroom.world.kernels import mix; print(mix.stats.cache_path)"
+TELL = """
+import hierroom
+from hierroom.world.random_kernels import mix
+hierroom.env(graph='a')
+print(mix.stats.cache_path)
+"""
 COMPILE = """
 from hierroom.compile.kernel import njit, KERNELS, PACKAGE, digest_of_kernels
 def double(x):
@@ -64,7 +69,7 @@ def test_the_package_is_imported_where_neither_it_nor_home_can_be_written(unwrit
 
 def test_children_hear_of_the_folder_and_do_not_warn_again(unwritable, temporary):
     child = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {TELL!r}], check=True)"
-    done = run_there(unwritable, temporary, code=f"import hierroom.world.kernels; {child}")
+    done = run_there(unwritable, temporary, code=f"import hierroom.world.step_kernels; {child}")
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("RuntimeWarning: ") == 1
     assert str(temporary) in done.stdout
@@ -133,14 +138,14 @@ def on_a_terminal(code):
 
 
 def test_compiling_is_told_once_on_a_terminal():
-    said, printed = on_a_terminal(COMPILE.format(module="hierroom.world.kernels"))
+    said, printed = on_a_terminal(COMPILE.format(module="hierroom.world.step_kernels"))
     assert printed.split() == ["42", "42"]
     assert said.splitlines() == [kernel.NOTICE_TEXT]
 
 
 def test_compiling_is_not_told_of_for_others_or_to_files():
     assert on_a_terminal(COMPILE.format(module="somebody.elses"))[0] == ""
-    code = COMPILE.format(module="hierroom.world.kernels")
+    code = COMPILE.format(module="hierroom.world.step_kernels")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr == ""
 
@@ -153,13 +158,14 @@ def test_every_kernel_is_made_by_the_package_s_own_decorator():
 
 
 def test_a_change_in_any_file_of_kernels_makes_numba_compile_all_of_them_again(tmp_path):
-    for name, content in (("a.py", "@njit()\n"), ("b.py", "@njit()\n#"), ("c.py", "no kernel")):
+    contents = {"a.py": "@njit()\n", "b.py": "@njit()\n#", "c.py": "no kernel", "constants.py": "NUMBER = 1"}
+    digests = []
+    for name, content in [*contents.items(), ("c.py", "none"), ("b.py", "@njit()"), ("constants.py", "NUMBER = 2")]:
         (tmp_path / name).write_text(content)
-    before = kernel.digest_of_kernels(tmp_path)
-    (tmp_path / "c.py").write_text("still none")
+        kernel.digest_of_kernels.cache_clear()
+        digests.append(kernel.digest_of_kernels(tmp_path))
+    before, no_kernel, other, number = digests[-4:]
+    assert before == no_kernel
+    assert len({before, other, number}) == 3
     kernel.digest_of_kernels.cache_clear()
-    assert kernel.digest_of_kernels(tmp_path) == before
-    (tmp_path / "b.py").write_text("@njit()\n##")
-    kernel.digest_of_kernels.cache_clear()
-    assert kernel.digest_of_kernels(tmp_path) != before
     assert {one._cache._cache_file._source_stamp[1] for one in kernel.KERNELS} == {kernel.digest_of_kernels(PACKAGE)}

@@ -19,7 +19,7 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
 from hierroom.turns import Turns
-from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR
+from hierroom.world.constants import EXIT, KEY, LOCKED_DOOR
 from hierroom.world.oracle import shortest_actions
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

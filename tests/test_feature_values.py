@@ -8,7 +8,7 @@ from hierroom.agents.features import FEATURES, Features
 from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NAMED_GRAPHS, NO_GOAL
 from hierroom.meta import make_meta
-from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR, VIEW
+from hierroom.world.constants import EXIT, KEY, LOCKED_DOOR, VIEW
 from hierroom.world.tiles import TRIPLES
 
 N_ENVS, N_ACTIONS = 16, 6

@@ -7,7 +7,7 @@ from views import shown_goals
 from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NAMED_GRAPHS, NO_GOAL
 from hierroom.meta import make_meta
-from hierroom.world.kernels import COL_STEP, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, VIEW
+from hierroom.world.constants import COL_STEP, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, VIEW
 
 N_ENVS = 16
 OWN_CELL = VIEW // 2 * VIEW + VIEW - 1

@@ -9,7 +9,7 @@ from views import shown_goals
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS, NAMED_GRAPHS, GoalGraph
 from hierroom.situation import GOAL_MASKS
-from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, ROW_STEP
+from hierroom.world.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, ROW_STEP
 from hierroom.world.level import goal_name
 
 GRAPHS = [NAMED_GRAPHS["a"], NAMED_GRAPHS["d"], NAMED_GRAPHS["f"], GoalGraph((0, 0, 1, 0, 2, 4), 5)]

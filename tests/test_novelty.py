@@ -10,7 +10,7 @@ from hierroom.env_config import NOVELTY_BONUS
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.training.assembly import make_turns
 from hierroom.training.config import TrainConfig
-from hierroom.world.kernels import DROP, FORWARD, LEFT, PICKUP
+from hierroom.world.constants import DROP, FORWARD, LEFT, PICKUP
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.world import World
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hierroom.situation import Situation
 from hierroom.step import STEP
-from hierroom.world.kernels import MARGIN
+from hierroom.world.constants import MARGIN
 from hierroom.world.layout import LEVEL, MEMORIES
 
 PAGE = (Path(__file__).parents[1] / "docs" / "own.md").read_text()

@@ -11,7 +11,7 @@ from hierroom.errors import InputError
 from hierroom.play.__main__ import PlayArguments, main, make_game
 from hierroom.play.app import App
 from hierroom.play.board import FOG, RGB, level_picture, tile_size, window_size
-from hierroom.world.kernels import FORWARD, KEY, LEFT, MARGIN, OPEN, PICKUP, RIGHT
+from hierroom.world.constants import FORWARD, KEY, LEFT, MARGIN, OPEN, PICKUP, RIGHT
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.render import seen_cells
 

@@ -28,7 +28,7 @@ from hierroom.report.page import script_json
 from hierroom.report.replay import LETTERS, _chosen, replay
 from hierroom.report.runs import read_runs
 from hierroom.training.run_folder import RunFolder
-from hierroom.world.kernels import MARGIN
+from hierroom.world.constants import MARGIN
 from hierroom.world.render import view_of
 
 TINY = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 16, "minibatches": 2, "steps": 2048}

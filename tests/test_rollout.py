@@ -24,7 +24,7 @@ from hierroom.training import session
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
-from hierroom.world.kernels import EXIT
+from hierroom.world.constants import EXIT
 from hierroom.world.oracle import shortest_actions
 
 SMALL = {"graph": "b", "size": 11, "max_steps": 100, "num_envs": 8, "minibatches": 2, "steps": 512}

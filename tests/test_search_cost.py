@@ -11,7 +11,7 @@ from hierroom.meta import make_meta
 from hierroom.training.assembly import make_turns
 from hierroom.training.evaluation import evaluate
 from hierroom.training.presets import find_preset
-from hierroom.world.kernels import EMPTY, KEY, OPEN_DOOR, UNSEEN, WALL
+from hierroom.world.constants import EMPTY, KEY, OPEN_DOOR, UNSEEN, WALL
 from hierroom.world.oracle import shortest_lengths
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"

@@ -5,7 +5,7 @@ import pytest
 
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.world import kernels
+from hierroom.world import constants
 from hierroom.world.layout import LEVEL, State
 from hierroom.world.oracle import shortest_actions, shortest_lengths
 from hierroom.world.state_check import RULES, check_state, level_bounds
@@ -57,15 +57,15 @@ def test_a_flag_is_one_bit():
 
 
 def exit_elsewhere(level, grid):
-    grid[grid == kernels.EXIT] = kernels.EMPTY
-    grid[level.rectangles[0][0], level.rectangles[0][1]] = kernels.EXIT
+    grid[grid == constants.EXIT] = constants.EMPTY
+    grid[level.rectangles[0][0], level.rectangles[0][1]] = constants.EXIT
 
 
 def key_twice(level, grid):
     top, left, bottom, right = level.rectangles[0]
     inside = grid[top : bottom + 1, left : right + 1]
-    row, col = np.argwhere(inside == kernels.EMPTY)[0]
-    inside[row, col] = kernels.KEY + level.colours[0]
+    row, col = np.argwhere(inside == constants.EMPTY)[0]
+    inside[row, col] = constants.KEY + level.colours[0]
 
 
 def hold_all(level, grid):
@@ -77,7 +77,7 @@ def hold_all(level, grid):
 BREAK = {
     "the goal graph is a tree of its rooms": lambda level, grid: level.key_rooms.__setitem__(0, 1),
     "branches is the inverse of colours": lambda level, grid: level.colours.__setitem__(0, level.colours[1]),
-    "walls surround the grid": lambda level, grid: grid.__setitem__((5, 9), kernels.EMPTY),
+    "walls surround the grid": lambda level, grid: grid.__setitem__((5, 9), constants.EMPTY),
     "rooms lie inside the walls": lambda level, grid: level.rectangles[1].__setitem__(2, 22),
     "keys, doors and what was found are those of the rooms": lambda level, grid: level.__setattr__("found", 63),
     "a key that is held and a door that is open were found": lambda level, grid: level.__setattr__("doors", 1),
@@ -85,7 +85,7 @@ BREAK = {
     "each key lies where it is said to": lambda level, grid: level.keys_at[0].__setitem__(1, 0),
     "the exit is where it is said to be": exit_elsewhere,
     "nothing else lies in the grid": key_twice,
-    "the agent stands on floor": lambda level, grid: grid.__setitem__((level.row, level.col), kernels.WALL),
+    "the agent stands on floor": lambda level, grid: grid.__setitem__((level.row, level.col), constants.WALL),
     "the bag holds the keys that are held, each once": lambda level, grid: level.__setattr__("bag_size", 6),
     "the key to drop is the one picked up last whose door is locked": lambda level, grid: level.__setattr__(
         "carried", 2

@@ -28,7 +28,7 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trained_agent import TrainedAgent
 from hierroom.training.trainer import Trainer
-from hierroom.world.kernels import EXIT
+from hierroom.world.constants import EXIT
 
 SMALL = TrainConfig(
     EnvConfig("a", size=11, max_steps=60),

@@ -8,7 +8,7 @@ from hierroom.agents.player import OraclePlayer
 from hierroom.complexity import GraphSet
 from hierroom.complexity.curriculum import EPISODES_PER_STAGE
 from hierroom.errors import InputError
-from hierroom.world.kernels import LEFT
+from hierroom.world.constants import LEFT
 
 INTERVAL = "hitting_time:8..16"
 N_ENVS = 25

@@ -7,9 +7,9 @@ import pytest
 
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
-from hierroom.world import kernels
+from hierroom.world import random_kernels
 from hierroom.world import world as world_module
-from hierroom.world.kernels import FORWARD, LEFT
+from hierroom.world.constants import FORWARD, LEFT
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.tiles import TRIPLES, encode
@@ -99,9 +99,9 @@ def test_seeds_environments_and_episodes_differ():
 def test_turn_draws_are_fixed_by_episode_and_turn():
     levels = World(GRAPHS, 1000, seed=6).state.levels
     uniforms, again, next_turn = (np.empty((1000, 13)) for _ in range(3))
-    kernels.turn_uniforms(levels, np.zeros(1000, np.int64), uniforms)
-    kernels.turn_uniforms(levels[:7], np.zeros(7, np.int64), again[:7])
-    kernels.turn_uniforms(levels, np.ones(1000, np.int64), next_turn)
+    random_kernels.turn_uniforms(levels, np.zeros(1000, np.int64), uniforms)
+    random_kernels.turn_uniforms(levels[:7], np.zeros(7, np.int64), again[:7])
+    random_kernels.turn_uniforms(levels, np.ones(1000, np.int64), next_turn)
     assert ((uniforms >= 0) & (uniforms < 1)).all()
     assert abs(uniforms.mean() - 0.5) < 0.01
     assert (uniforms[:7] == again[:7]).all()

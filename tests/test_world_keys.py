@@ -3,8 +3,8 @@
 import numpy as np
 
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS
-from hierroom.world import kernels, tiles
-from hierroom.world.kernels import DROP, EMPTY, EXIT, FORWARD, KEY, LEFT, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, WALL
+from hierroom.world import constants, tiles
+from hierroom.world.constants import DROP, EMPTY, EXIT, FORWARD, KEY, LEFT, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, WALL
 from hierroom.world.world import World
 
 
@@ -13,7 +13,7 @@ def face(world: World, tile: int) -> None:
     level, grid = world.state.levels[0], world.state.grids[0]
     for row, col in np.argwhere(grid == tile):
         for direction in range(4):
-            here = row - kernels.ROW_STEP[direction], col - kernels.COL_STEP[direction]
+            here = row - constants.ROW_STEP[direction], col - constants.COL_STEP[direction]
             if max(here) < len(grid) and grid[here] == EMPTY:
                 level.row, level.col, level.direction = *here, direction
                 return

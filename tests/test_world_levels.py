@@ -6,7 +6,7 @@ from scipy.ndimage import label
 from scipy.stats import chisquare
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NAMED_GRAPHS, GoalGraph
-from hierroom.world.kernels import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, MIN_CENTRE, MIN_SIDE, OPEN_DOOR, WALL
+from hierroom.world.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, MIN_CENTRE, MIN_SIDE, OPEN_DOOR, WALL
 from hierroom.world.oracle import shortest_lengths
 from hierroom.world.world import World
 

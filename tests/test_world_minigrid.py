@@ -11,7 +11,7 @@ from minigrid.core.world_object import Wall
 from minigrid_level import MiniGridLevel
 
 from hierroom.goals import COLOURS, NAMED_GRAPHS, GoalGraph
-from hierroom.world import kernels, tiles
+from hierroom.world import constants, tiles, view_kernels
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.render import draw_level
 from hierroom.world.world import World
@@ -30,7 +30,7 @@ def expected(observation):
 def assert_equal(world, env, observation):
     level = world.state.levels[0]
     np.testing.assert_array_equal(tiles.encode(world.outcomes["tiles"])[0], expected(observation))
-    assert (level.row - kernels.MARGIN, level.col - kernels.MARGIN) == (env.agent_pos[1], env.agent_pos[0])
+    assert (level.row - constants.MARGIN, level.col - constants.MARGIN) == (env.agent_pos[1], env.agent_pos[0])
     assert level.direction == env.agent_dir
     assert level.steps == env.step_count
     assert [key.color for key in env.bag] == [COLOURS[level.colours[branch]] for branch in level.bag[: level.bag_size]]
@@ -55,12 +55,12 @@ def bold_actions(world, rng):
     """Random actions without end; half of the time one that does something to what is ahead, if there is one."""
     while True:
         level = world.state.levels[0]
-        ahead = level.row + kernels.ROW_STEP[level.direction], level.col + kernels.COL_STEP[level.direction]
+        ahead = level.row + constants.ROW_STEP[level.direction], level.col + constants.COL_STEP[level.direction]
         tile = world.state.grids[0][ahead]
-        if rng.random() < 0.5 and kernels.KEY <= tile < kernels.OPEN_DOOR:
-            yield kernels.PICKUP
-        elif rng.random() < 0.5 and kernels.LOCKED_DOOR <= tile < kernels.WALL:
-            yield kernels.OPEN
+        if rng.random() < 0.5 and constants.KEY <= tile < constants.OPEN_DOOR:
+            yield constants.PICKUP
+        elif rng.random() < 0.5 and constants.LOCKED_DOOR <= tile < constants.WALL:
+            yield constants.OPEN
         else:
             yield rng.choice(6, p=[0.5, 0.15, 0.15, 0.05, 0.05, 0.1])
 
@@ -92,7 +92,7 @@ def test_episodes_solved_by_the_oracle(graph, size):
 def test_spread_of_light_on_every_row(monkeypatch):
     """All 128 x 128 rows (light falling on them, cells it passes), against MiniGrid's own sweeps."""
     bits = 1 << np.arange(7)
-    assert kernels.spread(0, 127) == (0, 0)
+    assert view_kernels.spread(0, 127) == (0, 0)
     for clear in range(128):
         for lit in range(1, 128):
             grid = Grid(7, 3)
@@ -104,7 +104,7 @@ def test_spread_of_light_on_every_row(monkeypatch):
             # MiniGrid lights one cell of an empty mask; here that mask comes with the row already lit.
             monkeypatch.setattr(minigrid.core.grid, "np", SimpleNamespace(zeros=lambda mask=mask, **_: mask))
             grid.process_vis((int(np.argmax(mask[:, 2])), 2))
-            seen, ahead = kernels.spread(lit, clear)
+            seen, ahead = view_kernels.spread(lit, clear)
             assert (seen, ahead) == (bits @ mask[:, 2], bits @ mask[:, 1]), (lit, clear)
 
 

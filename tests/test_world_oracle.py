@@ -5,7 +5,7 @@ import pytest
 
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
-from hierroom.world import kernels
+from hierroom.world import constants, step_kernels
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.oracle import TILE_TABLE, shortest_actions, shortest_lengths, solve_levels
 from hierroom.world.world import World
@@ -28,7 +28,7 @@ def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:
         for node in frontier:
             for action in range(6 if can_drop else 5):
                 child = node.copy()
-                kernels.advance(child.levels[0], child.grids[0], action, outcome[0])
+                step_kernels.advance(child.levels[0], child.grids[0], action, outcome[0])
                 if outcome[0].event >= 0:
                     found.setdefault(int(outcome[0].event), distance)
                 identity = (child.grids.tobytes(), *(child.levels[name].tobytes() for name in fields))
@@ -83,7 +83,7 @@ def test_paths_to_keys_go_around_the_exit():
         check_against_search(world, can_drop=False)
         key = world.state.levels[0].colours[1]
         free, length = world.get_state(), np.empty(1, np.int64)
-        free.grids[free.grids == kernels.EXIT] = kernels.EMPTY  # no level of the world's, so the kernel alone is asked
+        free.grids[free.grids == constants.EXIT] = constants.EMPTY  # no level of the world's: the kernel alone
         solve_levels(free.levels, free.grids, TILE_TABLE, np.array([0]), np.array([key]), length)
         n_around += length[0] < shortest_lengths(world.state, key)[0]
     assert n_around > 0

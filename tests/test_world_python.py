@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 TRACE = Path(__file__).with_name("world_trace.py")
+COMPILED = ("step_kernels.advance", "view_kernels.look", "generation_kernels.generate")
 
 
 def trace(cache: Path, **variables: str) -> str:
@@ -34,7 +35,7 @@ def test_with_bounds_checked(compiled_digest, pytestconfig):
     """The cache of this run is kept: compiling takes most of its time, and Numba renews it where a source changes."""
     cache = pytestconfig.cache.mkdir("numba-boundscheck")
     assert trace(cache, NUMBA_BOUNDSCHECK="1", NUMBA_DISABLE_JIT="0") == compiled_digest
-    compiled = {name: [*cache.rglob(f"kernels.{name}-*.nbc")] for name in ("advance", "look", "generate")}
+    compiled = {name: [*cache.rglob(f"{name}-*.nbc")] for name in COMPILED}
     for name, paths in compiled.items():
         assert paths, name
         assert all(b"index is out of bounds" in path.read_bytes() for path in paths), name  # what it raises

@@ -11,7 +11,7 @@ from PIL import Image, ImageSequence
 
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS
-from hierroom.world import kernels
+from hierroom.world import constants
 from hierroom.world.animation import animate
 from hierroom.world.oracle import shortest_actions
 from hierroom.world.render import OUTLINE, Screen, draw_level, text
@@ -25,16 +25,16 @@ def world():
 
 
 def where(state, tile):
-    ((row, col),) = np.argwhere(state.grids[0] == tile) - kernels.MARGIN
+    ((row, col),) = np.argwhere(state.grids[0] == tile) - constants.MARGIN
     return row, col
 
 
 def test_the_subgoal_is_outlined_and_named(world):
     plain, colour = draw_level(world.state), int(world.state.levels[0].colours[0])
     for goal, tile in (
-        (colour, kernels.KEY + colour),
-        (6 + colour, kernels.LOCKED_DOOR + colour),
-        (EXIT_GOAL, kernels.EXIT),
+        (colour, constants.KEY + colour),
+        (6 + colour, constants.LOCKED_DOOR + colour),
+        (EXIT_GOAL, constants.EXIT),
     ):
         frame = draw_level(world.state, goal)
         assert frame.shape == plain.shape == (19 * 32, 19 * 32, 3)
@@ -80,13 +80,13 @@ def test_text_says_where_everything_is(world):
     names = [("red", "green", "blue", "purple", "yellow", "grey")[colour] for colour in level.colours]
     initials = ["rgbpyw"[colour] for colour in level.colours]
     for tile, letters in (
-        (kernels.EXIT, "EX"),
-        (kernels.KEY + level.colours[1], "k" + initials[1]),
-        (kernels.LOCKED_DOOR + level.colours[0], "D" + initials[0]),
+        (constants.EXIT, "EX"),
+        (constants.KEY + level.colours[1], "k" + initials[1]),
+        (constants.LOCKED_DOOR + level.colours[0], "D" + initials[0]),
     ):
         row, col = where(world.state, tile)
         assert lines[row][2 * col : 2 * col + 2] == letters
-    agent = lines[level.row - kernels.MARGIN][2 * (level.col - kernels.MARGIN) :][:2]
+    agent = lines[level.row - constants.MARGIN][2 * (level.col - constants.MARGIN) :][:2]
     assert agent == (">>", "vv", "<<", "^^")[level.direction]
     assert lines[19:] == [
         f"keys and doors: {', '.join(f'{name} {room}' for room, name in enumerate(names[:2], start=1))}; "

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
-from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, UNSEEN, VIEW, WALL
+from hierroom.world.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, UNSEEN, VIEW, WALL
 
 
 def in_view(level, view):

@@ -6,7 +6,7 @@ import numpy as np
 
 from hierroom.agents.frontier import nearest_frontiers
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
-from hierroom.world import kernels, tiles
+from hierroom.world import random_kernels, tiles
 from hierroom.world.layout import MEMORIES
 from hierroom.world.oracle import shortest_actions, shortest_lengths
 from hierroom.world.world import World
@@ -31,7 +31,7 @@ def main() -> None:
             record(tiles.encode(world.outcomes["tiles"]))
             record(nearest_frontiers(world.state.levels))
         uniforms = np.empty((6, 3))
-        kernels.turn_uniforms(world.state.levels, np.arange(6), uniforms)
+        random_kernels.turn_uniforms(world.state.levels, np.arange(6), uniforms)
         record(uniforms)
         for goal in range(0, 13, 3):
             record(shortest_lengths(world.state, goal))

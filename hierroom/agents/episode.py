@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from hierroom.goals import GoalGraph
 from hierroom.step import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
-from hierroom.world.kernels import DROP, FORWARD, LEFT, OPEN, PICKUP, RIGHT
+from hierroom.world.constants import DROP, FORWARD, LEFT, OPEN, PICKUP, RIGHT
 from hierroom.world.layout import State
 from hierroom.world.level import goal_name, uncoloured
 from hierroom.world.world import World

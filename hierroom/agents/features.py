@@ -15,7 +15,7 @@ from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.options import CONTROLLER
 from hierroom.step import N_OUTCOMES, NO_OUTCOME
-from hierroom.world.kernels import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
+from hierroom.world.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
 from hierroom.world.tiles import TRIPLES
 
 N_CELLS = VIEW * VIEW

@@ -40,11 +40,11 @@ def main() -> int:
     if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
         raise InputError("NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it")
     started = time.perf_counter()
-    from hierroom.world import kernels  # any module of kernels: all are kept in the same place
+    from hierroom.world import step_kernels  # any module of kernels: all are kept in the same place
 
-    if kernels.advance.stats.cache_path is None:
+    if step_kernels.advance.stats.cache_path is None:
         raise InputError("there is no folder to keep compiled code in; set NUMBA_CACHE_DIR to one that can be written")
-    stamp = Path(kernels.advance.stats.cache_path) / STAMP
+    stamp = Path(step_kernels.advance.stats.cache_path) / STAMP
     if _is_complete(stamp):
         print(f"all kernels are compiled already ({time.perf_counter() - started:.1f} s)")
         return 0

@@ -19,6 +19,8 @@ from hierroom.compile.clock import COMPILE_EVENT, compiling
 from hierroom.compile.folder import private_folder
 
 PACKAGE = Path(__file__).parents[1]
+CONSTANTS = ("constants.py", "ids.py")
+"""Files of numbers that kernels use."""
 KERNELS: list[Any] = []
 """All kernels whose compiled code is kept on disk, in the order in which they were defined."""
 NOTICE_TEXT = "compiling kernels, once, for up to a minute; python -m hierroom.compile does it ahead"
@@ -57,14 +59,24 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
     return define
 
 
+def compiled(kernel: Any, *arrays: Any) -> Any:
+    """Compile a kernel for arguments of the same types as ``arrays``; the caller must only pass such arguments.
+
+    Calling a kernel by its name makes Numba look up the types of the arguments in each call. With six arrays, four of
+    them records, that takes several times as long as the step of one environment.
+    """
+    return kernel.compile(tuple(numba.typeof(array) for array in arrays)) if hasattr(kernel, "compile") else kernel
+
+
 @cache
 def digest_of_kernels(folder: Path) -> str:
-    """SHA-256 of all files in a folder that define kernels.
+    """SHA-256 of all files in a folder that define kernels, or numbers that are compiled into them.
 
     Numba would keep compiled code as long as the kernel's own file is the same, but kernels call those of other files.
     """
-    contents = [path.read_bytes() for path in sorted(folder.rglob("*.py"))]
-    return hashlib.sha256(b"".join(content for content in contents if b"njit(" in content)).hexdigest()
+    contents = {path: path.read_bytes() for path in sorted(folder.rglob("*.py"))}
+    of_kernels = (content for path, content in contents.items() if path.name in CONSTANTS or b"njit(" in content)
+    return hashlib.sha256(b"".join(of_kernels)).hexdigest()
 
 
 def _move_cache() -> bool:

@@ -9,7 +9,7 @@ import pygame
 from hierroom.errors import InputError
 from hierroom.play.board import Board, window_size
 from hierroom.play.game import Game
-from hierroom.world.kernels import DROP, FORWARD, LEFT, RIGHT
+from hierroom.world.constants import DROP, FORWARD, LEFT, RIGHT
 
 FRAMES_PER_SECOND, STEPS_PER_SECOND = 30, 6
 NOWHERE = ("dummy", "offscreen", "evdev")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
 from hierroom.goals.drawing import tree_places
 from hierroom.play.game import Game
-from hierroom.world.kernels import KEY, LOCKED_DOOR, MARGIN
+from hierroom.world.constants import KEY, LOCKED_DOOR, MARGIN
 from hierroom.world.oracle import room_at
 from hierroom.world.render import cells_of, draw_level
 

@@ -12,7 +12,7 @@ from hierroom.options import CONTROLLER, META
 from hierroom.step import Step
 from hierroom.training.trained_agent import TrainedAgent
 from hierroom.turns import Turns
-from hierroom.world.kernels import COL_STEP, KEY, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, ROW_STEP
+from hierroom.world.constants import COL_STEP, KEY, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, ROW_STEP
 from hierroom.world.layout import State
 from hierroom.world.level import goal_name
 from hierroom.world.oracle import shortest_actions

@@ -17,7 +17,7 @@ from hierroom.goals.drawing import tree_places
 from hierroom.options import CONTROLLER, META
 from hierroom.report.curves import rounded
 from hierroom.training.trained_agent import TrainedAgent
-from hierroom.world.kernels import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
+from hierroom.world.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
 from hierroom.world.layout import State
 from hierroom.world.render import view_of
 

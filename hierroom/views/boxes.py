@@ -17,7 +17,7 @@ from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.options import META
 from hierroom.situation import N_META_ACTIONS
 from hierroom.step import N_OUTCOMES
-from hierroom.world.kernels import VIEW
+from hierroom.world.constants import VIEW
 
 SIZES = {
     "observation": VIEW * VIEW * 3,

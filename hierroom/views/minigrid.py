@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from hierroom.errors import InputError
 from hierroom.goals import COLOURS
-from hierroom.world import kernels
-from hierroom.world.kernels import MARGIN
+from hierroom.world import constants
+from hierroom.world.constants import MARGIN
 from hierroom.world.layout import State
 from hierroom.world.render import minigrid_objects
 from hierroom.world.tiles import DOOR_ID
@@ -29,12 +29,12 @@ MISSIONS = (
 )
 """The mission for each goal id, the last one where there is no goal: in words that are in MiniGrid's dictionary."""
 ACTIONS = {
-    Actions.left: kernels.LEFT,
-    Actions.right: kernels.RIGHT,
-    Actions.forward: kernels.FORWARD,
-    Actions.pickup: kernels.PICKUP,
-    Actions.drop: kernels.DROP,
-    Actions.toggle: kernels.OPEN,
+    Actions.left: constants.LEFT,
+    Actions.right: constants.RIGHT,
+    Actions.forward: constants.FORWARD,
+    Actions.pickup: constants.PICKUP,
+    Actions.drop: constants.DROP,
+    Actions.toggle: constants.OPEN,
     Actions.done: len(Actions) - 1,  # which no level has
 }
 """Our action for each of MiniGrid's."""
@@ -81,7 +81,7 @@ class minigrid_view(MiniGridEnv):
         gymnasium.Env.reset(self, seed=seed)
         observation, info = self.escape_room.reset(seed=seed, options=options)
         self.grid = Grid(self.width, self.height)
-        self._tiles = np.full((self.height, self.width), kernels.EMPTY, np.uint8)
+        self._tiles = np.full((self.height, self.width), constants.EMPTY, np.uint8)
         self._follow()
         return self._view(observation), info
 
@@ -116,7 +116,7 @@ class minigrid_view(MiniGridEnv):
         self.agent_dir = int(level.direction)
         self.step_count = int(level.steps)
         carried = int(level.carried)
-        self.carrying = None if carried < 0 else minigrid_objects()[kernels.KEY + level.colours[carried]]
+        self.carrying = None if carried < 0 else minigrid_objects()[constants.KEY + level.colours[carried]]
         self.mission = MISSIONS[int(self._turns.goals[0])]
 
     def _view(self, observation: dict[str, NDArray]) -> dict[str, Any]:

@@ -4,7 +4,9 @@ import numpy as np
 from numba import config
 
 from hierroom.compile.kernel import njit
-from hierroom.world.kernels import advance_and_look, generate, look_and_remember
+from hierroom.world.generation_kernels import generate
+from hierroom.world.step_kernels import advance_and_look
+from hierroom.world.view_kernels import look_and_remember
 
 
 @njit(cache=True, nogil=True)

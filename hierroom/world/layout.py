@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, MAX_GRID_ROOMS, N_COLOURS, NO_GOAL, GoalGraph
 from hierroom.runtime.schema import Whole
-from hierroom.world.kernels import (
+from hierroom.world.constants import (
     ALL_LEVELS,
     DOORWAYS,
     EVALUATION_LEVELS,

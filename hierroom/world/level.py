@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_NAMES, N_COLOURS, N_GOALS, NO_GOAL, GoalGraph
-from hierroom.world.kernels import MARGIN
+from hierroom.world.constants import MARGIN
 from hierroom.world.layout import State
 
 Cell = tuple[int, int]

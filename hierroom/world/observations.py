@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.compile.kernel import njit
+from hierroom.compile.kernel import compiled, njit
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.world.kernels import VIEW, compiled
+from hierroom.world.constants import VIEW
 from hierroom.world.layout import LEVEL, OUTCOME
 from hierroom.world.tiles import TRIPLES
 

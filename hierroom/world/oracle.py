@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.compile.kernel import njit
 from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, N_COLOURS, N_GOALS
-from hierroom.world import kernels
+from hierroom.world import constants
 from hierroom.world.layout import State
 from hierroom.world.level import goal_name
 from hierroom.world.state_check import check_state
@@ -37,15 +37,15 @@ GO, TURN_LEFT, TURN_RIGHT, TAKE, UNLOCK = range(5)
 # Codes of the terrain: free, blocked, FIRST_KEY + slot of a key, or FIRST_DOOR + position of a door in the chain.
 BLOCKED, FREE, FIRST_KEY, FIRST_DOOR = 0, 1, 2, 8
 
-ACTIONS = np.array([kernels.FORWARD, kernels.LEFT, kernels.RIGHT, kernels.PICKUP, kernels.OPEN])
+ACTIONS = np.array([constants.FORWARD, constants.LEFT, constants.RIGHT, constants.PICKUP, constants.OPEN])
 
 
 def _tile_table() -> NDArray[np.uint8]:
-    table = np.full((kernels.N_TILES, 2), OTHER, np.uint8)
-    table[kernels.EXIT] = THE_EXIT, 0
+    table = np.full((constants.N_TILES, 2), OTHER, np.uint8)
+    table[constants.EXIT] = THE_EXIT, 0
     for colour in range(len(COLOURS)):
-        table[kernels.KEY + colour] = A_KEY, colour
-        table[kernels.LOCKED_DOOR + colour] = A_DOOR, colour
+        table[constants.KEY + colour] = A_KEY, colour
+        table[constants.LOCKED_DOOR + colour] = A_DOOR, colour
     return table
 
 

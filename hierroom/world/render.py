@@ -14,8 +14,20 @@ from numpy.typing import NDArray
 
 from hierroom.errors import InputError, require_name
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
-from hierroom.world import batch_kernels, kernels
-from hierroom.world.kernels import EXIT, KEY, LOCKED_DOOR, MARGIN, N_TILES, OPEN_DOOR, UNSEEN, VIEW, WALL
+from hierroom.world import batch_kernels
+from hierroom.world.constants import (
+    COL_STEP,
+    EXIT,
+    KEY,
+    LOCKED_DOOR,
+    MARGIN,
+    N_TILES,
+    OPEN_DOOR,
+    ROW_STEP,
+    UNSEEN,
+    VIEW,
+    WALL,
+)
 from hierroom.world.layout import OUTCOME, State
 from hierroom.world.level import goal_name
 from hierroom.world.window import Window
@@ -160,8 +172,8 @@ def view_of(state: State) -> NDArray[np.uint8]:
 def seen_cells(state: State) -> NDArray[np.bool_]:
     """Which cells of the grid are in the agent's current view: [size, size] bool."""
     level = state.levels[0]
-    ahead = kernels.ROW_STEP[level.direction], kernels.COL_STEP[level.direction]
-    right = kernels.ROW_STEP[(level.direction + 1) % 4], kernels.COL_STEP[(level.direction + 1) % 4]
+    ahead = ROW_STEP[level.direction], COL_STEP[level.direction]
+    right = ROW_STEP[(level.direction + 1) % 4], COL_STEP[(level.direction + 1) % 4]
     i, j = np.nonzero(view_of(state) != UNSEEN)
     is_seen = np.zeros(state.grids.shape[1:], bool)
     rows = level.row + (VIEW - 1 - j) * ahead[0] + (i - VIEW // 2) * right[0]

@@ -10,7 +10,8 @@ import numpy as np
 from numba import config
 
 from hierroom.compile.kernel import njit
-from hierroom.world.kernels import GOLDEN, advance, mix, random_below
+from hierroom.world.random_kernels import GOLDEN, mix, random_below
+from hierroom.world.step_kernels import advance
 
 UNIT = 2.0**-53
 

@@ -8,9 +8,11 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.compile.kernel import compiled
 from hierroom.goals import COLOURS
-from hierroom.world.kernels import EMPTY, EXIT, KEY, LOCKED_DOOR, N_TILES, OPEN_DOOR, VIEW, WALL, compiled, encode_tiles
+from hierroom.world.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, N_TILES, OPEN_DOOR, VIEW, WALL
 from hierroom.world.layout import OUTCOME
+from hierroom.world.view_kernels import encode_tiles
 
 # MiniGrid's object ids; its colour ids are the positions in `COLOURS`. They are copied because importing MiniGrid is
 # slow (see `render`); a test checks that they agree.

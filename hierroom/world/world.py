@@ -10,11 +10,12 @@ from typing import TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hierroom.compile.kernel import compiled
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.runtime.schema import Whole
 from hierroom.runtime.thread_pool import ThreadPool
-from hierroom.world import batch_kernels, kernels
+from hierroom.world import batch_kernels
 from hierroom.world.layout import GRAPH, LEVEL, MEMORIES, MIN_SIZE, OUTCOME, SPLITS, State, empty_state, graph_records
 from hierroom.world.state_check import check_state
 
@@ -285,13 +286,11 @@ def _compiled_step() -> Callable[..., None]:
     """Compile `batch_kernels.step_and_reset_levels` for the types of a world's arrays."""
     state = empty_state(1, MIN_SIZE)
     arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, INT64), np.zeros(1, OUTCOME), state.levels
-    return kernels.compiled(batch_kernels.step_and_reset_levels, *arrays)
+    return compiled(batch_kernels.step_and_reset_levels, *arrays)
 
 
 @cache
 def _compiled_step_within() -> Callable[..., None]:
     """Compile `batch_kernels.step_levels`, likewise."""
     state = empty_state(1, MIN_SIZE)
-    return kernels.compiled(
-        batch_kernels.step_levels, state.levels, state.grids, np.zeros(1, INT64), np.zeros(1, OUTCOME)
-    )
+    return compiled(batch_kernels.step_levels, state.levels, state.grids, np.zeros(1, INT64), np.zeros(1, OUTCOME))

@@ -19,6 +19,10 @@ NOT_TRIED: Mapping[str, str] = {
 }
 """How lines of any module begin whose mutants are not tried."""
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
+    "features": {
+        "return len(CLASS_STARTS) + (classes if distance > 0 else -classes)"
+        "  ->  return len(CLASS_STARTS) + (classes if distance >= 0 else -classes)": "0 has the class 0 either way",
+    },
     "adam": {
         "means[i] = mean if abs(mean) > least else nothing  ->  means[i] = mean if abs(mean) >= least else nothing": (
             "the least that is kept, where 1e-30 is as good as nothing"
