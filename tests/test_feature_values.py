@@ -1,5 +1,7 @@
 """Each feature's numbers, by a plain reading of what it is, and how many values each can have."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from turns_helpers import make
@@ -81,6 +83,21 @@ def test_the_outcome_is_that_of_the_last_goal():
             assert row.tolist() == [outcome if g == goal else 0 for g in range(N_GOALS)]
             outcomes.add(int(outcome))
     assert len(outcomes) > 1
+
+
+def test_distances_fall_into_thirteen_classes():
+    """0, 1, 2, 3, 4 to 7, 8 to 15, and 16 and more cells ahead or behind, to the right or to the left."""
+    classes = [0, 1, 2, 3, *[4] * 4, *[5] * 8, *[6] * 35]
+    distances = [*range(-50, 51)]
+    turns = make(NAMED_GRAPHS["a"], len(distances), size=63)
+    observation = turns.observe("controller_0", np.arange(len(distances)))
+    levels = observation.levels.copy()
+    levels["direction"], levels["row"], levels["col"], levels["seen"] = 0, 60, 60, 1 << EXIT_GOAL  # facing east
+    levels["exit_at"] = np.stack([60 + np.array(distances[::-1]), 60 + np.array(distances)], axis=1)
+    exits = np.full(len(distances), EXIT_GOAL)
+    places = FEATURES["goal-place"].encode(replace(observation, levels=levels, goals=exits))
+    expected = [6 + (classes[d] if d > 0 else -classes[-d]) for d in distances]
+    assert places.tolist() == [[ahead, right] for ahead, right in zip(expected, expected[::-1], strict=True)]
 
 
 CARDINALITIES = {

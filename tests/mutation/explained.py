@@ -11,10 +11,14 @@ _WARNS = "decides whether NumPy warns that numbers overflow, as they shall"
 _LAST = "the last axis is the axis 1"
 _BOUND = "a bound on rounding, whose size alone counts: near where they change places either formula is right"
 _FIRST = "replaced before it is used, but where there are no nodes and nothing to take"
+_ROW = "a row more, above the last, which is that of no goal either way"
+_NO_CELL = "a cell is (0, 0) where there is none, and else within the outer walls, from 6 on"
+_NEGATIVE = "any negative number means to NumPy what is left"
 _ROOM = "more memory than is needed either way, where each node has an edge"
 
 NOT_TRIED: Mapping[str, str] = {
     "@njit(": _COMPILER,
+    "@dataclass(frozen=True)": "against a change that nothing here makes",
     "if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time": _WARNS,
 }
 """How lines of any module begin whose mutants are not tried."""
@@ -22,6 +26,14 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
     "features": {
         "return len(CLASS_STARTS) + (classes if distance > 0 else -classes)"
         "  ->  return len(CLASS_STARTS) + (classes if distance >= 0 else -classes)": "0 has the class 0 either way",
+        "categories = np.zeros((N_GOALS + 1, 2), np.uint8)"
+        "  ->  categories = np.zeros((N_GOALS + 2, 2), np.uint8)": _ROW,
+        "tiles = np.full(N_GOALS + 1, N_TILES, np.uint8)  ->  tiles = np.full(N_GOALS + 2, N_TILES, np.uint8)": _ROW,
+        "is_goal = observation.tiles.reshape(-1, N_CELLS) == _GOAL_TILES[observation.goals][:, None]"
+        "  ->  is_goal = observation.tiles.reshape(- 2, N_CELLS) == _GOAL_TILES[observation.goals][:, None]": _NEGATIVE,
+        "return observation.tiles.reshape(-1, N_CELLS)  ->  return observation.tiles.reshape(- 2, N_CELLS)": _NEGATIVE,
+        "if cells[m, c, 0] > 0:  ->  if cells[m, c, 1] > 0:": _NO_CELL,
+        "if cells[m, c, 0] > 0:  ->  if cells[m, c, 0] > 1:": _NO_CELL,
     },
     "adam": {
         "means[i] = mean if abs(mean) > least else nothing  ->  means[i] = mean if abs(mean) >= least else nothing": (
