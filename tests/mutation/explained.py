@@ -18,12 +18,12 @@ _ROOM = "more memory than is needed either way, where each node has an edge"
 
 NOT_TRIED: Mapping[str, str] = {
     "@njit(": _COMPILER,
-    "@dataclass(frozen=True)": "against a change that nothing here makes",
     "if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time": _WARNS,
 }
 """How lines of any module begin whose mutants are not tried."""
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
     "features": {
+        "@dataclass(frozen=True)": "against a change that nothing here makes",
         "return len(CLASS_STARTS) + (classes if distance > 0 else -classes)"
         "  ->  return len(CLASS_STARTS) + (classes if distance >= 0 else -classes)": "0 has the class 0 either way",
         "categories = np.zeros((N_GOALS + 1, 2), np.uint8)"
