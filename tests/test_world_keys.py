@@ -5,6 +5,7 @@ import numpy as np
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS
 from hierroom.world import constants, tiles
 from hierroom.world.constants import DROP, EMPTY, EXIT, FORWARD, KEY, LEFT, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, WALL
+from hierroom.world.layout import MEMORIES
 from hierroom.world.world import World
 
 
@@ -116,6 +117,28 @@ def test_a_door_needs_its_own_key():
     assert act(world, OPEN).event == -1
     assert act(world, FORWARD).event == -1
     assert world.state.grids[0][world.state.levels[0].row, world.state.levels[0].col] == EMPTY
+
+
+def test_the_step_that_opened_a_door_is_remembered():
+    world = World([NAMED_GRAPHS["b"]], seed=17)
+    level = world.state.levels[0]
+    fetch(world, level.colours[1])
+    act(world, LEFT)
+    face(world, LOCKED_DOOR + level.colours[1])
+    assert act(world, OPEN).event == 6 + level.colours[1]
+    assert level.opened_at.tolist() == [0, 3, 0, 0, 0, 0]
+
+
+def test_a_world_remembers_only_what_it_is_asked_to():
+    for asked in [(), *((name,) for name in MEMORIES)]:
+        world = World([NAMED_GRAPHS["b"]], seed=17, memories=asked)
+        level, novel = world.state.levels[0], []
+        fetch(world, level.colours[1])
+        face(world, LOCKED_DOOR + level.colours[1])
+        for action in (OPEN, FORWARD, LEFT, FORWARD, FORWARD):
+            novel.append(bool(act(world, action).is_novel))
+        assert [name for name in MEMORIES if level[name].any()] == [*asked]
+        assert any(novel) == ("visited" in asked)
 
 
 def test_what_was_seen_is_remembered_for_the_episode():

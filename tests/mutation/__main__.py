@@ -43,7 +43,7 @@ TARGETS: Mapping[str, tuple[str, str]] = {
     "turns": ("turns.py", "turns turns_masks turns_state turns_curriculum"),
     "step": ("world/step_kernels.py", "world_keys world_minigrid world_batch"),
     "view": ("world/view_kernels.py", "world_keys world_minigrid world_batch frontier"),
-    "memory": ("world/memory_kernels.py", "features frontier novelty"),
+    "memory": ("world/memory_kernels.py", "features frontier novelty world_keys"),
     "generation": ("world/generation_kernels.py", "world_levels"),
     "random": ("world/random_kernels.py", "world_minigrid"),
     "batch": ("world/batch_kernels.py", "world_batch"),

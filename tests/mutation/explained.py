@@ -22,6 +22,10 @@ NOT_TRIED: Mapping[str, str] = {
 }
 """How lines of any module begin whose mutants are not tried."""
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
+    "loss": {
+        "sums[4] += scale if abs(ratio - 1) > clip else 0.0"
+        "  ->  sums[4] += scale if abs(ratio - 1) >= clip else 0.0": "a ratio at the very bound",
+    },
     "features": {
         "@dataclass(frozen=True)": "against a change that nothing here makes",
         "return len(CLASS_STARTS) + (classes if distance > 0 else -classes)"

@@ -64,7 +64,7 @@ def loss_backward(
 
     Args:
         hidden: [N, H] float.
-        logits: [N, A] float, from `heads`; overwritten by their gradient, which is zero for illegal actions.
+        logits: [N, A] float, from `heads`.
         values: [N] float, from `heads`.
         policy_weight: [A, H] float.
         value_weight: [1, H] float.
@@ -123,12 +123,10 @@ def loss_backward(
             d_hidden[n, j] = d_value * value_weight[0, j]
         for action in range(n_actions):
             if not masks[n, action]:
-                logits[n, action] = 0
                 continue
             p, log_p = policy[action], logits[n, action] - log_total
             taken = 1.0 if action == actions[n] else 0.0
             d_logit = to_float(scale * (pull * (p - taken) + entropy_scale * p * (log_p + entropy)))
-            logits[n, action] = d_logit
             d_policy_bias[action] += d_logit
             for j in range(size):
                 d_policy_weight[action, j] += d_logit * hidden[n, j]
