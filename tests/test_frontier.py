@@ -74,3 +74,23 @@ def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs)
             floor[n].clear()
     assert min(compared.values()) > 20, compared
     assert size > 13 or in_doorway > 20
+
+
+def test_an_open_doorway_is_a_frontier_until_all_beside_it_was_seen():
+    levels = make(GoalGraph((0,) * 6, 1), N_ENVS, size=19, seed=6).world.state.levels
+    for branch in range(6):
+        doorways = levels["doors_at"][:, branch].astype(np.int64)
+        for beside in (), ((0, 1), (0, -1), (1, 0), (-1, 0)):
+            is_open, is_locked = levels.copy(), levels.copy()
+            is_open["doors"], is_locked["doors"] = 1 << branch, 0
+            for now in is_open, is_locked:
+                now["explored"] = 0
+                for down, right in ((0, 0), *beside):
+                    rows, cols = (doorways - MARGIN + np.array([down, right])).T
+                    now["explored"][np.arange(N_ENVS), rows] |= np.uint64(1) << cols.astype(np.uint64)
+            found, found_locked = nearest_frontiers(is_open), nearest_frontiers(is_locked)
+            if beside:
+                np.testing.assert_array_equal(found, found_locked)
+            else:
+                assert found[:, 1].tolist() == doorways.tolist()
+                assert not found_locked.any()

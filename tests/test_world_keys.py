@@ -147,7 +147,8 @@ def test_what_was_seen_is_remembered_for_the_episode():
     for goal in (level.colours[0], 6 + level.colours[1]):
         assert not (level.seen >> goal) & 1
         face(world, (KEY + goal) if goal < 6 else (LOCKED_DOOR + goal - 6))
-        act(world, -1)
+        assert act(world, -1).is_discovery
+        assert not act(world, -1).is_discovery
         assert (level.seen >> goal) & 1
         face(world, EXIT)
         act(world, LEFT)

@@ -22,6 +22,12 @@ NOT_TRIED: Mapping[str, str] = {
 }
 """How lines of any module begin whose mutants are not tried."""
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
+    "frontier": {
+        "return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 2 * MAX_SIZE + col"
+        "  ->  return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) / 2 * MAX_SIZE + col": (
+            "as near as each other, and more than 31 columns apart for a row"
+        ),
+    },
     "loss": {
         "sums[4] += scale if abs(ratio - 1) > clip else 0.0"
         "  ->  sums[4] += scale if abs(ratio - 1) >= clip else 0.0": "a ratio at the very bound",
