@@ -41,7 +41,7 @@ TARGETS: Mapping[str, tuple[str, str]] = {
     "options": ("options.py", "options option_ends crafted_states"),
     "turn_kernels": ("turn_kernels.py", "options option_ends turn_kernels"),
     "turns": ("turns.py", "turns turns_masks turns_state turns_curriculum"),
-    "step": ("world/step_kernels.py", "world_keys world_minigrid world_batch features"),
+    "step": ("world/step_kernels.py", "world_keys world_minigrid world_batch features novelty"),
     "view": ("world/view_kernels.py", "world_keys world_minigrid world_batch frontier"),
     "memory": ("world/memory_kernels.py", "features frontier novelty world_keys"),
     "generation": ("world/generation_kernels.py", "world_levels"),

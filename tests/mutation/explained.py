@@ -23,6 +23,10 @@ NOT_TRIED: Mapping[str, str] = {
 """How lines of any module begin whose mutants are not tried."""
 EXPLAINED: Mapping[str, Mapping[str, str]] = {
     "frontier": {
+        "if nearest[0] == 0 or _rank(level, row, col) < _rank(level, nearest[0], nearest[1]):"
+        "  ->  if nearest[0] == 0 or _rank(level, row, col) <= _rank(level, nearest[0], nearest[1]):": (
+            "no two cells have the same rank"
+        ),
         "return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 2 * MAX_SIZE + col"
         "  ->  return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) / 2 * MAX_SIZE + col": (
             "as near as each other, and more than 31 columns apart for a row"
