@@ -2,9 +2,10 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: train test types test-random test-lowest coverage mutate compile lint docs package bench constraints audit clean
+.PHONY: train test check test-random test-lowest coverage mutate compile lint docs package bench constraints audit clean
 
-# Most of 15,000 files are never imported; those that are, are compiled then.
+# Without --no-compile pip compiles all 15,000 installed files, most of which are never imported; Python compiles the
+# others when they are.
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e '.[dev]'
@@ -16,13 +17,13 @@ compile: $(VENV)/.installed ## all kernels, so that nothing after it compiles in
 train: compile ## HiPPO with the fixed depth-first meta-controller on graph c
 	$(BIN)/python -m hierroom.train --meta fixed-dfs
 
-types: $(VENV)/.installed
+check: $(VENV)/.installed ## ruff and pyright; nothing is changed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
 test: $(VENV)/.installed ## everything CI runs
-	$(MAKE) --no-print-directory --jobs=2 compile types
+	$(MAKE) --no-print-directory --jobs=2 compile check
 	$(BIN)/python -m pytest -n 2
 
 test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it

@@ -73,9 +73,11 @@ def study_table(name: str, *shown: str) -> str:
         InputError: if the statistics were not computed, or not of such a measure.
     """
     out = Path("benchmarks", "results", name)
-    command = f"python -m benchmarks.study.statistics {out}/sweep.csv --out {out}/correlations.csv"
+    rows = read_rows(ROOT / out / "correlations.csv")
+    options = f"--outcome {rows[0]['outcome']} --out {out}/correlations.csv"
+    command = f"python -m benchmarks.study.statistics {out}/sweep.csv {options}"
     by_method: dict[str, list[Row]] = {}
-    for row in read_rows(ROOT / out / "correlations.csv"):
+    for row in rows:
         by_method.setdefault(row["method"], []).append(row)
     tables = [_study_table(method, rows, shown) for method, rows in by_method.items()]
     return f"\n`{command}`:\n\n" + "\n\n".join(tables) + "\n\n"
@@ -90,7 +92,9 @@ def _study_table(method: str, rows: Sequence[Row], shown: Sequence[str]) -> str:
     if unknown := [name for name in shown if name not in known]:
         raise InputError(f"the measures of {method} are {', '.join(known)}; there is no {unknown[0]!r}")
     best = sorted(known, key=lambda name: -estimates[name, "spearman"].value)
-    header = f"**{method}**, {rows[0]['outcome'].replace('_', ' ')}%, {rows[0]['graphs']} goal graphs:"
+    outcome = rows[0]["outcome"].replace("_", " ")
+    unit = "%" if outcome.startswith("steps") else ""
+    header = f"**{method}**, {outcome}{unit}, {rows[0]['graphs']} goal graphs:"
     lines = [header, "", measure_table(estimates, shown or best)]
     for measure, statistic, what in (("seeds", "halves", "halves of the seeds"), ("twins", "spearman", "twins")):
         if not math.isnan(estimates[measure, statistic].value):

@@ -32,8 +32,9 @@ class parallel_env(ParallelEnv):
 
     Args:
         graph: one of these, or a list or tuple of them, of whose graphs each episode samples one: a letter ``"a"`` to
-            ``"g"``, a `GoalGraph`, a path to a TOML file that describes one, ``"rooms:4"`` for every graph of 4 rooms,
-            ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all graphs in between.
+            ``"g"``, a name such as ``"keys-0-1-exit-2"``, a `GoalGraph`, a path to a TOML file that describes one,
+            ``"rooms:4"`` for every graph of 4 rooms, ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all
+            graphs in between.
         exclude: graphs to leave out, given likewise and found however their rooms are numbered.
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated.

@@ -1,7 +1,7 @@
 """The turns of the two agents as compiled kernels on records of a `options.LEDGER` and a `step.STEP`.
 
-The constants that they share with the rest of the package stand here, because Numba's disk cache notices a change only
-in files that define kernels. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
+The constants that they share with the rest of the package stand here, so that the module needs nothing but the
+compiler. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
 """
 
 import numpy as np

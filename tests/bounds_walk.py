@@ -12,7 +12,8 @@ from hierroom.options import AGENTS, CONTROLLER, META
 from hierroom.situation import GOAL_MASKS
 from hierroom.training.trainer import Trainer
 from hierroom.turns import Turns
-from hierroom.world.layout import MEMORIES, MIN_SIZE
+from hierroom.world.constants import MIN_SIZE
+from hierroom.world.layout import MEMORIES
 from hierroom.world.oracle import shortest_lengths
 
 ALL_GRAPHS = tuple(f"rooms:{n}" for n in range(2, 8))

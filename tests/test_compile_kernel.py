@@ -1,5 +1,6 @@
 """Compiled kernels are kept wherever there is a place for them; on a terminal one hears that they are compiled."""
 
+import ast
 import os
 import pty
 import shutil
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from hierroom.compile import folder, kernel
+from hierroom.world import step_kernels
 
 PACKAGE = Path(folder.__file__).parents[1]
 TELL = """
@@ -168,4 +170,36 @@ def test_a_change_in_any_file_of_kernels_makes_numba_compile_all_of_them_again(t
     assert before == no_kernel
     assert len({before, other, number}) == 3
     kernel.digest_of_kernels.cache_clear()
+    assert step_kernels.advance in kernel.KERNELS
     assert {one._cache._cache_file._source_stamp[1] for one in kernel.KERNELS} == {kernel.digest_of_kernels(PACKAGE)}
+
+
+def defining_file(module, name):
+    """The file that assigns or defines a name, and does not import it from another of the package."""
+    path = PACKAGE.parent / Path(*module.split("."))
+    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    for node in ast.parse(path.read_text()).body:
+        if isinstance(node, ast.ImportFrom) and node.module and name in {one.asname or one.name for one in node.names}:
+            return defining_file(node.module, name)
+    return path
+
+
+def test_every_number_that_a_kernel_takes_from_another_file_is_part_of_the_digest():
+    taken = set()
+    for path in PACKAGE.rglob("*.py"):
+        if "njit(" not in path.read_text():
+            continue
+        tree = ast.parse(path.read_text())
+        module = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
+        kernels = [one for one in ast.walk(tree) if isinstance(one, ast.FunctionDef) and one.decorator_list]
+        for function in kernels:
+            if any("njit" in ast.unparse(decorator) for decorator in function.decorator_list):
+                names = {node.id for node in ast.walk(function) if isinstance(node, ast.Name)}
+                imported = [node for node in tree.body if isinstance(node, ast.ImportFrom)]
+                for node in imported:
+                    if node.module and node.module.startswith("hierroom"):
+                        here = {one.name for one in node.names if one.name.isupper()} & names
+                        taken |= {(module, name, defining_file(node.module, name)) for name in here}
+    assert {path.name for _, _, path in taken} >= {*kernel.CONSTANTS}
+    for module, name, path in taken:
+        assert path.name in kernel.CONSTANTS or "njit(" in path.read_text(), (module, name, path)

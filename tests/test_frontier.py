@@ -94,3 +94,13 @@ def test_an_open_doorway_is_a_frontier_until_all_beside_it_was_seen():
             else:
                 assert found[:, 1].tolist() == doorways.tolist()
                 assert not found_locked.any()
+
+
+def test_of_two_that_are_as_near_the_upper_one_is_taken():
+    levels = make(GoalGraph((0,) * 6, 1), size=63).world.state.levels.copy()
+    levels["rectangles"], levels["doors"], levels["explored"] = 6, 0b11, 0
+    levels["row"], levels["col"] = 40, 40
+    for branch, (row, col) in enumerate([(40, 23), (39, 56)]):  # 17 steps away, and more than half a grid apart
+        levels["doors_at"][:, branch] = row, col
+        levels["explored"][:, row - MARGIN] |= np.uint64(1) << np.uint64(col - MARGIN)
+    assert nearest_frontiers(levels)[0, 1].tolist() == [39, 56]

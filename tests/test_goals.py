@@ -187,7 +187,7 @@ def test_what_means_no_graph(graph):
 
 
 def test_an_unknown_letter():
-    with pytest.raises(InputError, match=r"the named graphs are a, b, c, d, e, f, g, and .*; there is no 'h'"):
+    with pytest.raises(InputError, match=r"by a letter \(a, b, c, d, e, f, g\) or by its rooms, such as .*, not 'h'"):
         GoalGraph.named("h")
 
 
@@ -205,9 +205,11 @@ def test_a_graph_named_by_its_rooms_keeps_its_name_and_its_numbers():
 @pytest.mark.parametrize(
     ("name", "error"),
     [
-        ("keys-0-exit", "there is no 'keys-0-exit'"),
-        ("keys-0--1-exit-1", "there is no 'keys-0--1-exit-1'"),
-        ("keys-0-exit-1\n", "there is no 'keys-0-exit-1"),
+        ("keys-0-exit", "not 'keys-0-exit'"),
+        ("keys-0--1-exit-1", "not 'keys-0--1-exit-1'"),
+        ("keys-0-exit-1\n", "not 'keys-0-exit-1"),
+        ("keys-00-exit-1", "not 'keys-00-exit-1'"),
+        ("keys-0-exit-01", "not 'keys-0-exit-01'"),
         ("keys-0-9-exit-1", "the key of room 2 must lie in a room from 0 to 2, not in 9"),
         ("keys-1-exit-1", "must form a tree"),
         ("keys-0-1.toml", "cannot read the goal graph keys-0-1.toml"),

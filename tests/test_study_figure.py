@@ -45,7 +45,7 @@ def words(tables, *others):
 
 def test_marks_stand_at_the_medians_and_above_all_where_half_never_got_there(figure, tables):
     options = figure.Options(tables / "runs.csv", tables / "f.png", ("width", "play_success"))
-    measured = figure.read_measures(tables / "measures.csv")
+    measured = figure.known_measures(tables / "measures.csv")
     trained = figure.read_trained(figure.read_rows(options.table), measured, "steps_to_95")
     for axes in figure.draw(trained, measured, options).axes:
         reached, never = (np.asarray(marks.get_offsets()).tolist() for marks in axes.collections[1:])
@@ -65,7 +65,11 @@ def test_the_command_writes_a_picture(figure, tables, monkeypatch):
 @pytest.mark.parametrize(
     ("others", "message"),
     [
-        (["--shown", "luck", "--out", "f.png"], "the measures told of every graph are width, play_success, not luck"),
+        (
+            ["--shown", "luck", "--out", "f.png"],
+            "cannot show luck; known of all graphs, .*, are width, play_success",
+        ),
+        (["--shown", "--out", "f.png"], "show at least one measure"),
         (["--shown", "width", "--out", "f.xyz"], "cannot draw to f.xyz"),
     ],
 )

@@ -85,7 +85,8 @@ def test_the_table_counts_graphs_by_rooms(hierarchy, tables, monkeypatch, capsys
     assert lines[2] == "| 2 | 2 | 0.00M | 0.00M | 1.0 | 1 | 2 | 2 |"
     assert lines[3] == "| 3 | 2 | - | - | 1.0 | 0 | 1 | 0 |"
     assert lines[5] == (
-        "Hardest tenth by expected_steps, 1 goal graphs: hippo ends above 50% success on 0, ppo-bonus on 0."
+        "Hardest tenth by expected_steps, with ties 1 of 4 goal graphs: "
+        "hippo ends above 50% success on 0, ppo-bonus on 0."
     )
 
 
@@ -94,6 +95,7 @@ def test_the_table_counts_graphs_by_rooms(hierarchy, tables, monkeypatch, capsys
     [
         (["--flat", "ppo"], "the table's methods are hippo, ppo-bonus; there is no 'ppo'"),
         (["--hardest-by", "luck"], "the measure of the hardest must be one of .*expected_steps, not 'luck'"),
+        (["--measures", "none.csv"], "none.csv holds no measures; make it"),
         (["--resamples", "1"], "resamples must be at least 2"),
         (["--level", "95"], "between 0 and 1, not 95"),
     ],

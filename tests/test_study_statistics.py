@@ -225,6 +225,9 @@ def test_methods_are_told_apart_by_what_differs(module):
     assert [one.never for one in found] == [0, 0]
     rows = run_rows(steps, meta="fixed-dfs") + run_rows(steps, method="ppo", meta="none")
     assert [one.method for one in read(rows, measured_rows(list("abcd")), "steps_to_95")] == ["hippo", "ppo"]
+    rows += run_rows(steps, meta="random")
+    found = read(rows, measured_rows(list("abcd")), "steps_to_95")
+    assert [one.method for one in found] == ["hippo fixed-dfs", "ppo", "hippo random"]
     rates = [{**row, "success_rate": rate} for row, rate in zip(run_rows(steps), ["1", "0.5"] * 4, strict=True)]
     (one,) = read(rates, measured_rows(list("abcd")), "success_rate")
     assert one.outcomes.tolist() == [[0, 0.5]] * 4
@@ -241,7 +244,6 @@ def test_methods_are_told_apart_by_what_differs(module):
             lambda rows: [{**row, "steps": str(i)} for i, row in enumerate(rows)],
             "hippo are of different lengths",
         ),
-        (lambda rows: rows[:6], "needs 4 goal graphs or more, but hippo has 3"),
     ],
 )
 def test_bad_tables_are_one_line(module, change, message):
@@ -265,7 +267,8 @@ def tables(tmp_path):
         "expected_steps": range(10),
     }
     measures = measured_rows(graphs, graphs[:5], **known, width=rng.permutation(10))
-    for name, rows in (("runs", run_rows(steps)), ("measures", measures)):
+    few = run_rows({graph: steps[graph] for graph in graphs[:3]})
+    for name, rows in (("runs", run_rows(steps)), ("few", few), ("measures", measures)):
         with (tmp_path / f"{name}.csv").open("w") as file:
             file.write("# the command\n" * (name == "runs"))
             writer = csv.DictWriter(file, list(rows[0]))
@@ -302,6 +305,7 @@ def test_the_command_prints_a_table_and_writes_every_number(module, tables, monk
         (["none.csv", "--measures", "measures.csv"], "cannot read the table"),
         (["runs.csv", "--measures", "measures.csv", "--resamples", "1"], "resamples must be at least 2"),
         (["runs.csv", "--measures", "measures.csv", "--level", "95"], "between 0 and 1, not 95"),
+        (["few.csv", "--measures", "measures.csv"], "needs 4 goal graphs or more; hippo has 3"),
         (["runs.csv", "--measures", "measures.csv", "--rooms", "9"], "no runs with .*, or none of such graphs"),
     ],
 )

@@ -3,12 +3,12 @@
     python -m benchmarks.study.figure TABLE.csv --out docs/pictures/study.png
 
 A panel for each measure, a mark for each goal graph and method: the median over seeds, and a line from the lowest to
-the highest. Where half of the seeds never got there the mark is an empty triangle at the top.
+the highest. A graph on which half of the seeds or more never reached the milestone has an empty triangle at the top.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from benchmarks.study.tables import MEASURES_PATH, Row, read_measures, read_rows
+from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
 from benchmarks.study.trained import MEASURES, Milestone, Trained, measures_of, medians, read_trained
 from hierroom.cli import run
 from hierroom.compare.style import COLOURS, STYLE
@@ -63,15 +63,18 @@ def draw(trained: Sequence[Trained], measured: Sequence[Row], options: Options) 
         options: which measures are shown.
 
     Raises:
-        InputError: if a measure is unknown, or not told of every graph.
+        InputError: if there is no measure, or one is unknown, missing for a graph, or the same for all.
     """
+    if not options.shown:
+        raise InputError("show at least one measure, such as --shown expected_steps")
     figure = Figure(figsize=(WIDTH * len(options.shown) + 0.5, 2.8), layout="constrained")
     panels = figure.subplots(1, len(options.shown), sharey=True, squeeze=False)[0]
     known = {method.method: measures_of(method.graphs, measured) for method in trained}
     for name, axes in zip(options.shown, panels, strict=True):
         for number, method in enumerate(trained):
             if name not in known[method.method]:
-                raise InputError(f"the measures told of every graph are {', '.join(known[method.method])}, not {name}")
+                names = ", ".join(known[method.method]) or "none"
+                raise InputError(f"cannot show {name}; known of all graphs, and different between them, are {names}")
             _draw_method(axes, MEASURES[name] * known[method.method][name], method, number, _top(trained))
         axes.set_xlabel(name.replace("_", " "))
         axes.set_yscale("log")
@@ -106,10 +109,9 @@ def _draw_method(axes: Axes, values: NDArray[np.float64], method: Trained, numbe
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
-    measured = read_measures(options.measures)
-    rows: Sequence[Mapping[str, str]] = read_rows(options.table)
+    measured = known_measures(options.measures)
     with matplotlib.rc_context(STYLE):
-        figure = draw(read_trained(rows, measured, options.outcome), measured, options)
+        figure = draw(read_trained(read_rows(options.table), measured, options.outcome), measured, options)
         try:
             options.out.parent.mkdir(parents=True, exist_ok=True)
             figure.savefig(options.out, dpi=150)

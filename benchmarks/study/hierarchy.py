@@ -4,7 +4,8 @@
 
 TABLE.csv is a table of training runs as `benchmarks.study.statistics` takes it. On each graph the median steps of the
 flat method are divided by those of the hierarchical one; the interval is of resamples of the seeds of both. Where only
-the flat method never gets there the ratio is infinite; where neither does nothing can be told, and it counts as 1.
+the flat method never gets there the ratio is infinite, where only the hierarchical one does not it is 0; where neither
+does nothing can be told, and it counts as 1.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ import tyro
 from numpy.typing import NDArray
 
 from benchmarks.study.correlations import resampled
-from benchmarks.study.tables import MEASURES_PATH, Row, read_measures, read_rows
+from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
 from benchmarks.study.trained import Milestone, Trained, measures_of, medians, read_trained
 from hierroom.cli import run
 from hierroom.errors import InputError, require_number
@@ -28,6 +29,8 @@ from hierroom.files import write_atomically
 
 HARDEST = 0.1
 """The share of the graphs that are called the hardest."""
+ALIKE = ("steps", "size", "preset")
+"""What the runs of both methods must have in common, if the table tells it."""
 ENOUGH = 0.5
 """A method that ends above this success rate works."""
 
@@ -109,9 +112,13 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
         options: the methods, the outcome, and how intervals are computed.
 
     Raises:
-        InputError: as `read_trained`, or if a method is not in the table or no graph has both.
+        InputError: as `read_trained`, or if a method is not in the table, no graph has both, or they were trained in
+            different ways.
     """
     both = options.flat, options.hierarchical
+    for name in ALIKE:
+        if len(found := {row.get(name, "") for row in rows if row["method"] in both}) > 1:
+            raise InputError(f"the two methods were trained with different {name}: {', '.join(sorted(found))}")
     steps = _of_methods(read_trained(rows, measured, options.outcome), both)
     failures = _of_methods(read_trained(rows, measured, "success_rate"), both)
     graphs = [graph for graph in steps[0].graphs if graph in steps[1].graphs]
@@ -132,7 +139,10 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
 
 
 def markdown(found: Sequence[Comparison], options: Options) -> str:
-    """A row for the graphs of each number of rooms: medians over them, and on how many hierarchy pays."""
+    """A row for each number of rooms: medians over its graphs, and on how many hierarchy pays.
+
+    Where there is no middle graph, the median is the larger number of steps, and the smaller ratio.
+    """
     both = options.hierarchical, options.flat
     header = ["rooms", "graphs", *(f"{name}: {options.outcome}" for name in both), "ratio", "pays on"]
     header += [f"{name}: above {ENOUGH:.0%} on" for name in both]
@@ -148,16 +158,16 @@ def markdown(found: Sequence[Comparison], options: Options) -> str:
 
 
 def hardest(found: Sequence[Comparison], measured: Sequence[Row], measure: str) -> list[Comparison]:
-    """The tenth of the goal graphs that a measure, computed before training, calls the hardest.
+    """The tenth of the goal graphs that a measure calls the hardest, with all that tie with the last of them.
 
     Raises:
-        InputError: if the measure is not in the table, or not known of every graph.
+        InputError: if the measure is unknown, missing for a graph, or the same for all.
     """
     measures = measures_of([one.graph for one in found], measured)
     if measure not in measures:
         raise InputError(f"the measure of the hardest must be one of {', '.join(measures)}, not {measure!r}")
-    order = np.argsort(-measures[measure], kind="stable")
-    return [found[i] for i in order[: max(1, round(HARDEST * len(found)))]]
+    least = np.sort(measures[measure])[-max(1, round(HARDEST * len(found)))]
+    return [one for one, value in zip(found, measures[measure], strict=True) if value >= least]
 
 
 def _of_methods(trained: Sequence[Trained], names: Sequence[str]) -> list[Trained]:
@@ -178,7 +188,7 @@ def _steps(values: Sequence[float]) -> str:
 
 
 def _ratio(value: float) -> str:
-    return f"{value:.1f}" if np.isfinite(value) else "never without"
+    return f"{value:.1f}" if np.isfinite(value) else "∞"
 
 
 def _working(of: Sequence[Comparison]) -> list[str]:
@@ -194,12 +204,12 @@ def main() -> int:
     require_number("resamples", options.resamples, 2, 10**6, is_whole=True)
     if not 0 < options.level < 1:
         raise InputError(f"the level must be between 0 and 1, not {options.level}")
-    measured = read_measures(options.measures)
+    measured = known_measures(options.measures)
     found = compare(read_rows(options.table), measured, options)
     print(markdown(found, options))
     few = hardest(found, measured, options.hardest_by)
     with_hierarchy, without = _working(few)
-    where = f"Hardest tenth by {options.hardest_by}, {len(few)} goal graphs"
+    where = f"Hardest tenth by {options.hardest_by}, with ties {len(few)} of {len(found)} goal graphs"
     ends = f"{options.hierarchical} ends above {ENOUGH:.0%} success on {with_hierarchy}, {options.flat} on {without}"
     print(f"\n{where}: {ends}.")
     if options.out is not None:

@@ -21,8 +21,8 @@ from rich.console import Console
 from rich.progress import Progress
 
 from benchmarks.study.correlations import Estimate, estimates, noise_of_halves, noise_of_twins, twin_factor
-from benchmarks.study.tables import MEASURES_PATH, Row, read_measures, read_rows
-from benchmarks.study.trained import Outcome, Trained, measures_of, read_trained
+from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
+from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, measures_of, read_trained
 from hierroom.cli import run
 from hierroom.errors import InputError, require_number
 from hierroom.files import write_atomically
@@ -89,7 +89,7 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
         options: outcome, rooms, and how intervals are computed.
 
     Raises:
-        InputError: as `read_trained`.
+        InputError: as `read_trained`, or if a method has fewer than four graphs.
     """
     if options.rooms:
         chosen = {row["graph"] for row in measured if int(row["rooms"]) in options.rooms}
@@ -99,6 +99,8 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         for trained in read_trained(rows, measured, options.outcome):
+            if (n := len(trained.graphs)) < FEWEST_GRAPHS:
+                raise InputError(f"a correlation needs {FEWEST_GRAPHS} goal graphs or more; {trained.method} has {n}")
             task = bar.add_task(trained.method, total=options.resamples)
             found = estimates(
                 trained,
@@ -163,9 +165,7 @@ def main() -> int:
     require_number("resamples", options.resamples, 2, 10**6, is_whole=True)
     if not 0 < options.level < 1:
         raise InputError(f"the level must be between 0 and 1, not {options.level}")
-    measured = read_measures(options.measures)
-    if not measured:
-        raise InputError(f"{options.measures} holds no measures; make it: python -m benchmarks.study.measures_table")
+    measured = known_measures(options.measures)
     results = study(read_rows(options.table), measured, options)
     print("\n\n".join(markdown(result, options.outcome) for result in results))
     if options.out is not None:

@@ -26,6 +26,18 @@ def read_measures(path: Path) -> list[Row]:
     return rows
 
 
+def known_measures(path: Path) -> list[Row]:
+    """The rows of a table of measures, at least one.
+
+    Raises:
+        InputError: if there is none, or as `read_measures`.
+    """
+    rows = read_measures(path)
+    if not rows:
+        raise InputError(f"{path} holds no measures; make it: python -m benchmarks.study.measures_table")
+    return rows
+
+
 def read_rows(path: Path) -> list[Row]:
     """The rows of a CSV file, such as a table of training runs; lines that begin with # are comments.
 

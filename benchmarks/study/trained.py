@@ -99,7 +99,7 @@ def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome)
 
     Raises:
         InputError: if a column is missing, an outcome is no number, a graph is not measured, runs of a method are of
-            different lengths or the same seed stands twice, or a method has fewer than four graphs.
+            different lengths, or the same seed stands twice.
     """
     missing = {"graph", "method", "seed", outcome}.difference(*rows[:1])
     if missing:
@@ -108,11 +108,11 @@ def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome)
     unknown = sorted({row["graph"] for row in rows} - twin_of.keys())
     if unknown:
         raise InputError(f"{len(unknown)} graphs are in no row of the measures, such as {unknown[0]!r}")
-    varied = [name for name in SETTINGS if _differs_within_a_method(rows, name)]
+    varied = _varied(rows)
     found: dict[str, dict[str, dict[str, float]]] = {}
     lengths: dict[str, set[str]] = {}
     for row in rows:
-        method = " ".join([row["method"], *(row[name] for name in varied if row.get(name))])
+        method = " ".join([row["method"], *(row[name] for name in varied[row["method"]] if row.get(name))])
         seeds = found.setdefault(method, {}).setdefault(row["graph"], {})
         if row["seed"] in seeds:
             raise InputError(f"seed {row['seed']} of {method} on {row['graph']} stands in the table twice")
@@ -145,17 +145,17 @@ def measures_of(graphs: Sequence[str], measured: Sequence[Row]) -> dict[str, NDA
     return found
 
 
-def _differs_within_a_method(rows: Sequence[Row], setting: str) -> bool:
-    values: dict[str, set[str | None]] = {}
-    for row in rows:
-        values.setdefault(row["method"], set()).add(row.get(setting))
-    return any(len(several) > 1 for several in values.values())
+def _varied(rows: Sequence[Row]) -> dict[str, list[str]]:
+    """For each method the settings in which its rows differ."""
+    found = {}
+    for method in {row["method"] for row in rows}:
+        own = [row for row in rows if row["method"] == method]
+        found[method] = [name for name in SETTINGS if len({row.get(name) for row in own}) > 1]
+    return found
 
 
 def _trained(method: str, graphs: Mapping[str, Mapping[str, float]], twin_of: Mapping[str, str]) -> Trained:
     names = tuple(graph for graph in graphs if not twin_of[graph])
-    if len(names) < FEWEST_GRAPHS:
-        raise InputError(f"a correlation needs {FEWEST_GRAPHS} goal graphs or more, but {method} has {len(names)}")
     pairs = [(names.index(twin_of[graph]), graph) for graph in graphs if twin_of[graph] in names]
     width = max(map(len, graphs.values()))
 

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.compile.kernel import njit
-from hierroom.world.constants import MARGIN, ONE
-from hierroom.world.layout import MAX_SIZE
+from hierroom.world.constants import MARGIN, MAX_SIZE, ONE
 
 
 @njit(cache=True)

@@ -20,7 +20,8 @@ from hierroom.files import write_atomically
 from hierroom.goals.canonical import canonical_rooms
 from hierroom.goals.drawing import tree_svg
 
-_DESCRIBED = re.compile(r"keys-(\d{1,4}(?:-\d{1,4})*)-exit-(\d{1,4})", re.ASCII)
+_ROOM = r"(?:0|[1-9][0-9]{0,3})"
+_DESCRIBED = re.compile(rf"keys-({_ROOM}(?:-{_ROOM})*)-exit-({_ROOM})")
 
 
 @dataclass(frozen=True)
@@ -217,11 +218,11 @@ class GoalGraph:
         """
         if name in NAMED_GRAPHS:
             return NAMED_GRAPHS[name]
-        rooms = _DESCRIBED.fullmatch(name)
+        rooms = _DESCRIBED.fullmatch(name) if isinstance(name, str) else None
         if rooms is None:
+            letters = ", ".join(NAMED_GRAPHS)
             raise InputError(
-                f"the named graphs are {', '.join(NAMED_GRAPHS)}, and others by their rooms, such as keys-0-1-exit-2; "
-                f"there is no {name!r}"
+                f"a goal graph is named by a letter ({letters}) or by its rooms, such as keys-0-1-exit-2, not {name!r}"
             )
         return cls(tuple(map(int, rooms[1].split("-"))), int(rooms[2]), name)
 

@@ -9,6 +9,7 @@ N_TILES = 22
 FORWARD, LEFT, RIGHT, PICKUP, OPEN, DROP = range(6)
 VIEW = 7
 MARGIN = 5  # width of the walls around the grid, as far as a view reaches beyond it, so that no look-up checks bounds
+MIN_SIZE, MAX_SIZE = 11, 63  # least and greatest side of a grid, outer walls included
 MIN_SIDE, MIN_CENTRE = 2, 3  # least depth of a branch room, and least width of the centre room, in cells
 
 # Directions as in MiniGrid: 0 east, 1 south, 2 west, 3 north; a right turn adds one.

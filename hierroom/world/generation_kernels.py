@@ -1,4 +1,4 @@
-"""Levels are drawn: rooms, doors, keys and the exit, as compiled scalar functions on one level."""
+"""Generates levels: rooms, doors, keys and the exit, by compiled scalar functions on one level."""
 
 import numpy as np
 

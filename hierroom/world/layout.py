@@ -17,12 +17,12 @@ from hierroom.world.constants import (
     EVALUATION_LEVELS,
     EXPLORED,
     MARGIN,
+    MAX_SIZE,
+    MIN_SIZE,
     TRAINING_LEVELS,
     VIEW,
     VISITED,
 )
-
-MIN_SIZE, MAX_SIZE = 11, 63
 
 
 def _record(*fields: tuple) -> np.dtype:

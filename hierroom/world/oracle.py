@@ -13,8 +13,7 @@ It is exact although it ignores three things:
 
 Keys that are not needed do matter: they block cells, and picking one up may be shorter than walking around it.
 
-Kernels and the constants they read must be in one source file (see `kernels`). The search therefore has its own codes,
-and gets the world's tile codes as a table.
+The search has its own codes, and gets the world's tile codes as a table.
 """
 
 from __future__ import annotations

@@ -17,8 +17,8 @@ from hierroom.compile.kernel import njit
 from hierroom.errors import InputError
 from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
 from hierroom.runtime.schema import Array, Table, of_records
-from hierroom.world.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, WALL
-from hierroom.world.layout import LEVEL, MAX_SIZE, MEMORIES, MIN_SIZE, SPLITS, State
+from hierroom.world.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, MAX_SIZE, MIN_SIZE, OPEN_DOOR, WALL
+from hierroom.world.layout import LEVEL, MEMORIES, SPLITS, State
 
 _INT32, _INT64 = 2**31 - 1, 2**63 - 1
 RULES = (

@@ -45,6 +45,6 @@ def encode(tiles: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @cache
 def _compiled_encode() -> Callable[..., None]:
-    """Compile `kernels.encode_tiles` for tiles of any strides, such as a field of an array of records."""
+    """Compile `view_kernels.encode_tiles` for tiles of any strides, such as a field of an array of records."""
     strided = np.zeros(2, OUTCOME)["tiles"]  # a field of a single record would count as contiguous
     return compiled(encode_tiles, strided, TRIPLES, np.empty((2, VIEW, VIEW, 3), np.uint8))

@@ -16,7 +16,8 @@ from hierroom.goals import GoalGraph
 from hierroom.runtime.schema import Whole
 from hierroom.runtime.thread_pool import ThreadPool
 from hierroom.world import batch_kernels
-from hierroom.world.layout import GRAPH, LEVEL, MEMORIES, MIN_SIZE, OUTCOME, SPLITS, State, empty_state, graph_records
+from hierroom.world.constants import MIN_SIZE
+from hierroom.world.layout import GRAPH, LEVEL, MEMORIES, OUTCOME, SPLITS, State, empty_state, graph_records
 from hierroom.world.state_check import check_state
 
 MIN_ENVS_PER_THREAD = 1024

@@ -27,17 +27,13 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "  ->  if nearest[0] == 0 or _rank(level, row, col) <= _rank(level, nearest[0], nearest[1]):": (
             "no two cells have the same rank"
         ),
-        "return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 2 * MAX_SIZE + col"
-        "  ->  return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) / 2 * MAX_SIZE + col": (
-            "as near as each other, and more than 31 columns apart for a row"
-        ),
     },
     "loss": {
         "sums[4] += scale if abs(ratio - 1) > clip else 0.0"
         "  ->  sums[4] += scale if abs(ratio - 1) >= clip else 0.0": "a ratio at the very bound",
     },
     "features": {
-        "@dataclass(frozen=True)": "against a change that nothing here makes",
+        "@dataclass(frozen=True)": "nothing assigns to a Feature",
         "return len(CLASS_STARTS) + (classes if distance > 0 else -classes)"
         "  ->  return len(CLASS_STARTS) + (classes if distance >= 0 else -classes)": "0 has the class 0 either way",
         "categories = np.zeros((N_GOALS + 1, 2), np.uint8)"

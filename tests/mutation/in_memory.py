@@ -37,9 +37,9 @@ class InMemory:
             return None
         spec = PathFinder.find_spec(fullname, path)  # pyright: ignore[reportArgumentType] - a package's __path__
         if spec is not None and spec.origin is not None:
-            path = Path(spec.origin)
-            source = self._source if path == self._path else None
-            spec.loader = _Loader(fullname, spec.origin, path in self._interpreted, source)
+            file = Path(spec.origin)
+            source = self._source if file == self._path else None
+            spec.loader = _Loader(fullname, spec.origin, file in self._interpreted, source)
         return spec
 
 
@@ -58,5 +58,5 @@ class _Loader(SourceFileLoader):
 
 @cache
 def interpreted(path: Path) -> frozenset[Path]:
-    """A file of the package and those that import it, over others too, but for `COMPILED`."""
+    """The file and all files that import it, directly or through others, except `COMPILED`."""
     return frozenset({path, *(nx.ancestors(file_imports(), path) - COMPILED)})
