@@ -69,7 +69,7 @@ def test_the_table_of_complexity_is_computed(letter):
     assert row in README
 
 
-PAGES = {"hippo": "README.md", "ablation": "docs/presets.md"}
+PAGES = {"ablation": "docs/presets.md"}
 SCRIPTS = {"ablation": "ablation"}
 
 
