@@ -4,11 +4,9 @@ BIN := $(VENV)/bin
 
 .PHONY: train test check test-random test-lowest coverage mutate compile lint docs package bench constraints audit clean
 
-# Without --no-compile pip compiles all 15,000 installed files, most of which are never imported; Python compiles the
-# others when they are.
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e '.[dev]'
+	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	touch $@
 
 compile: $(VENV)/.installed ## all kernels, so that nothing after it compiles in silence

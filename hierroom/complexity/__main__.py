@@ -47,8 +47,8 @@ class ComplexityArguments:
     Give one graph for its full report, or several for a list. By default the paper's seven graphs are listed.
 
     Args:
-        graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), paths to
-            .toml files, rooms:N for every graph of N rooms, 2 to 8, and hitting_time:LOW..HIGH or
+        graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), paths
+            to .toml files, rooms:N for every graph of N rooms, 2 to 8, and hitting_time:LOW..HIGH or
             expected_steps:LOW..HIGH for all graphs in that interval.
         exclude: goal graphs to leave out, given likewise and found however their rooms are numbered.
         all: list the paper's seven graphs.
