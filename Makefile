@@ -22,7 +22,7 @@ check: $(VENV)/.installed ## ruff and pyright; nothing is changed
 
 test: $(VENV)/.installed ## everything CI runs
 	$(MAKE) --no-print-directory --jobs=2 compile check
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --durations=20
 
 test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it
 	$(BIN)/python -m pytest -p randomly -n auto $(if $(SEED),--randomly-seed=$(SEED))
