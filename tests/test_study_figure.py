@@ -1,12 +1,12 @@
 """The study's figure: every goal graph has a mark where its numbers say."""
 
-import csv
 import importlib
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from study_tables import write_tables
 
 from hierroom.errors import InputError
 
@@ -31,11 +31,7 @@ def tables(tmp_path):
         {"graph": graph, "twin_of": "", "rooms": 3, "goals": 5, "settings": "", "width": i, "play_success": i}
         for i, graph in enumerate(STEPS)
     ]
-    for name, rows in (("runs", runs), ("measures", measures)):
-        with (tmp_path / f"{name}.csv").open("w") as file:
-            writer = csv.DictWriter(file, list(rows[0]))
-            writer.writeheader()
-            writer.writerows(rows)
+    write_tables(tmp_path, runs=runs, measures=measures)
     return tmp_path
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from study_tables import write_tables
 
 from hierroom.errors import InputError
 
@@ -43,11 +44,7 @@ def tables(tmp_path):
         {"graph": graph, "twin_of": "", "rooms": 2 + i // 2, "goals": 3, "settings": "", "expected_steps": 10 * i}
         for i, graph in enumerate(STEPS)
     ]
-    for name, rows in (("runs", runs), ("measures", measures)):
-        with (tmp_path / f"{name}.csv").open("w") as file:
-            writer = csv.DictWriter(file, list(rows[0]))
-            writer.writeheader()
-            writer.writerows(rows)
+    write_tables(tmp_path, runs=runs, measures=measures)
     return tmp_path
 
 

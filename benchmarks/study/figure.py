@@ -24,11 +24,11 @@ from benchmarks.study.trained import MEASURES, Milestone, Trained, measures_of, 
 from hierroom.cli import run
 from hierroom.compare.style import COLOURS, STYLE
 from hierroom.errors import InputError
+from hierroom.goals import NAMED_GRAPHS
 
 MARKS = "osD^v"
-LETTERS = frozenset("abcdefg")
-"""The paper's graphs, which are labelled where a panel has few others."""
 FEW = 12
+"""Of so many goal graphs the paper's are labelled by their letters."""
 WIDTH = 2.6
 """Of a panel in inches."""
 LETTERS_PER_INCH = 16
@@ -102,7 +102,7 @@ def _draw_method(axes: Axes, values: NDArray[np.float64], method: Trained, numbe
     axes.scatter(values[~reached], np.full((~reached).sum(), top), s=18, marker="^", facecolor="none", edgecolor=colour)
     if len(values) <= FEW:
         for x, y, graph in zip(values, np.minimum(middle, top), method.graphs, strict=True):
-            if graph in LETTERS:
+            if graph in NAMED_GRAPHS:
                 axes.annotate(graph, (x, y), textcoords="offset points", xytext=(4, -2), fontsize=7)
 
 

@@ -13,18 +13,19 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
 import tyro
 from numpy.typing import NDArray
 
+from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import resampled
 from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
 from benchmarks.study.trained import Milestone, Trained, measures_of, medians, read_trained
 from hierroom.cli import run
-from hierroom.errors import InputError, require_number
+from hierroom.errors import InputError
 from hierroom.files import write_atomically
 
 HARDEST = 0.1
@@ -46,9 +47,7 @@ class Options:
         measures: the measures of the goal graphs.
         outcome: the milestone whose steps are compared.
         hardest_by: the measure that says which graphs are the hardest.
-        resamples: of the seeds.
-        level: confidence level of the intervals.
-        seed: of the resamples.
+        bootstrap: how intervals are computed.
         out: a CSV file with a row for each graph.
     """
 
@@ -58,9 +57,7 @@ class Options:
     measures: Path = MEASURES_PATH
     outcome: Milestone = "steps_to_95"
     hardest_by: str = "expected_steps"
-    resamples: int = 2000
-    level: float = 0.95
-    seed: int = 0
+    bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
     out: Path | None = None
 
 
@@ -125,12 +122,16 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     if not graphs:
         raise InputError(f"no goal graph has runs of both {' and '.join(both)}")
     flat, hierarchical = (_outcomes(trained, graphs) for trained in steps)
-    rng = np.random.default_rng(options.seed)
+    bootstrap = options.bootstrap
+    rng = np.random.default_rng(bootstrap.seed)
     drawn = np.array(
-        [ratios(medians(resampled(flat, rng)), medians(resampled(hierarchical, rng))) for _ in range(options.resamples)]
+        [
+            ratios(medians(resampled(flat, rng)), medians(resampled(hierarchical, rng)))
+            for _ in range(bootstrap.resamples)
+        ]
     )
-    low = np.quantile(drawn, (1 - options.level) / 2, axis=0, method="lower")  # between infinities there is no middle
-    high = np.quantile(drawn, (1 + options.level) / 2, axis=0, method="higher")
+    low = np.quantile(drawn, (1 - bootstrap.level) / 2, axis=0, method="lower")  # between infinities there is no middle
+    high = np.quantile(drawn, (1 + bootstrap.level) / 2, axis=0, method="higher")
     ends = [1 - medians(_outcomes(trained, graphs)) for trained in failures]
     middle = medians(flat), medians(hierarchical)
     rooms_of = {row["graph"]: int(row["rooms"]) for row in measured}
@@ -201,9 +202,6 @@ def _working(of: Sequence[Comparison]) -> list[str]:
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
-    require_number("resamples", options.resamples, 2, 10**6, is_whole=True)
-    if not 0 < options.level < 1:
-        raise InputError(f"the level must be between 0 and 1, not {options.level}")
     measured = known_measures(options.measures)
     found = compare(read_rows(options.table), measured, options)
     print(markdown(found, options))

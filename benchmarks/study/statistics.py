@@ -12,7 +12,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +20,12 @@ import tyro
 from rich.console import Console
 from rich.progress import Progress
 
+from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate, estimates, noise_of_halves, noise_of_twins, twin_factor
 from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
 from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, measures_of, read_trained
 from hierroom.cli import run
-from hierroom.errors import InputError, require_number
+from hierroom.errors import InputError
 from hierroom.files import write_atomically
 
 PRINTED = ("spearman", "kendall", "given goals", "at fixed goals", "minus goals", "minus hitting time")
@@ -39,19 +40,15 @@ class Options:
         measures: the measures of their goal graphs.
         outcome: what says how hard a graph was.
         rooms: only goal graphs of so many rooms; all by default.
-        resamples: of the bootstrap.
-        level: confidence level of the intervals.
-        seed: of the resamples.
-        out: a CSV file for every number, those at each number of goals too.
+        bootstrap: how intervals are computed.
+        out: a CSV file for every correlation, those at each number of goals too.
     """
 
     table: tyro.conf.Positional[Path]
     measures: Path = MEASURES_PATH
     outcome: Outcome = "steps_to_95"
     rooms: tuple[int, ...] = ()
-    resamples: int = 2000
-    level: float = 0.95
-    seed: int = 0
+    bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
     out: Path | None = None
 
 
@@ -101,19 +98,19 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
         for trained in read_trained(rows, measured, options.outcome):
             if (n := len(trained.graphs)) < FEWEST_GRAPHS:
                 raise InputError(f"a correlation needs {FEWEST_GRAPHS} goal graphs or more; {trained.method} has {n}")
-            task = bar.add_task(trained.method, total=options.resamples)
+            task = bar.add_task(trained.method, total=options.bootstrap.resamples)
             found = estimates(
                 trained,
                 measures_of(trained.graphs, measured),
                 np.array([goals_of[graph] for graph in trained.graphs]),
-                n_resamples=options.resamples,
-                level=options.level,
-                seed=options.seed,
+                n_resamples=options.bootstrap.resamples,
+                level=options.bootstrap.level,
+                seed=options.bootstrap.seed,
                 progress=lambda done, task=task: bar.update(task, completed=done),
             )
-            settings = {"level": options.level, "seed": options.seed}
-            halves = noise_of_halves(trained, n_splits=options.resamples, **settings)
-            twins = noise_of_twins(trained, n_resamples=options.resamples, **settings)
+            settings = {"level": options.bootstrap.level, "seed": options.bootstrap.seed}
+            halves = noise_of_halves(trained, n_splits=options.bootstrap.resamples, **settings)
+            twins = noise_of_twins(trained, n_resamples=options.bootstrap.resamples, **settings)
             results.append(Result(trained, found, halves, twins, twin_factor(trained)))
     return results
 
@@ -162,9 +159,6 @@ def csv_text(results: list[Result], outcome: Outcome) -> str:
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
-    require_number("resamples", options.resamples, 2, 10**6, is_whole=True)
-    if not 0 < options.level < 1:
-        raise InputError(f"the level must be between 0 and 1, not {options.level}")
     measured = known_measures(options.measures)
     results = study(read_rows(options.table), measured, options)
     print("\n\n".join(markdown(result, options.outcome) for result in results))

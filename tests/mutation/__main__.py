@@ -33,9 +33,9 @@ from .mutants import mutants
 
 TARGETS: Mapping[str, tuple[str, str]] = {
     "gae": ("learners/gae.py", "learner_gae"),
-    "graph": ("goals/graph.py", "goals"),
-    "enumeration": ("goals/enumeration.py", "goals"),
-    "canonical": ("goals/canonical.py", "goals complexity_graph_set"),
+    "graph": ("goals/graph.py", "goals goals_enumeration"),
+    "enumeration": ("goals/enumeration.py", "goals_enumeration"),
+    "canonical": ("goals/canonical.py", "goals goals_enumeration complexity_graph_set"),
     "hitting": ("complexity/hitting.py", "complexity_hitting"),
     "elimination": ("complexity/elimination.py", "complexity_elimination"),
     "options": ("options.py", "options option_ends crafted_states"),
