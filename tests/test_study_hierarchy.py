@@ -13,9 +13,9 @@ from hierroom.errors import InputError
 
 ROOT = Path(__file__).parents[1]
 STEPS = {
-    "easy": {"hippo": [100, 110, 120], "ppo-bonus": [100, 115, 125]},
-    "middle": {"hippo": [200, 210, 220], "ppo-bonus": [400, 420, 900]},
-    "hard": {"hippo": [300, 300, None], "ppo-bonus": [None, None, 800]},
+    "easy": {"hippo": [100_000, 110_000, 120_000], "ppo-bonus": [100_000, 115_000, 125_000]},
+    "middle": {"hippo": [200_000, 210_000, 220_000], "ppo-bonus": [400_000, 420_000, 900_000]},
+    "hard": {"hippo": [300_000, 300_000, None], "ppo-bonus": [None, None, 800_000]},
     "hopeless": {"hippo": [None, None, None], "ppo-bonus": [None, None, None]},
 }
 
@@ -79,7 +79,7 @@ def test_each_graph_has_its_ratio_and_what_its_seeds_leave_open(hierarchy, table
 def test_the_table_counts_graphs_by_rooms(hierarchy, tables, monkeypatch, capsys):
     lines = printed(hierarchy, tables, monkeypatch, capsys)
     assert lines[0].startswith("| rooms | graphs | hippo: steps_to_95 | ppo-bonus: steps_to_95 | ratio | pays on |")
-    assert lines[2] == "| 2 | 2 | 0.00M | 0.00M | 1.0 | 1 | 2 | 2 |"
+    assert lines[2] == "| 2 | 2 | 210k | 420k | 1.0 | 1 | 2 | 2 |"
     assert lines[3] == "| 3 | 2 | - | - | 1.0 | 0 | 1 | 0 |"
     assert lines[5] == (
         "Hardest tenth by expected_steps, with ties 1 of 4 goal graphs: "

@@ -27,6 +27,7 @@ from benchmarks.study.trained import Milestone, Trained, measures_of, medians, r
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
+from hierroom.sweep.summary import steps_text
 
 HARDEST = 0.1
 """The share of the graphs that are called the hardest."""
@@ -185,7 +186,7 @@ def _outcomes(trained: Trained, graphs: Sequence[str]) -> NDArray[np.float64]:
 
 def _steps(values: Sequence[float]) -> str:
     middle = float(np.quantile(values, 0.5, method="higher"))
-    return f"{middle / 1e6:.2f}M" if np.isfinite(middle) else "-"
+    return steps_text(middle) if np.isfinite(middle) else "-"
 
 
 def _ratio(value: float) -> str:

@@ -56,8 +56,8 @@ def summarise(runs: Sequence[PlannedRun], rows: Sequence[Row], metas: Sequence[s
     """
     columns: dict[str, Callable[[Sequence[Row]], str]] = {
         "runs": lambda group: str(len(group)),
-        "steps to 50%": lambda group: _spread(group, "steps_to_50", _steps),
-        "steps to 95%": lambda group: _spread(group, "steps_to_95", _steps),
+        "steps to 50%": lambda group: _spread(group, "steps_to_50", steps_text),
+        "steps to 95%": lambda group: _spread(group, "steps_to_95", steps_text),
         "success": lambda group: _spread(group, "success_rate", _percent),
         "length": lambda group: _spread(group, "length", "{:.0f}".format),
         "/ shortest": lambda group: _median(group, "length_over_shortest", "{:.2f}".format),
@@ -105,5 +105,6 @@ def _percent(value: float) -> str:
     return f"{value:.1%}"
 
 
-def _steps(steps: float) -> str:
+def steps_text(steps: float) -> str:
+    """Training steps as tables show them, such as 53k and 1.50M."""
     return f"{steps / 1e6:.2f}M" if steps >= 1e6 else f"{steps / 1e3:.0f}k"
