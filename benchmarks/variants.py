@@ -1,4 +1,4 @@
-"""What the paper may have done where it does not say: rewards and networks for `sweeps/differences.toml`."""
+"""Rewards and networks of the variants in `sweeps/differences.toml` and `sweeps/study_factors.toml`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from hierroom.learners.networks.actor_critic import AgentSpace
-from hierroom.rewards import Intrinsic
+from hierroom.rewards import Bonus, Intrinsic
 from hierroom.world.tiles import TRIPLES
 
 _VIEW = 49
@@ -19,6 +19,12 @@ class UncutIntrinsic(Intrinsic):
     """1 where the given goal is reached, and the return goes on beyond it, over all goals of the episode."""
 
     ends_with_option = False
+
+
+class CutBonus(Bonus):
+    """1 for each key, door and the exit, and the return ends where the given goal is reached."""
+
+    ends_with_option = True
 
 
 class PlainLSTM(nn.Module):

@@ -46,6 +46,7 @@ def test_maps_and_frontiers_are_those_of_the_views_of_this_episode(size, graphs)
             assert bits(level.explored) == seen[n]
         if step % 5 == 0:
             found, places = nearest_frontiers(observation.levels), FEATURES["frontier-places"].encode(observation)
+            assert found.shape == (N_ENVS, 2, 2)
             for n, level in enumerate(observation.levels):
                 beside = [(0, 1), (1, 0), (0, -1), (-1, 0)]
                 frontier = [

@@ -12,6 +12,7 @@ from hierroom.complexity import analyze
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.sweep.plan import read_plan
+from hierroom.training.presets import PRESETS
 
 ROOT = Path(__file__).parents[1]
 
@@ -41,16 +42,41 @@ def test_twins_are_isomorphic_and_other_graphs(module):
         assert twin.name == f"keys-{'-'.join(map(str, twin.key_rooms))}-exit-{twin.exit_room}"
 
 
+def plan(name):
+    return read_plan(ROOT / "benchmarks" / "sweeps" / f"{name}.toml")
+
+
 def test_the_sweeps_train_the_study_s_graphs_and_their_twins_alike(module):
     graphs = module("graphs")
-    plans = [read_plan(ROOT / "benchmarks" / "sweeps" / f"{name}.toml") for name in ("study", "study_twins")]
+    plans = [plan("study"), plan("study_twins")]
     assert replace(plans[0], graphs=()) == replace(plans[1], graphs=())
     wanted = [graphs.study_graphs(), tuple(graphs.twins().values())]
-    for plan, own in zip(plans, wanted, strict=True):
-        runs = plan.runs()
+    for one, own in zip(plans, wanted, strict=True):
+        runs = one.runs()
         assert len(runs) == 20 * len(own)
         assert {run.identity["graph"] for run in runs} == {graph.name for graph in own}
     assert {graph.name for own in wanted for graph in own} == {row["graph"] for row in committed("study/measures.csv")}
+
+
+def test_the_study_with_the_paper_s_features_differs_in_nothing_else():
+    own, papers = (plan(name).runs() for name in ("study", "study_paper_features"))
+    features = PRESETS["paper"].agents.features
+    expected = {replace(run.config, agents=replace(run.config.agents, features=features)) for run in own}
+    assert {run.config for run in papers} <= expected
+    assert {run.identity["graph"] for run in papers} == {run.identity["graph"] for run in own}
+    assert {run.identity["seed"] for run in papers} == {"0", "1", "2"}
+
+
+def test_factors_are_changed_on_the_graphs_with_the_fewest_the_median_and_the_most_expected_steps():
+    rows = [row for row in committed("study/measures.csv") if not row["twin_of"] and int(row["rooms"]) > 3]
+    chosen = set()
+    for rooms in {row["rooms"] for row in rows}:
+        own = sorted((row for row in rows if row["rooms"] == rooms), key=lambda row: float(row["expected_steps"]))
+        chosen |= {own[place]["graph"] for place in (0, len(own) // 2, -1)}
+    runs = plan("study_factors").runs()
+    assert {run.identity["graph"] for run in runs} == chosen
+    tuned = {run.config.ppo for run in plan("study").runs() if run.identity["method"] == "hippo"}
+    assert {run.config.ppo for run in runs if run.identity["method"] == "hippo"} == tuned
 
 
 def test_the_study_takes_the_settings_with_the_largest_area_under_the_curve():
@@ -60,7 +86,7 @@ def test_the_study_takes_the_settings_with_the_largest_area_under_the_curve():
         areas.setdefault(row["method"], {}).setdefault(settings, []).append(float(row["area_under_curve"]))
     assert {len(several) for of in areas.values() for several in of.values()} == {3}
     best = {method: max(of, key=lambda settings: sum(of[settings])) for method, of in areas.items()}
-    runs = read_plan(ROOT / "benchmarks" / "sweeps" / "study.toml").runs()
+    runs = plan("study").runs()
     taken = {(run.identity["method"], (run.config.ppo.learning_rate, run.config.ppo.gamma)) for run in runs}
     assert taken == {*best.items()}
 

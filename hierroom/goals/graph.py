@@ -92,7 +92,7 @@ class GoalGraph:
         """Largest number of rooms at the same depth (Table 2)."""
         return int(np.bincount(self.depths).max())
 
-    @property
+    @cached_property
     def name(self) -> str:
         """The label, or the letter in the paper's Table 1 of an isomorphic graph, else the key rooms and exit room."""
         if self.label is not None:

@@ -27,6 +27,8 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "  ->  if nearest[0] == 0 or _rank(level, row, col) <= _rank(level, nearest[0], nearest[1]):": (
             "no two cells have the same rank"
         ),
+        "if nearest[0] == 0 or _rank(level, row, col) < _rank(level, nearest[0], nearest[1]):"
+        "  ->  if nearest[ 1] == 0 or _rank(level, row, col) < _rank(level, nearest[0], nearest[1]):": _NO_CELL,
     },
     "loss": {
         "sums[4] += scale if abs(ratio - 1) > clip else 0.0"
