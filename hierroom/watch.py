@@ -131,9 +131,9 @@ def _play(agent: TrainedAgent, arguments: WatchArguments) -> tuple[list[Episode]
 
 
 def _count(n_failures: int, n_played: int) -> str:
-    from scipy.stats import binomtest
+    from hierroom.complexity.observed import wilson_interval
 
-    interval = binomtest(n_played - n_failures, n_played).proportion_ci(method="wilson")
+    interval = wilson_interval(1 - n_failures / n_played, n_played, level=0.95)
     rate = f"95% interval of success {interval.low:.1%} to {interval.high:.1%}"
     if not n_failures:
         return f"no failure in {n_played} episodes: {rate}; nothing to show"

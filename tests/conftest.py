@@ -2,8 +2,11 @@ import os
 import signal
 
 import pytest
+from hypothesis import settings
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # windows are opened, on no screen
+settings.register_profile("hierroom", settings.default, deadline=None)  # how long one takes depends on the load
+settings.load_profile("hierroom")
 # Commands that tests start and interrupt take over what is ignored here, as it is in the background of a shell.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 

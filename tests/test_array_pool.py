@@ -58,7 +58,7 @@ def test_a_copy_has_arrays_of_its_own(copied):
 
 
 @given(keep=st.lists(st.integers(0, 3), min_size=30, max_size=30), flat=st.booleans())
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_what_is_kept_of_a_vector_environment_stays_as_it_was(keep, flat):
     """Whatever is kept of a step, and however long, no later step changes it."""
     envs = EscapeRooms(3, "a", size=11, max_steps=7, flat=flat)

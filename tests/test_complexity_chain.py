@@ -18,8 +18,8 @@ W = sp.csr_array(np.array([[0.0, 0.5, 0.0], [0.1, 0.0, 0.2], [0.0, 0.0, 0.0]]))
         (("a", "b", "c"), 3, {"exit": (2,)}, "a node must be a whole number from 0 to 2, not 3"),
         (("a", "b", "c"), "a", {"exit": (2,)}, "a node must be a whole number from 0 to 2, not 'a'"),
         (("a", "b", "c"), 0, {"exit": ("c",)}, "a node must be a whole number from 0 to 2, not 'c'"),
-        (("a", "b", "c"), 0, {"key 1": (1,)}, "a chain needs a goal 'exit'; its goals are 'key 1'"),
-        (("a", "b", "c"), 0, {}, "a chain needs a goal 'exit'; its goals are none"),
+        (("a", "b", "c"), 0, {"key 1": (1,)}, "a chain needs a goal 'exit'; there is 'key 1'"),
+        (("a", "b", "c"), 0, {}, "a chain needs a goal 'exit'; there is none"),
     ],
 )
 def test_a_chain_that_makes_no_sense_is_one_clear_line(labels, source, goals, message):

@@ -40,7 +40,7 @@ def walks(draw):
     return np.minimum(weights, 1.0) / np.maximum(weights.sum(axis=1), 1)[:, None]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(walks())
 @example(np.diag([1.0, 1.0, 1.0], 1))  # no variance at all
 @example(np.diag([0.5, 2.0**-60, 0.5], 1) + np.diag([0.5, 0.5, 0.5], -1))
@@ -53,7 +53,7 @@ def test_means_and_variances_of_ill_conditioned_walks(weights):
     np.testing.assert_allclose(found, np.array(variances, float), rtol=1e-11, atol=1e-14 * scale.max())
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(walks())
 def test_visits_of_ill_conditioned_walks(weights):
     target = len(weights) - 1

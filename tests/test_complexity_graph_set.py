@@ -41,7 +41,7 @@ all_specs = st.one_of(
 )
 
 
-@settings(deadline=None, max_examples=40)  # the first interval takes its time
+@settings(max_examples=40)
 @given(st.lists(all_specs, min_size=1, max_size=4))
 def test_several_specs_are_the_union_of_each(specs):
     graphs = GraphSet(specs).graphs
@@ -50,7 +50,7 @@ def test_several_specs_are_the_union_of_each(specs):
     assert canonical(graphs) == canonical(GraphSet(specs[::-1] + specs).graphs)
 
 
-@settings(deadline=None, max_examples=40)  # the first interval takes its time
+@settings(max_examples=40)
 @given(st.lists(all_specs, min_size=1, max_size=3), st.lists(all_specs, min_size=1, max_size=2))
 def test_an_exclusion_is_the_difference_of_sets_or_refused(specs, exclude):
     whole, parts = canonical(GraphSet(specs).graphs), [canonical(GraphSet(spec).graphs) for spec in exclude]
@@ -62,7 +62,7 @@ def test_an_exclusion_is_the_difference_of_sets_or_refused(specs, exclude):
             GraphSet(specs, exclude)
 
 
-@settings(deadline=None, max_examples=40)  # the first interval takes its time
+@settings(max_examples=40)
 @given(st.integers(0, 8), st.integers(0, 99))
 def test_a_graph_is_excluded_however_its_rooms_are_numbered(index, seed):
     graph = enumerate_graphs(4)[index]
@@ -70,7 +70,7 @@ def test_a_graph_is_excluded_however_its_rooms_are_numbered(index, seed):
     assert set(GraphSet("rooms:4", other).graphs) == set(enumerate_graphs(4)) - {graph}
 
 
-@settings(deadline=None, max_examples=40)  # the first interval takes its time
+@settings(max_examples=40)
 @given(st.lists(all_specs, min_size=1, max_size=3), st.integers(1, 6))
 def test_stages_hold_every_graph_once_and_get_harder(specs, n_stages):
     graphs = GraphSet(specs)

@@ -95,7 +95,7 @@ NUMBERS = st.fixed_dictionaries(
 )
 
 
-@settings(deadline=None, max_examples=50)  # the command line takes its time
+@settings(max_examples=50)
 @given(NUMBERS)
 def test_a_file_and_the_command_line_mean_the_same(numbers):
     written("\n".join(f"{name} = {value!r}" for name, value in numbers.items()))

@@ -89,7 +89,7 @@ def test_trajectories_by_hand():
     assert played.times == (2, 4, 8)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(
     st.lists(st.lists(st.integers(0, 3), min_size=1, max_size=12), min_size=1, max_size=8).filter(
         lambda walks: any(3 in walk for walk in walks)

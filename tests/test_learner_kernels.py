@@ -43,7 +43,7 @@ def normal(*shape):
 
 
 @given(st.integers(1, 40), st.integers(1, 140), st.integers(1, 150), st.sampled_from([np.float32, np.float64]))
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 def test_products(n_rows, depth, n_columns, dtype):
     a, b, c = (normal(*shape).astype(dtype) for shape in ((n_rows, depth), (depth, n_columns), (n_rows, n_columns)))
     tolerance = 1e-3 if dtype == np.float32 else 1e-10

@@ -72,7 +72,7 @@ def test_a_distractor_needs_one_step_of_lookahead():
     assert effective_horizon(DeterministicMDP(transitions, rewards), 2).rollouts == {}
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(st.integers(0, 10_000), st.integers(1, 5))
 def test_minimum_k_and_window_equal_their_definition(seed, horizon):
     mdp = random_mdp(seed)
@@ -118,7 +118,7 @@ def test_gorp_equals_real_rollouts(k, m):
     assert stats.binomtest(round(drawn), 2000, min(expected, 1.0)).pvalue > 1e-4
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.lists(st.sampled_from([0.0, 0.01, 0.2, 0.5, 0.9, 1.0]), min_size=4, max_size=4), st.integers(1, 8))
 def test_choices_equal_all_outcomes_added_up(chances, m):
     """Two actions of two leaves each."""

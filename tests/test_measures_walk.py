@@ -5,7 +5,7 @@ import math
 import networkx as nx
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hierroom.complexity import Chain, analyze
@@ -37,7 +37,6 @@ def random_chain(seed, n=6):
     return weights / weights.sum(axis=1, keepdims=True) * rng.uniform(0.1, 1.0, (n, 1))
 
 
-@settings(deadline=None)
 @given(st.floats(0.01, 1.0), st.floats(0.01, 1.0))
 def test_two_nodes(there, back):
     """pi = (back, there) / (there + back); the other eigenvalue is 1 - there - back; E T = 1 / there."""

@@ -73,7 +73,7 @@ def test_counting_the_first_to_end_is_biased_and_a_rollout_is_not():
 
 
 @given(st.integers(1, 12), st.integers(1, 7))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_exactly_so_many_episodes_in_a_fixed_order(episodes, num_envs):
     played = list(record(make("a", num_envs, max_steps=20), make_player("random", 1), episodes))
     assert [(e.number, e.env) for e in played] == [divmod(k, num_envs) for k in range(episodes)]

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import hierroom
@@ -107,7 +107,6 @@ CHANGES = st.fixed_dictionaries(
 )
 
 
-@settings(deadline=None)
 @given(CHANGES)
 def test_any_name_is_fit_for_a_folder_on_any_system(changes):
     config = PRESETS[changes.get("preset", "default")].changed(**changes)

@@ -41,7 +41,7 @@ def outcomes_of(rng, n):
     ends_with_option=st.booleans(),
     autoreset=st.booleans(),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_the_ledger_is_its_twin(seed, n, horizon, ends_with_option, autoreset):
     rng = np.random.default_rng(seed)
     ledger, twin = Ledger.at_reset(n, n_actions=5), LedgerTwin(n, n_actions=5)

@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import networkx as nx
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -20,6 +19,9 @@ from numpy.typing import NDArray
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 MAX_NODES = 100_000
 """Largest number of nodes of an augmented graph; the number and the computing time can double with each room."""
@@ -169,6 +171,8 @@ class AugmentedGraph:
         Nodes are labels with attributes ``kind``, ``room`` and ``doors``; edges have a ``weight``. Restarts and staying
         are omitted, as in the paper's drawing; `weights` includes the restarts.
         """
+        import networkx as nx
+
         unrolled = nx.DiGraph(drop_key=self.drop_key)
         for node in self.nodes:
             unrolled.add_node(node.label, **node._asdict())

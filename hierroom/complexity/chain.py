@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import networkx as nx
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
@@ -25,6 +24,9 @@ from hierroom.complexity.laplacian import laplacian_hitting_time, laplacian_sens
 from hierroom.complexity.reach import expected_states, reach_probability
 from hierroom.complexity.weights import Weights, as_moves, as_node, as_weights, n_nodes
 from hierroom.errors import InputError
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 EXIT = "exit"
 
@@ -81,9 +83,7 @@ class Chain:
             twice = next(label for label in self.labels if self.labels.count(label) > 1)
             raise InputError(f"the labels of a chain's nodes must differ, but {twice!r} is given twice")
         if EXIT not in self.goals:
-            raise InputError(
-                f"a chain needs a goal {EXIT!r}; its goals are {', '.join(map(repr, self.goals)) or 'none'}"
-            )
+            raise InputError(f"a chain needs a goal {EXIT!r}; there is {', '.join(map(repr, self.goals)) or 'none'}")
         for node in (self.source, *(node for nodes in self.goals.values() for node in nodes)):
             as_node(node, n)
         if self.source in self.goals[EXIT]:

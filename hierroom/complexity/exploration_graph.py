@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import numpy as np
 import scipy.sparse as sp
 
 from hierroom.complexity.weights import as_weights, row_sums
 from hierroom.errors import InputError
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 
 def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = False) -> sp.csr_array:
@@ -32,6 +34,8 @@ def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = 
     """
     if graph.number_of_nodes() == 0:
         raise InputError("an exploration graph needs at least one node")
+    import networkx as nx
+
     n_weighted = sum(weight in data for _, _, data in graph.edges(data=True)) if weight is not None else 0
     if 0 < n_weighted < graph.number_of_edges():
         raise InputError(

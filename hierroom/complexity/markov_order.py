@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, chi2_contingency
 
 LEAST_EXPECTED = 5.0
 """Rows and columns with smaller expected counts are pooled (Cochran, 1954): the statistic is not chi-squared there."""
@@ -52,6 +51,8 @@ def markov_test(triples: NDArray[np.int64]) -> MarkovTest | None:
     Returns:
         The test; None if the counts are too few to compare any two predecessors of a node.
     """
+    from scipy.stats import chi2, chi2_contingency  # loaded here because it takes its time, and few programs need it
+
     statistic, degrees = 0.0, 0
     for node in np.unique(triples[:, 1]):
         here = triples[triples[:, 1] == node]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from hierroom.complexity.episodes import EpisodeCounts
 
@@ -41,7 +41,7 @@ def wilson_interval(share: float, n: int, level: float) -> Interval:
         n: number of trials, at least 1.
         level: confidence level, above 0 and below 1.
     """
-    z = float(norm.ppf((1 + level) / 2))
+    z = float(ndtri((1 + level) / 2))
     middle = (share + z**2 / (2 * n)) / (1 + z**2 / n)
     half = z / (1 + z**2 / n) * np.sqrt(share * (1 - share) / n + z**2 / (4 * n**2))
     low = float(middle - half) if share > 0 else 0.0  # exactly, where rounding would give 1e-19

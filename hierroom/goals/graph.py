@@ -9,9 +9,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import networkx as nx
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -19,6 +18,9 @@ from hierroom.errors import InputError
 from hierroom.files import write_atomically
 from hierroom.goals.canonical import canonical_rooms
 from hierroom.goals.drawing import tree_svg
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 _ROOM = r"(?:0|[1-9][0-9]{0,3})"
 _DESCRIBED = re.compile(rf"keys-({_ROOM}(?:-{_ROOM})*)-exit-({_ROOM})")
@@ -136,6 +138,8 @@ class GoalGraph:
 
     def to_networkx(self) -> nx.DiGraph:
         """The goal dependency graph of the paper: start, keys, doors and exit; an edge means 'makes possible'."""
+        import networkx as nx  # loaded here because it takes its time, and few programs need it
+
         graph = nx.DiGraph()
         graph.add_node("start", kind="start", room=0)
         for room, key_room in enumerate(self.key_rooms, start=1):

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binomtest
 
 from hierroom.agents.player import Player, play
+from hierroom.complexity.observed import wilson_interval
 from hierroom.goals import EXIT_GOAL, N_COLOURS, ROOM_GOAL_NAMES, room_goals
 from hierroom.turns import Turns
 
@@ -117,12 +117,12 @@ def evaluate(
 
 def _score(episodes: _Episodes) -> Score:
     success, length = episodes.successes, episodes.lengths
-    interval = binomtest(int(success.sum()), len(success)).proportion_ci(method="wilson")
+    success_rate, *interval = wilson_interval(float(success.mean()), len(success), level=0.95)
     shortest = episodes.shortest[success].mean() if success.any() else float("nan")
     return Score(
         episodes=len(success),
-        success_rate=float(success.mean()),
-        success_interval=SuccessInterval(float(interval.low), float(interval.high)),
+        success_rate=success_rate,
+        success_interval=SuccessInterval(*interval),
         length=float(length.mean()),
         length_over_shortest=float(length[success].mean() / shortest) if success.any() else float("nan"),
         mean_return=float(episodes.returns.mean()),

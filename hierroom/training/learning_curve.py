@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import isotonic_regression
 
 from hierroom.training.evaluation import Evaluation, Score
 
@@ -146,6 +145,8 @@ def first_crossing(x: np.ndarray, values: np.ndarray, level: float) -> float:
     Returns:
         a place between the first x and the last; infinity if the level is not reached.
     """
+    from scipy.optimize import isotonic_regression  # loaded here because it takes its time, and is needed at the end
+
     known = ~np.isnan(values)
     if not known.any():
         return np.inf
