@@ -10,6 +10,9 @@ _COMPILER = "for the compiler, which is not there"
 _WARNS = "decides whether NumPy warns that numbers overflow, as they shall"
 _LAST = "the last axis is the axis 1"
 _BOUND = "a bound on rounding, whose size alone counts: near where they change places either formula is right"
+_SAME = "another number, and the same order"
+_PARTS = "in how many parts the samples are summed changes the time alone"
+_LONGER = "a part that reaches into the next, of which the first numbers alone are used"
 _FIRST = "replaced before it is used, but where there are no nodes and nothing to take"
 _ROW = "a row more, above the last, which is that of no goal either way"
 _NO_CELL = "a cell is (0, 0) where there is none, and else within the outer walls, from 6 on"
@@ -27,8 +30,24 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "  ->  if nearest[0] == 0 or _rank(level, row, col) <= _rank(level, nearest[0], nearest[1]):": (
             "no two cells have the same rank"
         ),
+        "return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 2 * MAX_SIZE + col"
+        "  ->  return ((abs(row - level.row) + abs(col - level.col)) * 3 * MAX_SIZE + row) * 2 * MAX_SIZE + col": _SAME,
+        "return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 2 * MAX_SIZE + col"
+        "  ->  return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 3 * MAX_SIZE + col": _SAME,
         "if nearest[0] == 0 or _rank(level, row, col) < _rank(level, nearest[0], nearest[1]):"
         "  ->  if nearest[ 1] == 0 or _rank(level, row, col) < _rank(level, nearest[0], nearest[1]):": _NO_CELL,
+    },
+    "recurrent": {
+        "_DEPTH = 64  ->  _DEPTH = 65": _PARTS,
+        "if t == 0 or (stop - t) * n_rows >= _DEPTH:  ->  if t == 0 or (stop + t) * n_rows >= _DEPTH:": _PARTS,
+        "if t == 0 or (stop - t) * n_rows >= _DEPTH:  ->  if t == 0 or (stop - t) / n_rows >= _DEPTH:": _PARTS,
+        "if t == 0 or (stop - t) * n_rows >= _DEPTH:  ->  if t == 0 or (stop - t) * n_rows > _DEPTH:": _PARTS,
+        "_LIMIT, _QUARTER = np.float32(12), np.float32(0.25)"
+        "  ->  _LIMIT, _QUARTER = np.float32( 13), np.float32(0.25)": (
+            "tanh is 1 to the last digit there, and the formula holds a little further"
+        ),
+        "gates[size : 2 * size],  ->  gates[size : 3 * size],": _LONGER,
+        "gates[2 * size : 3 * size],  ->  gates[2 * size : 4 * size],": _LONGER,
     },
     "loss": {
         "sums[4] += scale if abs(ratio - 1) > clip else 0.0"
