@@ -55,10 +55,11 @@ def test_products(n_rows, depth, n_columns, dtype):
     close(found, c + a @ b, tolerance)
 
 
-def test_encoder_gradients():
-    cardinalities = (5, 3, 1, 7, 2, 256)
+@pytest.mark.parametrize("cardinalities", [(5, 3, 1, 7, 2, 256), (5, 3, 1, 7, 2, 4, 6, 3, 2, 5, 4, 1, 3, 2, 6, 7, 256)])
+def test_encoder_gradients(cardinalities):
+    n_features = len(cardinalities)
     network = RecurrentActorCritic(AgentSpace(cardinalities, 2), 10).double()
-    features = RANDOM.integers(0, cardinalities, (150, 6)).astype(np.uint8)
+    features = RANDOM.integers(0, cardinalities, (150, n_features)).astype(np.uint8)
     table, offsets = network.encoder.weight.detach().numpy(), network.encoder.offsets.numpy()
     bias = network.encoder.bias.detach().numpy()
     bias += normal(10) / 10
@@ -68,6 +69,7 @@ def test_encoder_gradients():
     close(encoded[:, :10], expected)
     common, differences, base = most_common(features), np.empty((len(table) + 1, 10)), np.empty(10)
     rows, counts = rare_rows(features, offsets, common, len(table))
+    assert rows.shape == (150, -(-n_features // 4) * 4)
     np.testing.assert_array_equal(counts, (features != common).sum(axis=1))
     compare_rows(table, bias, offsets, common, differences, base)
     encoded[...] = 0
@@ -78,9 +80,19 @@ def test_encoder_gradients():
     d_table, d_bias = np.zeros_like(table), np.zeros(10)
     for half in (slice(70), slice(70, None)):
         encode_backward(rows[half], counts[half], encoded[half], d_encoded[half], d_table, d_bias)
+    d_table[offsets + common] = 7.0  # what is there does not matter
     complete_table(offsets, common, d_bias, d_table)
     close(d_table, network.encoder.weight.grad)
     close(d_bias, network.encoder.bias.grad)
+
+
+@pytest.mark.parametrize(("n_table_rows", "dtype"), [(2**16 - 1, np.uint16), (2**16, np.uint32)])
+def test_rows_of_a_large_table_are_wider_numbers(n_table_rows, dtype):
+    features, offsets = np.array([[0, 1, 1]], np.uint8), np.array([0, 2, n_table_rows - 2])
+    rows, counts = rare_rows(features, offsets, np.zeros(3, np.uint8), n_table_rows)
+    assert rows.dtype == dtype
+    assert rows.tolist() == [[3, n_table_rows - 1, n_table_rows, n_table_rows]]
+    assert counts.tolist() == [2]
 
 
 def test_the_most_common_value_of_each_feature():

@@ -45,7 +45,7 @@ TARGETS: Mapping[str, tuple[str, str]] = {
     "view": ("world/view_kernels.py", "world_keys world_minigrid world_batch frontier"),
     "memory": ("world/memory_kernels.py", "features frontier novelty world_keys"),
     "generation": ("world/generation_kernels.py", "world_levels"),
-    "random": ("world/random_kernels.py", "world_minigrid"),
+    "random": ("world/random_kernels.py", "world_random"),
     "batch": ("world/batch_kernels.py", "world_batch"),
     "oracle": ("world/oracle.py", "world_oracle"),
     "frontier": ("agents/frontier.py", "frontier"),

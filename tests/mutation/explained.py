@@ -37,6 +37,22 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "if nearest[0] == 0 or _rank(level, row, col) < _rank(level, nearest[0], nearest[1]):"
         "  ->  if nearest[ 1] == 0 or _rank(level, row, col) < _rank(level, nearest[0], nearest[1]):": _NO_CELL,
     },
+    "encoder": {
+        "n_eights = n_features // 8 * 8  ->  n_eights = n_features // 9 * 8": _PARTS,
+        "counts = np.zeros((n_features, 256), np.int64)  ->  counts = np.zeros((n_features, 257), np.int64)": _ROOM,
+        "counts[k, features[n, k]] += 1  ->  counts[k, features[n, k]] += 2": "twice as many of each, in the same order",
+        "flat = features.reshape(-1, n_features)  ->  flat = features.reshape(- 2, n_features)": _NEGATIVE,
+        "_write_rare_rows(flat, offsets, common, n_table_rows, rows.reshape(len(flat), -1), counts.reshape(-1))"
+        "  ->  _write_rare_rows(flat, offsets, common, n_table_rows, rows.reshape(len(flat), - 2), counts.reshape(-1))"
+        "": _NEGATIVE,
+        "_write_rare_rows(flat, offsets, common, n_table_rows, rows.reshape(len(flat), -1), counts.reshape(-1))"
+        "  ->  _write_rare_rows(flat, offsets, common, n_table_rows, rows.reshape(len(flat), -1), counts.reshape(- 2))"
+        "": _NEGATIVE,
+        "stop = offsets[k + 1] if k + 1 < n_features else len(table)"
+        "  ->  stop = offsets[k + 1] if k + 2 < n_features else len(table)": (
+            "the rows of the last feature are written once more, and then by itself"
+        ),
+    },
     "recurrent": {
         "_DEPTH = 64  ->  _DEPTH = 65": _PARTS,
         "if t == 0 or (stop - t) * n_rows >= _DEPTH:  ->  if t == 0 or (stop + t) * n_rows >= _DEPTH:": _PARTS,
