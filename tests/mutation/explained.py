@@ -40,7 +40,7 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
     "encoder": {
         "n_eights = n_features // 8 * 8  ->  n_eights = n_features // 9 * 8": _PARTS,
         "counts = np.zeros((n_features, 256), np.int64)  ->  counts = np.zeros((n_features, 257), np.int64)": _ROOM,
-        "counts[k, features[n, k]] += 1  ->  counts[k, features[n, k]] += 2": "twice as many of each, in the same order",
+        "counts[k, features[n, k]] += 1  ->  counts[k, features[n, k]] += 2": "twice as many of each",
         "flat = features.reshape(-1, n_features)  ->  flat = features.reshape(- 2, n_features)": _NEGATIVE,
         "_write_rare_rows(flat, offsets, common, n_table_rows, rows.reshape(len(flat), -1), counts.reshape(-1))"
         "  ->  _write_rare_rows(flat, offsets, common, n_table_rows, rows.reshape(len(flat), - 2), counts.reshape(-1))"
