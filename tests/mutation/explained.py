@@ -11,6 +11,7 @@ _WARNS = "decides whether NumPy warns that numbers overflow, as they shall"
 _LAST = "the last axis is the axis 1"
 _BOUND = "a bound on rounding, whose size alone counts: near where they change places either formula is right"
 _SAME = "another number, and the same order"
+_TABLE = "a larger table, of which the same part is read"
 _PARTS = "in how many parts the samples are summed changes the time alone"
 _LONGER = "a part that reaches into the next, of which the first numbers alone are used"
 _FIRST = "replaced before it is used, but where there are no nodes and nothing to take"
@@ -36,6 +37,25 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "  ->  return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 3 * MAX_SIZE + col": _SAME,
         "if nearest[0] == 0 or _rank(level, row, col) < _rank(level, nearest[0], nearest[1]):"
         "  ->  if nearest[ 1] == 0 or _rank(level, row, col) < _rank(level, nearest[0], nearest[1]):": _NO_CELL,
+    },
+    "view": {
+        "doors_seen = (tiles_seen >> OPEN_DOOR) | (tiles_seen >> LOCKED_DOOR)"
+        "  ->  doors_seen = (tiles_seen << OPEN_DOOR) | (tiles_seen >> LOCKED_DOOR)": (
+            "who sees an open door has seen it locked: it is opened by who stands before it"
+        ),
+        "sources = (sources | (sources >> 4) & chain & (chain >> 2)) & 0x7E"
+        "  ->  sources = (sources | (sources >> 4) & chain & (chain >> 2)) & 127": (
+            "what lights the first cell, from behind or from the second, lights the cell ahead of it, too"
+        ),
+        'seen, ahead = spread(*np.meshgrid(np.arange(1 << VIEW), np.arange(1 << VIEW), indexing="ij"))'
+        '  ->  seen, ahead = spread(*np.meshgrid(np.arange( 2 << VIEW), np.arange(1 << VIEW), indexing="ij"))': _TABLE,
+        'seen, ahead = spread(*np.meshgrid(np.arange(1 << VIEW), np.arange(1 << VIEW), indexing="ij"))'
+        '  ->  seen, ahead = spread(*np.meshgrid(np.arange(1 << VIEW), np.arange( 2 << VIEW), indexing="ij"))': _TABLE,
+        "cells, side = grid.reshape(-1), grid.shape[1]  ->  cells, side = grid.reshape(- 2), grid.shape[1]": _NEGATIVE,
+        "tiles_seen = 0  ->  tiles_seen = 1": "tile 0 is what is not seen, and nobody asks for it",
+        "if lit == 0:  ->  if lit == 1:": (
+            "light from the row behind reaches no cell or at least two, and where it reaches none nothing is seen"
+        ),
     },
     "encoder": {
         "n_eights = n_features // 8 * 8  ->  n_eights = n_features // 9 * 8": _PARTS,
