@@ -1,11 +1,15 @@
 """Uses every kernel; under ``NUMBA_BOUNDSCHECK=1`` an index outside of an array raises."""
 
+import io
+
 import numpy as np
 import turns_trace
+from rich.console import Console
 from turns_helpers import well_or_wildly
 
 import hierroom
 from hierroom.agents.features import FEATURES, Features
+from hierroom.compile.__main__ import compile_all
 from hierroom.goals import NO_GOAL
 from hierroom.learners.config import PPOConfig
 from hierroom.options import AGENTS, CONTROLLER, META
@@ -58,6 +62,7 @@ def main() -> None:
     learn(features=tuple(OF_BOTH), drop_key=True)
     learn(meta="learned")
     learn(features=("view-ids", "goal"), method="ppo-rnd")
+    compile_all(Console(file=io.StringIO()))  # each kernel is used once, those of the measures with it
 
 
 if __name__ == "__main__":

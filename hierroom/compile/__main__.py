@@ -99,6 +99,7 @@ def _plays() -> Iterator[Callable[[], object]]:
 
     import hierroom
     from hierroom.agents.features import FEATURES
+    from hierroom.complexity.measures import sampled_cover_time
     from hierroom.complexity.measures.graphs import measure_graphs
     from hierroom.complexity.report import analyze
     from hierroom.gym_env import EscapeRoom
@@ -155,6 +156,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     few: Mapping[str, int] = {"episodes": 2, "n_policies": 2, "policy_episodes": 2, "gorp_runs": 2, "max_steps": 0}
     yield partial(SampledLevel(World([hierroom.GoalGraph.named("a")]).state, 60).measure, **few)
     yield lambda: measure_graphs([hierroom.GoalGraph.named("a")], 20)
+    yield partial(sampled_cover_time, np.eye(2)[::-1], 0, 2)
     yield lambda: list(hierroom.rollout("oracle", hierroom.EnvConfig(**small), episodes=4))
     yield render
     for mask, reward in zip(("reachable", "existing", "seen", "none"), REWARDS, strict=True):
