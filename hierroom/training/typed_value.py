@@ -1,4 +1,8 @@
-"""The entries of configs in files: what a TOML or JSON file may hold for each type that a config's entry has."""
+"""The entries of configs in files: what a TOML or JSON file may hold for each type that a config's entry has.
+
+The types are those of the dataclasses. pydantic would turn 1.0 into 1 and "3" into 3, or in its strict mode refuse the
+lists of TOML for tuples, and its messages take several lines; tyro reads words, not values.
+"""
 
 from __future__ import annotations
 
