@@ -25,7 +25,7 @@ test: $(VENV)/.installed ## everything CI runs
 	$(BIN)/python -m pytest -n 2 --durations=20
 
 test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it
-	$(BIN)/python -m pytest -p randomly -n auto $(if $(SEED),--randomly-seed=$(SEED))
+	$(BIN)/python -m pytest --verbose -p randomly -n auto $(if $(SEED),--randomly-seed=$(SEED))
 
 # Whose kernels no other test runs as plain Python, in which alone their lines are seen. Those of the measures are left
 # out: they take longer than all of these together.

@@ -1,4 +1,4 @@
-"""Uses every kernel; under ``NUMBA_BOUNDSCHECK=1`` an index outside of an array raises."""
+"""Uses every kernel that is compiled ahead; under ``NUMBA_BOUNDSCHECK=1`` an index outside of an array raises."""
 
 import io
 

@@ -171,7 +171,7 @@ class AugmentedGraph:
         Nodes are labels with attributes ``kind``, ``room`` and ``doors``; edges have a ``weight``. Restarts and staying
         are omitted, as in the paper's drawing; `weights` includes the restarts.
         """
-        import networkx as nx
+        import networkx as nx  # loaded here because it takes its time, and few programs need it
 
         unrolled = nx.DiGraph(drop_key=self.drop_key)
         for node in self.nodes:

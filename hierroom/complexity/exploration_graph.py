@@ -32,10 +32,10 @@ def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = 
         InputError: if there is no node, only some edges have the attribute, a weight is not valid, or the
             probabilities of a node sum to more than one.
     """
+    import networkx as nx  # loaded here because it takes its time, and few programs need it
+
     if graph.number_of_nodes() == 0:
         raise InputError("an exploration graph needs at least one node")
-    import networkx as nx
-
     n_weighted = sum(weight in data for _, _, data in graph.edges(data=True)) if weight is not None else 0
     if 0 < n_weighted < graph.number_of_edges():
         raise InputError(

@@ -54,7 +54,7 @@ def require_format(path: str | Path) -> None:
 def _gif(pictures: Sequence[NDArray[np.uint8]], seconds_per_frame: float) -> bytes:
     images = [Image.fromarray(picture) for picture in pictures]
     colours = {colour for image in images for _, colour in image.getcolors(image.width * image.height) or ()}
-    # One palette for all: to find one for each picture took most of the time, and a larger file.
+    # One palette for all: one for each picture takes several times as long to find, and makes the file larger.
     palette = Image.fromarray(np.array([sorted(colours)], np.uint8)).quantize(256)
     images = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     milliseconds = [round(1000 * seconds_per_frame)] * (len(images) - 1) + [1000]
