@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from hierroom.errors import InputError
-from hierroom.files import to_json
+from hierroom.files import to_json, write_atomically
 from hierroom.sweep.__main__ import SweepArguments
 from hierroom.sweep.plan import RESULTS_VERSION, Plan, read_plan
 from hierroom.sweep.summary import summarise
@@ -134,6 +134,31 @@ def test_a_row_of_an_older_preset_is_made_again_and_others_stay(tmp_path):
     assert [row["digest"] for row in table.read()] == [other.digest, new.digest]
     assert [row["more"] for row in table.read()] == ["", 'it, "quoted"']
     assert table.read()[0]["steps_to_95"] == ""
+
+
+@pytest.mark.parametrize("n_written", [0, 1])
+def test_a_row_is_never_without_its_learning_curve(tmp_path, monkeypatch, n_written):
+    """A crash between the two tables leaves a run without a row, which is done again."""
+    table, runs = SweepTable(tmp_path), plan("seed=0,1,2").runs()
+    points = [{"steps": "100", "graph": "c", "success_rate": "0.5"}]
+    table.add(runs[0], {"success_rate": 0.5}, points)
+
+    left = iter(range(n_written))
+
+    def write_then_crash(path, content):
+        if next(left, None) is None:
+            raise KeyboardInterrupt
+        write_atomically(path, content)
+
+    monkeypatch.setattr("hierroom.sweep.table.write_atomically", write_then_crash)
+    with pytest.raises(KeyboardInterrupt):
+        table.add(runs[1], {"success_rate": 0.5}, points)
+    assert {row["digest"] for row in table.read()} <= table.curves().keys()
+    monkeypatch.setattr("hierroom.sweep.table.write_atomically", write_atomically)
+    for run in runs[2:0:-1]:
+        table.add(run, {"success_rate": 0.5}, points)
+    assert sorted(map(len, table.curves().values())) == [1, 1, 1]
+    assert {row["digest"] for row in table.read()} == table.curves().keys()
 
 
 def test_a_table_of_something_else_is_refused(tmp_path):

@@ -65,11 +65,12 @@ class SweepTable:
         row = {**run.identity, **{name: _text(value) for name, value in numbers.items()}, "digest": run.digest}
         with FileLock(self.path.with_name(f".{self.path.name}.lock")):
             kept = [one for one in self.read() if one["digest"] != run.digest and not _is_same(one, run)]
-            _write(self.path, [*kept, row], [*run.identity])
             if len({one["graph"] for one in evaluations}) == 1:
                 valid = {one["digest"] for one in kept}
                 points = [{"digest": run.digest, **_point(one)} for one in evaluations]
+                # First: after a crash between the two a run has a curve and no row, so that it is done again.
                 _write(self.curves_path, [*(one for one in _read(self.curves_path) if one["digest"] in valid), *points])
+            _write(self.path, [*kept, row], [*run.identity])
 
 
 def _read(path: Path) -> list[Row]:

@@ -2,14 +2,14 @@
 
 ``python tests/fuzz/kills.py --kills 200`` kills so often: every other time right before a file operation, where half
 of these, if they are to write, do the first half of it, and every other time at a random moment. Many are killed again
-after they were resumed. The processes are forks of this one, in which everything is loaded and compiled. Exit code 1
-says that a file differs, and the place is told.
+after they were resumed. ``--every`` kills before each file operation of a training once. The processes are forks of
+this one, in which everything is loaded and compiled. Exit code 1 says that a file differs, and the place is told.
 """
 
 import argparse
-import builtins
 import contextlib
 import io
+import itertools
 import os
 import random
 import shutil
@@ -19,15 +19,15 @@ import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]  # the tests, and the package
 
 import rich.progress  # noqa: E402
 import torch  # noqa: E402
+from places import Places  # noqa: E402
 from rich.console import Console  # noqa: E402
 from same_run import differences  # noqa: E402
 
@@ -47,85 +47,6 @@ RUNS: Mapping[str, str] = {
     "curriculum": "--graph rooms:3 --curriculum-stages 2",
 }
 """What is trained, and the options that say so."""
-AUDITED = ("open", "os.rename", "os.remove", "os.mkdir", "os.truncate", "shutil.copyfile")
-"""What Python says of itself before it changes a file; writing and syncing are told of by `_told`."""
-
-
-class Places:
-    """Counts the file operations below a folder, and kills this process before one of them.
-
-    Args:
-        folder: whose files are meant.
-        at: number of the operation, from 0; None: none.
-        is_torn: whether the first half of what it writes, if it does, is written.
-    """
-
-    def __init__(self, folder: Path, at: int | None, is_torn: bool = False) -> None:
-        self.folder, self.at, self.is_torn, self.n = str(folder), at, is_torn, 0
-
-    def audit(self, event: str, arguments: tuple[Any, ...]) -> None:
-        """A hook for `sys.addaudithook`."""
-        if event in AUDITED and isinstance(arguments[0], (str, os.PathLike)) and self.has(arguments[0]):
-            if event == "open" and not (arguments[2] or 0) & (os.O_WRONLY | os.O_RDWR):
-                return
-            self.next()
-
-    def has(self, path: Any) -> bool:
-        return os.path.abspath(os.fspath(path)).startswith(self.folder)
-
-    def next(self, half: Callable[[], object] = lambda: None) -> None:
-        """Before an operation: end here, if it is the one."""
-        if self.n == self.at:
-            if self.is_torn:
-                half()
-            os.kill(os.getpid(), signal.SIGKILL)
-        self.n += 1
-
-    def install(self) -> None:
-        """Have every operation of this process told to this object."""
-        write, fsync, open_file = os.write, os.fsync, io.open
-
-        def told_write(number: int, content: Any) -> int:
-            if number > 2:
-                self.next(lambda: write(number, bytes(content)[: len(content) // 2]))
-            return write(number, content)
-
-        def told_fsync(number: int) -> None:
-            self.next()
-            fsync(number)
-
-        def told_open(file: Any, mode: str = "r", *arguments: Any, **named: Any) -> Any:
-            opened = open_file(file, mode, *arguments, **named)
-            if "b" in mode and not {*mode}.isdisjoint("wxa") and not isinstance(file, int) and self.has(file):
-                return Told(opened, self)
-            return opened
-
-        os.write, os.fsync, io.open, builtins.open = told_write, told_fsync, told_open, told_open
-        sys.addaudithook(self.audit)
-
-
-class Told:
-    """A file that tells of what is written to it."""
-
-    def __init__(self, file: Any, places: Places) -> None:
-        self._file, self._places = file, places
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._file, name)
-
-    def __enter__(self) -> "Told":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
-
-    def write(self, content: bytes) -> int:
-        def half() -> None:
-            self._file.write(content[: len(content) // 2])
-            self._file.flush()
-
-        self._places.next(half)
-        return self._file.write(content)
 
 
 @dataclass
@@ -181,73 +102,110 @@ def leave_alone(name: str, folder: Path) -> Left:
     return Left(options, whole, int(log.read_text().splitlines()[-1]), seconds)
 
 
+@dataclass(frozen=True)
+class Kill:
+    """When a training is killed.
+
+    Args:
+        at: right before which file operation, from 0; None: at a moment.
+        is_torn: whether the first half of what that operation writes is written.
+        seconds: that moment, from the process's beginning.
+    """
+
+    at: int | None
+    is_torn: bool = False
+    seconds: float = 0
+
+    def __str__(self) -> str:
+        """As it is told where a file differs."""
+        if self.at is None:
+            return f"killed after {self.seconds:.2f} s"
+        return f"killed {'in' if self.is_torn else 'before'} file operation {self.at}"
+
+
+def every(lefts: Mapping[str, Left]) -> Iterator[tuple[str, list[Kill]]]:
+    """Before each file operation of each training, once."""
+    for name, left in lefts.items():
+        yield from ((name, [Kill(at)]) for at in range(left.operations))
+
+
+def drawn(lefts: Mapping[str, Left], rng: random.Random, done: Counter[str]) -> Iterator[tuple[str, Iterator[Kill]]]:
+    """At random, as often at a file operation as at a moment; the later ones kill a training that was resumed."""
+
+    def draw(left: Left) -> Iterator[Kill]:
+        for _ in range(rng.choice((1, 1, 2, 3))):
+            if done["operation"] <= done["moment"]:
+                yield Kill(rng.randrange(left.operations), rng.random() < 0.5)
+            else:
+                yield Kill(None, seconds=rng.uniform(0, left.seconds))
+
+    for name in itertools.cycle(lefts):
+        yield name, draw(lefts[name])
+
+
 class Case:
     """A training that is killed and resumed until it ends.
 
     Args:
         left: the same training, left alone.
         folder: a new one to work in; the run's has the name of the other's, which stands in its pictures.
-        random: draws the places.
     """
 
-    def __init__(self, left: Left, folder: Path, random: random.Random) -> None:
+    def __init__(self, left: Left, folder: Path) -> None:
         folder.mkdir()
-        self.left, self.run, self.log, self.random = left, folder / "run", folder / "log", random
+        self.left, self.run, self.log = left, folder / "run", folder / "log"
         self.told: list[str] = []
 
-    def kill(self, by_operation: bool) -> bool:
+    def kill(self, kill: Kill) -> bool:
         """Begin or resume it, and kill it; returns whether it was killed before it ended."""
-        resumes = (self.run / "config.json").exists()
-        options = ["--resume", str(self.run)] if resumes else [*self.left.options, "--out", str(self.run)]
-        places, place = None, ""
-        if by_operation:
-            at, is_torn = self.random.randrange(self.left.operations), self.random.random() < 0.5
-            places, place = Places(self.run, at, is_torn), f"{'in' if is_torn else 'before'} file operation {at}"
-        process = begin(options, places, self.log)
-        if not by_operation:
-            seconds = self.random.uniform(0, self.left.seconds)
-            place = f"after {seconds:.2f} s"
-            time.sleep(seconds)
+        places = None if kill.at is None else Places(self.run, kill.at, kill.is_torn)
+        begun, process = self._begin(places)
+        if kill.at is None:
+            time.sleep(kill.seconds)
             with contextlib.suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
         code = end(process)
-        self.told.append(f"{'resumed' if resumes else 'begun'}, {f'killed {place}' if code else 'ended'}")
+        self.told.append(f"{begun}, {kill if code else 'ended'}")
         if code not in (0, -signal.SIGKILL):
             raise AssertionError(f"exit code {code}: {self.log.read_text()[-500:]}")
         return code != 0
 
     def finish(self) -> list[str]:
         """Resume it to its end; returns what differs."""
-        resumes = (self.run / "config.json").exists()
-        options = ["--resume", str(self.run)] if resumes else [*self.left.options, "--out", str(self.run)]
-        code = end(begin(options, None, self.log))
+        code = end(self._begin(None)[1])
         return differences(self.left.folder, self.run) if code == 0 else [f"exit code {code}: {self.log.read_text()}"]
+
+    def _begin(self, places: Places | None) -> tuple[str, int]:
+        """Whether it was begun or resumed, and the process's number."""
+        if (self.run / "config.json").exists():
+            return "resumed", begin(["--resume", str(self.run)], places, self.log)
+        return "begun", begin([*self.left.options, "--out", str(self.run)], places, self.log)
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Kill trainings, resume them, and compare every file.")
     parser.add_argument("--kills", type=int, default=200)
+    parser.add_argument("--every", action="store_true", help="instead, before each file operation of each training")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--runs", nargs="+", choices=RUNS, default=[*RUNS])
     arguments = parser.parse_args()
     torch.set_num_threads(1)
-    rng, kills, resumed, wrong = random.Random(arguments.seed), Counter(), 0, []
+    kills, resumed, wrong = Counter[str](), 0, []
     with tempfile.TemporaryDirectory() as name, rich.progress.Progress(console=Console(stderr=True)) as bar:
-        folder, task = Path(name), bar.add_task("kills", total=arguments.kills)
+        folder = Path(name)
         with contextlib.redirect_stdout(io.StringIO()):  # compile and load what the forks need
             train([*RUNS["learned"].split(), *FLAGS.split(), "--out", str(folder / "warm")])
         lefts = {one: leave_alone(one, folder) for one in arguments.runs}
-        number = 0
-        while sum(kills.values()) < arguments.kills:
-            kind = arguments.runs[number % len(arguments.runs)]
-            case = Case(lefts[kind], folder / str(number), rng)
-            number += 1
+        total = sum(left.operations for left in lefts.values()) if arguments.every else arguments.kills
+        task = bar.add_task("kills", total=total)
+        cases = every(lefts) if arguments.every else drawn(lefts, random.Random(arguments.seed), kills)
+        for number, (kind, planned) in enumerate(cases):
+            case = Case(lefts[kind], folder / str(number))
             try:
-                for _ in range(rng.choice((1, 1, 2, 3))):  # the later ones kill a run that was resumed
-                    by_operation = kills["operation"] <= kills["moment"]
-                    if sum(kills.values()) == arguments.kills or not case.kill(by_operation):
+                for kill in planned:
+                    if sum(kills.values()) == total or not case.kill(kill):
                         break
-                    kills["operation" if by_operation else "moment"] += 1
+                    kills["moment" if kill.at is None else "operation"] += 1
                     bar.update(task, completed=sum(kills.values()))
                 found = case.finish()
             except AssertionError as error:
@@ -258,10 +216,12 @@ def main() -> int:
             else:
                 resumed += 1
                 shutil.rmtree(case.run.parent)
+            if sum(kills.values()) == total:
+                break
     print(
         f"{sum(kills.values())} kills, {kills['operation']} of them at a file operation and {kills['moment']} at a "
-        f"random moment, in {number} trainings ({', '.join(arguments.runs)}): {resumed} ended with every file equal, "
-        f"{len(wrong)} did not"
+        f"random moment, in {resumed + len(wrong)} trainings ({', '.join(arguments.runs)}): {resumed} ended with every "
+        f"file equal, {len(wrong)} did not"
     )
     return 1 if wrong else 0
 

@@ -1,6 +1,9 @@
-"""Kill a sweep and all its processes at random moments, go on with it, and compare its tables with undisturbed ones.
+"""Kill sweeps and all their processes, go on with them, and compare tables and run folders with undisturbed ones.
 
-python tests/fuzz/sweep_kills.py --kills 10 --seed 1
+``python tests/fuzz/sweep_kills.py --kills 20`` kills each command so often: every other time right before a file
+operation of the sweep itself or of one of its workers, where half of these, if they are to write, do the first half of
+it, and every other time at a random moment. Many are killed again after they went on. Exit code 1 says that something
+differs, and the places are told.
 """
 
 from __future__ import annotations
@@ -8,17 +11,25 @@ from __future__ import annotations
 import csv
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from collections import Counter
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import tyro
+from places import told_to
 
-from hierroom.cli import run
+sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])]  # the tests, and the package
+
+from same_run import differences  # noqa: E402
+
+from hierroom.cli import run  # noqa: E402
 
 COMMANDS = {
     "sweep": (
@@ -30,6 +41,7 @@ COMMANDS = {
         *("--evaluation-episodes", "20", "--episodes", "20", "--processes", "2"),
     ),
 }
+TABLES = ("sweep.csv", "curves.csv")
 APART = ("seconds", "steps_per_second")
 """Columns that tell the time."""
 
@@ -40,59 +52,121 @@ class Options:
 
     Args:
         kills: of each command.
-        seed: fixes the moments.
-        seconds: the longest that a command works before it is killed.
+        seed: fixes the moments and the operations.
+        commands: which, of sweep and paper.
     """
 
-    kills: int = 10
+    kills: int = 20
     seed: int = 0
-    seconds: float = 60.0
+    commands: tuple[str, ...] = tuple(COMMANDS)
 
 
-def rows(out: Path, name: str) -> list[dict[str, str]]:
+@dataclass
+class Command:
+    """A command that is killed, and what it leaves when it is left alone.
+
+    Args:
+        words: the command.
+        place: a folder to work in.
+        random: draws the kills.
+    """
+
+    words: tuple[str, ...]
+    place: Path
+    random: random.Random
+    killed: Counter[str] = field(default_factory=Counter)
+
+    def __post_init__(self) -> None:
+        self.site = self.place / "site"
+        self.site.mkdir(parents=True)
+        # The folders have one name, which stands in pictures.
+        self.alone, self.out = self.place / "alone" / "out", self.place / "killed" / "out"
+        started = time.monotonic()
+        process = self._start(self.alone, told_to(self.alone, self.site))
+        assert process.wait() == 0, (self.place / "log").read_text()
+        self.seconds = time.monotonic() - started
+        counted = Counter((self.site / "counts").read_text().splitlines())
+        self.operations = {role: max(n for who, n in counted.items() if who.startswith(role)) for role in ROLES}
+
+    def _start(self, out: Path, environment: dict[str, str] | None = None) -> subprocess.Popen:
+        """The command, in a process group of its own, writing to a folder."""
+        command = [sys.executable, "-m", *self.words, "--out", str(out)]
+        with (self.place / "log").open("w") as log:
+            return subprocess.Popen(command, start_new_session=True, stdout=log, stderr=log, env=environment)
+
+    def kill(self) -> str:
+        """Begin it or go on with it, and kill it; returns where, or nothing where it had ended before."""
+        if self.killed["operation"] <= self.killed["moment"]:
+            role, is_torn = self.random.choice(ROLES), self.random.random() < 0.5
+            at = self.random.randrange(self.operations[role])
+            kind, where = "operation", f"{'in' if is_torn else 'before'} operation {at} of a {role}"
+            process = self._start(self.out, told_to(self.out, self.site, role, at, is_torn))
+        else:
+            seconds = self.random.uniform(0, self.seconds)
+            kind, where = "moment", f"after {seconds:.1f} s"
+            process = self._start(self.out)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(seconds)
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+        code = process.wait()
+        if code == 0:
+            return ""
+        assert code == -signal.SIGKILL, (self.place / "log").read_text()
+        self.killed[kind] += 1
+        return where
+
+    def finish(self) -> list[str]:
+        """Go on to the end; returns what differs, and takes the folder away if nothing does."""
+        if self._start(self.out).wait() != 0:
+            return [(self.place / "log").read_text()]
+        found = [f"{table} differs" for table in TABLES if rows(self.alone / table) != rows(self.out / table)]
+        runs = [{one.name for one in (out / "runs").iterdir()} for out in (self.alone, self.out)]
+        found += [f"runs/{name} is in one only" for name in sorted(runs[0] ^ runs[1])]
+        for name in sorted(runs[0] & runs[1]):
+            lines = differences(self.alone / "runs" / name, self.out / "runs" / name)
+            found += [f"runs/{name}: {line}" for line in lines]
+        if not found:
+            shutil.rmtree(self.out)
+        return found
+
+
+ROLES = ("main", "worker")
+"""Of the processes of a command."""
+
+
+def rows(path: Path) -> list[dict[str, str]]:
     """A table but for what may differ, in one order."""
-    with (out / name).open(newline="") as file:
+    with path.open(newline="") as file:
         kept = [{k: v for k, v in row.items() if not k.startswith(APART)} for row in csv.DictReader(file)]
     return sorted(kept, key=lambda row: (row["digest"], float(row["steps"])))
-
-
-def start(words: tuple[str, ...], out: Path) -> subprocess.Popen:
-    """The command, in a process group of its own, writing to a folder."""
-    command = [sys.executable, "-m", *words, "--out", str(out)]
-    return subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-
-
-def kill_all(process: subprocess.Popen) -> None:
-    """Kill the command and the processes that it began."""
-    os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
 
 
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
-    chosen = random.Random(options.seed)
     n_wrong = 0
-    for name, words in COMMANDS.items():
+    for name in options.commands:
         with TemporaryDirectory() as place:
-            whole, killed = Path(place, "out"), Path(place, "killed")
-            code = start(words, whole).wait()
-            n_kills = 0
-            while n_kills < options.kills:
-                process, end = start(words, killed), time.monotonic() + chosen.uniform(0, options.seconds)
-                while time.monotonic() < end and process.poll() is None:
-                    time.sleep(0.02)
-                if process.poll() is None:
-                    kill_all(process)
-                    n_kills += 1
-                else:  # it was done before its moment came: begin again from nothing
-                    for path in sorted(killed.rglob("*"), reverse=True):
-                        path.rmdir() if path.is_dir() else path.unlink()
-            again = start(words, killed).wait()
-            tables = ("sweep.csv", "curves.csv")
-            equal = code == again == 0 and all(rows(whole, table) == rows(killed, table) for table in tables)
-            n_wrong += not equal
-            print(f"{name}: {n_kills} kills, {len(rows(whole, tables[0]))} runs, equal: {equal}", flush=True)
+            command = Command(COMMANDS[name], Path(place), random.Random(options.seed))
+            n_sweeps, wrong = 0, 0
+            while command.killed.total() < options.kills:
+                told, n_sweeps = list[str](), n_sweeps + 1
+                for _ in range(command.random.choice((1, 2, 3, 4))):
+                    if command.killed.total() == options.kills or not (where := command.kill()):
+                        break
+                    told.append(where)
+                if found := command.finish():
+                    print(f"{name}, killed {', '.join(told)}: {'; '.join(found)}", flush=True)
+                    command.out.rename(command.out.with_name(f"wrong{n_sweeps}"))
+                    wrong += 1
+            n_runs = len(rows(command.alone / TABLES[0]))
+            print(
+                f"{name}: {command.killed['operation']} kills at a file operation, {command.killed['moment']} at a "
+                f"moment, in {n_sweeps} sweeps of {n_runs} runs: {wrong} differ in a table or a run's folder",
+                flush=True,
+            )
+            n_wrong += wrong
     return min(1, n_wrong)
 
 

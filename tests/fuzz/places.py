@@ -1,0 +1,140 @@
+"""The file operations of a process below a folder, right before one of which it is killed.
+
+Needs Python alone, as `begin_as_told` runs before anything else is imported.
+"""
+
+import builtins
+import io
+import json
+import os
+import signal
+import stat
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+AUDITED = ("open", "os.rename", "os.remove", "os.mkdir", "os.truncate", "shutil.copyfile")
+"""What Python says of itself before it changes a file; writing and syncing are told of by `Places.install`."""
+TOLD = "HIERROOM_PLACES"
+"""The environment variable that tells the processes of a command what `told_to` was told."""
+
+
+class Places:
+    """Counts the file operations below a folder, and kills before one of them.
+
+    Args:
+        folder: whose files are meant.
+        at: number of the operation, from 0; None: none.
+        is_torn: whether the first half of what it writes, if it does, is written.
+        kill: ends this process, and others where they are to end with it.
+        counted: called for each operation.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        at: int | None,
+        is_torn: bool = False,
+        kill: Callable[[], object] = lambda: os.kill(os.getpid(), signal.SIGKILL),
+        counted: Callable[[], object] = lambda: None,
+    ) -> None:
+        self.folder, self.at, self.is_torn, self.n = str(folder), at, is_torn, 0
+        self._kill, self._counted = kill, counted
+
+    def audit(self, event: str, arguments: tuple[Any, ...]) -> None:
+        """A hook for `sys.addaudithook`."""
+        if event in AUDITED and isinstance(arguments[0], (str, os.PathLike)) and self.has(arguments[0]):
+            if event == "open" and not (arguments[2] or 0) & (os.O_WRONLY | os.O_RDWR):
+                return
+            self.next()
+
+    def has(self, path: Any) -> bool:
+        """Whether a file lies below the folder."""
+        return os.path.abspath(os.fspath(path)).startswith(self.folder)
+
+    def next(self, half: Callable[[], object] = lambda: None) -> None:
+        """Before an operation: end here, if it is the one."""
+        if self.n == self.at:
+            if self.is_torn:
+                half()
+            self._kill()
+        self.n += 1
+        self._counted()
+
+    def install(self) -> None:
+        """Have every operation of this process told to this object."""
+        write, fsync, open_file = os.write, os.fsync, io.open
+
+        def told_write(number: int, content: Any) -> int:
+            if number > 2 and stat.S_ISREG(os.fstat(number).st_mode):
+                self.next(lambda: write(number, bytes(content)[: len(content) // 2]))
+            return write(number, content)
+
+        def told_fsync(number: int) -> None:
+            self.next()
+            fsync(number)
+
+        def told_open(file: Any, mode: str = "r", *arguments: Any, **named: Any) -> Any:
+            opened = open_file(file, mode, *arguments, **named)
+            if "b" in mode and not {*mode}.isdisjoint("wxa") and not isinstance(file, int) and self.has(file):
+                return Told(opened, self)
+            return opened
+
+        os.write, os.fsync, io.open, builtins.open = told_write, told_fsync, told_open, told_open
+        sys.addaudithook(self.audit)
+
+
+class Told:
+    """A file that tells of what is written to it."""
+
+    def __init__(self, file: Any, places: Places) -> None:
+        self._file, self._places = file, places
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
+
+    def __enter__(self) -> "Told":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def write(self, content: bytes) -> int:
+        """Write, as the file does."""
+
+        def half() -> None:
+            self._file.write(content[: len(content) // 2])
+            self._file.flush()
+
+        self._places.next(half)
+        return self._file.write(content)
+
+
+def begin_as_told() -> None:
+    """In each process of a command: count its operations, or end all of them before one, as `TOLD` says."""
+    told = json.loads(os.environ[TOLD])
+    role = "worker" if "--multiprocessing-fork" in sys.orig_argv else "main"
+    if told["role"] not in (None, role):
+        return
+    counts = os.open(told["counts"], os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    count = partial(os.write, counts, f"{role} {os.getpid()}\n".encode())
+    end_all = partial(os.killpg, 0, signal.SIGKILL)
+    Places(Path(told["folder"]), told["at"], told["is_torn"], end_all, count).install()
+
+
+def told_to(folder: Path, site: Path, role: str | None = None, at: int | None = None, is_torn: bool = False) -> dict:
+    """The environment of a command in which all its processes count their file operations, or end before one.
+
+    Args:
+        folder: whose files are meant.
+        site: another folder, for what Python runs first; its file ``counts`` gets a line for each operation.
+        role: ``main``, the process that is begun, or ``worker``, those that it begins; None: all of them.
+        at: number of the operation of such a process before which they end; None: none.
+        is_torn: whether the first half of what is to be written is.
+    """
+    (site / "sitecustomize.py").write_text(f"{Path(__file__).read_text()}\n\nbegin_as_told()\n")
+    told = {"folder": str(folder), "role": role, "at": at, "is_torn": is_torn, "counts": str(site / "counts")}
+    path = os.pathsep.join([str(site), *filter(None, [os.environ.get("PYTHONPATH")])])
+    return {**os.environ, TOLD: json.dumps(told), "PYTHONPATH": path}
