@@ -33,7 +33,7 @@ from hierroom.cli import run  # noqa: E402
 
 COMMANDS = {
     "sweep": (
-        *("hierroom.sweep", "method=hippo,ppo-rnd", "meta=none,random", "steps=20_000", "size=11", "num_envs=8"),
+        *("hierroom.sweep", "method=hippo,ppo-rnd", "meta=none,random", "steps=8_000", "size=11", "num_envs=8"),
         *("evaluations=4", "evaluation_episodes=20", "--seeds", "2", "--episodes", "20", "--processes", "2"),
     ),
     "paper": (
