@@ -64,7 +64,7 @@ COMPILE := $(UV) pip compile --quiet --universal --python-version 3.11 --no-anno
 
 $(TOOLS)/.installed: Makefile
 	$(PYTHON) -m venv $(TOOLS)
-	$(TOOLS)/bin/pip install --quiet --disable-pip-version-check uv pip-audit cyclonedx-bom
+	$(TOOLS)/bin/pip install --quiet --disable-pip-version-check uv==0.13.9 pip-audit==2.10.1 cyclonedx-bom==7.5.0
 	touch $@
 
 constraints: $(TOOLS)/.installed ## every package's version, those of constraints.txt kept where they can be; UPGRADE=--upgrade renews all

@@ -111,6 +111,18 @@ def test_damage_before_a_row_is_refused_by_readers_and_told_of_when_a_run_goes_o
     assert table.drop_after(30) is None
 
 
+@pytest.mark.parametrize("end", [b"", b"\r\xe840,1,d\r\n", b"\0\0\r\n"])
+def test_a_row_to_keep_that_lost_its_end_is_set_aside(end, table):
+    """It was synced before the checkpoint, so that no crash of ours cut it."""
+    whole = table.path.read_bytes()
+    table.path.write_bytes(broken := whole[:-2] + end)
+    assert table.drop_after(20) is None, "the last row was not to be kept"
+    table.path.write_bytes(broken)
+    assert "damaged" in table.drop_after(30)
+    assert steps(table) == [10, 20]
+    assert table.path.with_name("metrics.csv.damaged").read_bytes() == broken
+
+
 def test_a_blank_line_is_no_damage(table):
     header, *rows = table.path.read_bytes().splitlines(keepends=True)
     table.path.write_bytes(b"\r\n" + header + b"\r\n".join(rows))

@@ -6,16 +6,21 @@ import numpy as np
 import pytest
 import torch
 from learner_envs import PlainTorchNetwork, RandomEnvs, make_learner
+from same_state import equal
 
 from hierroom import cli
 from hierroom.errors import DivergenceError, InputError
+from hierroom.learners import distillation, ppo
 from hierroom.learners.health import LIMIT, check_health
 from hierroom.train import main as train
+from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
 
 FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--evaluations", "0"]
 FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2"]
+SMALL = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 8, "sequence_length": 16, "minibatches": 2}
+SMALL |= {"epochs": 2, "steps": 1024}
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 2 * LIMIT, -2 * LIMIT])
@@ -103,6 +108,25 @@ def test_finite_weights_that_give_too_large_numbers_are_not_healthy(network):
     learner._backend.train = spoiled  # ty: ignore
     with pytest.raises(DivergenceError, match=r"^(logits|values) \("):
         learn(learner)
+
+
+@pytest.mark.parametrize(
+    "settings", [{}, {"method": "ppo-rnd"}, {"meta": "learned", "meta_start_success": 0.0}], ids=str
+)
+def test_the_checks_change_nothing(monkeypatch, settings):
+    """Every number that a run saves is the same to the bit without them."""
+    config = TrainConfig().changed(**SMALL, **settings)
+    states = []
+    for is_checked in (True, False):
+        if not is_checked:
+            for name in ("check_start", "check_batch", "check_update"):
+                monkeypatch.setattr(ppo, name, lambda *_: None)
+            monkeypatch.setattr(distillation, "check_health", lambda *_: None)
+        trainer = Trainer(config)
+        while not trainer.is_done:
+            trainer.advance()
+        states.append(trainer.state_dict()["agents"])
+    assert equal(*states)
 
 
 class Unborn(PlainTorchNetwork):

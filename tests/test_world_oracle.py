@@ -138,16 +138,23 @@ def test_each_environment_may_have_its_own_goal():
     assert (together > shortest_lengths(world.state, doors - 6)).all()
 
 
-def test_a_goal_achieved_takes_no_action():
-    world = World([NAMED_GRAPHS["a"]], seed=6)
-    key = int(world.state.levels[0].colours[0])
+@pytest.mark.parametrize("graph", [NAMED_GRAPHS["a"], NAMED_GRAPHS["g"]], ids=lambda graph: graph.name)
+def test_a_goal_achieved_takes_no_action(graph):
+    world = World([graph], seed=6)
+    level = world.state.levels[0]
+    n_branches, colours = len(graph.key_rooms), level.colours.copy()
+    seen = set()
     for action in shortest_actions(world.state):
-        held = world.state.levels[0].keys
-        assert (shortest_lengths(world.state, key)[0] == 0) == bool(held)
+        for branch in range(n_branches):
+            for goal, achieved in ((colours[branch], level.keys), (6 + colours[branch], level.doors)):
+                is_achieved = bool(achieved >> branch & 1)
+                assert (shortest_lengths(world.state, goal)[0] == 0) == is_achieved
+                seen.add((goal, is_achieved))
         world.step_within_episode(np.array([action]))
+    assert len(seen) > 2 * n_branches
     assert shortest_lengths(world.state)[0] == 0
     assert len(shortest_actions(world.state)) == 0
-    assert shortest_lengths(world.state, key)[0] == -1  # the episode has ended
+    assert shortest_lengths(world.state, colours[0])[0] == -1  # the episode has ended
 
 
 def test_wrong_input():

@@ -194,7 +194,8 @@ class CSVTable:
         end, is_suspect, is_damaged = 0, False, False
         for line in self._lines():
             if line.steps is None:
-                began_with = None if line.entries is None else _steps(line.entries)
+                first, comma, _ = line.content.partition(b",")
+                began_with = _steps([first.decode(errors="replace")]) if comma else None
                 is_damaged |= began_with is not None and began_with <= steps  # it was a row to keep
                 is_suspect = True
             elif line.steps <= steps:

@@ -44,12 +44,11 @@ def _tile_table() -> NDArray[np.uint8]:
     table[constants.EXIT] = THE_EXIT, 0
     for colour in range(len(COLOURS)):
         table[constants.KEY + colour] = A_KEY, colour
-        table[constants.LOCKED_DOOR + colour] = A_DOOR, colour
     return table
 
 
 TILE_TABLE = _tile_table()
-"""[22, 2] uint8: the search's code and the colour of each tile code."""
+"""[22, 2] uint8: the search's code and the colour of each tile code; doors are where the level says."""
 
 
 @njit(cache=True)
@@ -163,7 +162,6 @@ def solve(level, grid, tile_table, kind, colour):
         layer_shift += 1
     n_nodes = ((needs.size + 1) << n_keys) << layer_shift
     cell_mask = (1 << (layer_shift - 2)) - 1
-    key_mask = (1 << n_keys) - 1
     reached_by = np.zeros(n_nodes, np.uint8)  # one more than the action that first reached the node
     queue = np.empty(n_nodes, np.int32)
     parents = np.empty(n_nodes, np.int32)  # position in the queue of the node before it
@@ -174,15 +172,15 @@ def solve(level, grid, tile_table, kind, colour):
         node = np.int64(queue[head])
         direction = node & 3
         layer = node >> layer_shift
-        taken, opened = layer & key_mask, layer >> n_keys
+        opened = layer >> n_keys
         ahead = ((node >> 2) & cell_mask) + steps[direction]
         what = np.int64(terrain[ahead])
         action, reached = GO, node + (steps[direction] << 2)
-        if FIRST_KEY <= what < FIRST_DOOR and not (taken >> (what - FIRST_KEY)) & 1:
+        if FIRST_KEY <= what < FIRST_DOOR and not (layer >> (what - FIRST_KEY)) & 1:
             action, reached = TAKE, node + (1 << (what - FIRST_KEY + layer_shift))
         elif what >= FIRST_DOOR and opened <= what - FIRST_DOOR:
             place = what - FIRST_DOOR
-            can_open = opened == place and taken & needs[place] == needs[place]
+            can_open = opened == place and layer & needs[place] == needs[place]
             action, reached = UNLOCK, node + (1 << (n_keys + layer_shift)) if can_open else node
         elif what == BLOCKED:
             reached = node

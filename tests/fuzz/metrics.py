@@ -1,0 +1,89 @@
+"""Fuzzing of a run's tables: each damage ends in one line, or heals without a row that is lost.
+
+``python -m tests.fuzz.metrics --count 5000`` tries so many; the seed fixes them. After a run is resumed each of its
+tables can be read, and each row that the damage left whole is in the table or in the file that is set aside.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from pathlib import Path
+
+from hierroom.errors import InputError
+from hierroom.training.csv_table import CSVTable
+
+from .commands import TEXTS, end_of, report, wrong_end
+
+TABLES = ("metrics.csv", "evaluations.csv", "episodes.csv")
+COMMANDS = (
+    *[("train", ["--resume", "run"])] * 4,
+    ("report", ["run", "--out", "report.html"]),
+    ("compare", ["run", "kept"]),
+)
+
+
+def damaged(content: bytes, rng: random.Random) -> bytes:
+    """A table after something befell it as a file."""
+    at, lines = rng.randrange(len(content)), content.splitlines(keepends=True)
+    n, text = rng.randrange(len(lines)), rng.choice(TEXTS).encode(errors="surrogatepass")
+    entries = lines[n].rstrip().split(b",")
+    entries[rng.randrange(len(entries))] = text
+    return rng.choice(
+        [
+            *(b"", content[:at], content[:at] + text, content[:at] + b"\0" * rng.randrange(1, 5000)),
+            content[:at] + bytes([rng.randrange(256)]) + content[at + 1 :],
+            content[:at] + b"\0" * 8 + content[at + 8 :],
+            b"".join(lines[:n] + lines[n + 1 :]),  # a line that is gone; the first is the one with the names
+            b"".join([*lines[:n], b",".join(entries) + b"\r\n", *lines[n + 1 :]]),
+            b"".join([*lines[:n], text + b"\r\n", *lines[n:]]),
+            b"".join([*lines[:n], lines[n][:-4] + b"\r\n", *lines[n + 1 :]]),
+            b"".join([*lines[:n], lines[n].replace(b",", b';"'), *lines[n + 1 :]]),
+            b"".join(rng.sample(lines, len(lines))),
+            content + content,
+            content.replace(b"\r\n", b"\n"),
+            b"\xef\xbb\xbf" + content,
+        ]
+    )
+
+
+def lost(path: Path, right: bytes, wrong: bytes) -> str | None:
+    """What a resumed run has lost of a table, or None.
+
+    Args:
+        path: the table, after the run was resumed.
+        right: what it held at first.
+        wrong: what it held after the damage.
+    """
+    try:
+        CSVTable(path).read()
+    except InputError as error:
+        return f"it cannot be read after it healed: {error}"
+    aside = path.with_name(f"{path.name}.damaged")
+    held = {*path.read_bytes().splitlines(), *(aside.read_bytes() if aside.exists() else b"").splitlines()}
+    gone = [line for line in wrong.splitlines() if line in {*right.splitlines()} and line not in held]
+    return f"lost, and not set aside: {gone[:3]}" if gone else None
+
+
+def attempts(seed: int) -> Iterator[tuple[bytes, str | None]]:
+    """Damaged tables, and what is wrong with how the command that read one ended, or None."""
+    rng = random.Random(seed)
+    while True:
+        table = rng.choice(TABLES)
+        right, path = Path("kept", table).read_bytes(), Path("run", table)
+        wrong = damaged(right, rng)
+        path.write_bytes(wrong)
+        name, words = rng.choice(COMMANDS)
+        code, told = end_of(name, words)
+        healed = code == 0 and name == "train"
+        problem = wrong_end(code, told) or (lost(path, right, wrong) if healed else None)
+        yield wrong[-300:], f"{name} of {table}: {problem}" if problem else None
+
+
+def main() -> int:
+    """Print what goes wrong; returns 1 if anything does."""
+    return report(__doc__, "damaged tables", attempts)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
