@@ -67,16 +67,31 @@ def test_the_study_with_the_paper_s_features_differs_in_nothing_else():
     assert {run.identity["seed"] for run in papers} == {"0", "1", "2"}
 
 
-def test_factors_are_changed_on_the_graphs_with_the_fewest_the_median_and_the_most_expected_steps():
+def by_expected_steps():
+    """The study's graphs of each number of rooms from four on, those with fewer expected steps first."""
     rows = [row for row in committed("study/measures.csv") if not row["twin_of"] and int(row["rooms"]) > 3]
-    chosen = set()
-    for rooms in {row["rooms"] for row in rows}:
-        own = sorted((row for row in rows if row["rooms"] == rooms), key=lambda row: float(row["expected_steps"]))
-        chosen |= {own[place]["graph"] for place in (0, len(own) // 2, -1)}
+    rows.sort(key=lambda row: float(row["expected_steps"]))
+    return [[row["graph"] for row in rows if row["rooms"] == rooms] for rooms in sorted({row["rooms"] for row in rows})]
+
+
+def test_factors_are_changed_on_the_graphs_with_the_fewest_the_median_and_the_most_expected_steps():
     runs = plan("study_factors").runs()
+    chosen = {graphs[place] for graphs in by_expected_steps() for place in (0, len(graphs) // 2, -1)}
     assert {run.identity["graph"] for run in runs} == chosen
     tuned = {run.config.ppo for run in plan("study").runs() if run.identity["method"] == "hippo"}
     assert {run.config.ppo for run in runs if run.identity["method"] == "hippo"} == tuned
+
+
+def test_levels_are_changed_in_one_thing_each_on_the_graphs_with_the_median_expected_steps():
+    runs, changes = plan("study_levels").runs(), set()
+    assert {run.identity["graph"] for run in runs} == {graphs[len(graphs) // 2] for graphs in by_expected_steps()}
+    own = {(run.identity["graph"], run.identity["method"], run.config.seed): run.config for run in plan("study").runs()}
+    for run in runs:
+        unchanged = own[run.identity["graph"], run.identity["method"], run.config.seed]
+        changed = run.config.differences(unchanged)
+        (change,) = (one for one in changed if not one.startswith("graph is 'e'"))  # by name, and once by content
+        changes.add((run.identity["method"], change))
+    assert len(changes) == 2 * 3, changes
 
 
 def test_the_study_takes_the_settings_with_the_largest_area_under_the_curve():
