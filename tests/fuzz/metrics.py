@@ -61,7 +61,8 @@ def lost(path: Path, right: bytes, wrong: bytes) -> str | None:
         return f"it cannot be read after it healed: {error}"
     aside = path.with_name(f"{path.name}.damaged")
     held = {*path.read_bytes().splitlines(), *(aside.read_bytes() if aside.exists() else b"").splitlines()}
-    gone = [line for line in wrong.splitlines() if line in {*right.splitlines()} and line not in held]
+    rows = {*right.splitlines()[1:]}  # after the names of the columns
+    gone = [line for line in wrong.splitlines() if line in rows and line not in held]
     return f"lost, and not set aside: {gone[:3]}" if gone else None
 
 
