@@ -19,6 +19,8 @@ _ROW = "a row more, above the last, which is that of no goal either way"
 _NO_CELL = "a cell is (0, 0) where there is none, and else within the outer walls, from 6 on"
 _NEGATIVE = "any negative number means to NumPy what is left"
 _ROOM = "more memory than is needed either way, where each node has an edge"
+_CORNER = "cell 0 is a corner of the walls"
+_MORE_SEARCHED = "one more place is searched, through which no way is shorter"
 
 NOT_TRIED: Mapping[str, str] = {
     "@njit(": _COMPILER,
@@ -56,6 +58,21 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "if lit == 0:  ->  if lit == 1:": (
             "light from the row behind reaches no cell or at least two, and where it reaches none nothing is seen"
         ),
+    },
+    "oracle": {
+        "target, is_achieved = key_cells[branch], key_cells[branch] < 0"
+        "  ->  target, is_achieved = key_cells[branch], key_cells[branch] <= 0": _CORNER,
+        "r = 0 if key_cell < 0 else room_at(level, key_cell // side, key_cell % side)"
+        "  ->  r = 0 if key_cell <= 0 else room_at(level, key_cell // side, key_cell % side)": _CORNER,
+        "if target < 0:  ->  if target <= 0:": _CORNER,
+        "if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:"
+        "  ->  if key_cells[other] > 0 and terrain[key_cells[other]] == FREE:": _CORNER,
+        "if exit_cell >= 0:  ->  if exit_cell > 0:": _CORNER,
+        "while r > 0 and n_doors < 6:  ->  while r > 0 and n_doors <= 6:": "a chain has at most six doors",
+        "while (1 << layer_shift) < 4 * grid.size:  ->  while (1 << layer_shift) <= 4 * grid.size:": "more memory",
+        "while head < tail:  ->  while head <= tail:": "what exists is always reached before all has been searched",
+        "if r > 0:  ->  if r >= 0:": _MORE_SEARCHED,
+        "return -1  ->  return +1": f"keys lie in rooms, and where the agent stands in a doorway {_MORE_SEARCHED}",
     },
     "encoder": {
         "n_eights = n_features // 8 * 8  ->  n_eights = n_features // 9 * 8": _PARTS,
