@@ -131,8 +131,7 @@ def survey(level, grid, tile_table, kind, colour):
             terrain[key_cells[other]] = FIRST_KEY + n_keys
             key_bits[other] = 1 << n_keys
             n_keys += 1
-    if exit_cell >= 0:
-        terrain[exit_cell] = BLOCKED
+    terrain[exit_cell] = BLOCKED
     needs = np.empty(n_doors, np.int64)
     for place in range(n_doors):
         door_branch = chain[n_doors - 1 - place]

@@ -67,7 +67,7 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "if target < 0:  ->  if target <= 0:": _CORNER,
         "if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:"
         "  ->  if key_cells[other] > 0 and terrain[key_cells[other]] == FREE:": _CORNER,
-        "if exit_cell >= 0:  ->  if exit_cell > 0:": _CORNER,
+        "exit_cell = -1  ->  exit_cell = +1": "the exit is always in the grid",
         "while r > 0 and n_doors < 6:  ->  while r > 0 and n_doors <= 6:": "a chain has at most six doors",
         "while (1 << layer_shift) < 4 * grid.size:  ->  while (1 << layer_shift) <= 4 * grid.size:": "more memory",
         "while head < tail:  ->  while head <= tail:": "what exists is always reached before all has been searched",
