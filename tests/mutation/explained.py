@@ -20,6 +20,7 @@ _NO_CELL = "a cell is (0, 0) where there is none, and else within the outer wall
 _NEGATIVE = "any negative number means to NumPy what is left"
 _ROOM = "more memory than is needed either way, where each node has an edge"
 _CORNER = "cell 0 is a corner of the walls"
+_REACHED = "what exists is reached before all has been searched"
 _MORE_SEARCHED = "one more place is searched, through which no way is shorter"
 
 NOT_TRIED: Mapping[str, str] = {
@@ -70,7 +71,11 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "exit_cell = -1  ->  exit_cell = +1": "the exit is always in the grid",
         "while r > 0 and n_doors < 6:  ->  while r > 0 and n_doors <= 6:": "a chain has at most six doors",
         "while (1 << layer_shift) < 4 * grid.size:  ->  while (1 << layer_shift) <= 4 * grid.size:": "more memory",
-        "while head < tail:  ->  while head <= tail:": "what exists is always reached before all has been searched",
+        "while head < tail:  ->  while head <= tail:": _REACHED,
+        "return needs[:0], -1  ->  return needs[:0], +1": _REACHED,
+        "return -2, terrain, 0, key_cells[:0]  ->  return +2, terrain, 0, key_cells[:0]": (
+            "cell 2 is a wall, for which is searched in vain"
+        ),
         "if r > 0:  ->  if r >= 0:": _MORE_SEARCHED,
         "return -1  ->  return +1": f"keys lie in rooms, and where the agent stands in a doorway {_MORE_SEARCHED}",
     },
