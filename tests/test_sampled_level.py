@@ -17,7 +17,7 @@ from hierroom.measure.sampled_level import SampledLevel
 from hierroom.world import batch_kernels
 from hierroom.world.layout import OUTCOME
 from hierroom.world.reachable import _keys
-from hierroom.world.rollout_kernels import drawn_action, normal, random_rollouts, state_bits
+from hierroom.world.rollout_kernels import drawn_action, normal, policy_rollouts, random_rollouts, state_bits
 from hierroom.world.world import World
 
 A = GoalGraph.named("a")
@@ -63,6 +63,23 @@ def test_rollouts_are_those_of_plain_python():
     assert found.tolist() == expected
     assert n_steps == steps
     assert max(expected) > 0
+
+
+def test_rollouts_of_policies_are_those_of_plain_python():
+    level, seed, m, policies = sampled(300), 7, 6, np.arange(3, 7, dtype=np.uint64)
+    found = np.full((len(policies), m), 9.0)
+    policy_rollouts(level.state.levels, level.state.grids, policies, m, 5, np.uint64(seed), np.zeros(1, OUTCOME), found)
+    expected = np.zeros((len(policies), m))
+    for p, policy in enumerate(policies):
+        for rollout in range(m):
+            one, outcome = level.state[[0]], np.zeros(1, OUTCOME)
+            one.levels["key"], one.levels["n_drawn"] = mixed(seed ^ mixed(p * m + rollout)), 0
+            while not one.levels["has_ended"][0]:
+                action = np.array([drawn_action(one.levels[0], policy, 5)])
+                batch_kernels.step_levels(one.levels, one.grids, action, outcome)
+            expected[p, rollout] = outcome["terminated"][0]
+    assert found.tolist() == expected.tolist()
+    assert 0 < expected.mean() < 1
 
 
 def test_numbers_are_normal():
