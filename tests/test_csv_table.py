@@ -123,6 +123,18 @@ def test_a_row_to_keep_that_lost_its_end_is_set_aside(end, table):
     assert table.path.with_name("metrics.csv.damaged").read_bytes() == broken
 
 
+def test_rows_to_keep_after_one_to_drop_are_kept_and_told_of(table):
+    whole = table.path.read_bytes()
+    table.path.write_bytes(broken := whole.replace(b"\n20,", b"\n920,"))
+    assert "metrics.csv.damaged is" in table.drop_after(30)
+    assert steps(table) == [10, 30]
+    table.path.write_bytes(again := whole.replace(b"\n10,", b"\n910,"))
+    assert "metrics.csv.damaged-2 is" in table.drop_after(30)
+    assert steps(table) == [20, 30]
+    assert table.path.with_name("metrics.csv.damaged").read_bytes() == broken
+    assert table.path.with_name("metrics.csv.damaged-2").read_bytes() == again
+
+
 def test_a_blank_line_is_no_damage(table):
     header, *rows = table.path.read_bytes().splitlines(keepends=True)
     table.path.write_bytes(b"\r\n" + header + b"\r\n".join(rows))

@@ -35,6 +35,25 @@ def mixed(bits: int) -> int:
     return bits ^ (bits >> 31)
 
 
+def normal_of(bits: int) -> float:
+    """Box and Muller's cosine of two uniform numbers, of these bits and of those mixed from them."""
+    first, second = ((bits >> 11) + 0.5) / 2**53, (mixed(bits ^ GOLDEN) >> 11) / 2**53
+    return math.sqrt(-2 * math.log(first)) * math.cos(2 * math.pi * second)
+
+
+def bits_of(level: np.record) -> int:
+    """`state_bits` in Python's own numbers."""
+    keys, doors = int(level.keys), int(level.doors)
+    bits = mixed((int(level.row) << 16 | int(level.col) << 8 | int(level.direction)) ^ mixed(keys << 8 | doors))
+    if level.can_drop:
+        places = level.keys_at.tolist()
+        for row, col in (places[branch] for branch in range(level.n_rooms - 1) if not keys >> branch & 1):
+            bits = mixed(bits ^ ((row << 8 | col) + GOLDEN & MASK))
+        for branch in level.bag[: level.bag_size].tolist():
+            bits = bits if doors >> branch & 1 else mixed(bits ^ branch + 1)
+    return bits
+
+
 def test_the_random_policy_succeeds_as_often_as_computed():
     chance = level_mdp(A, 0, size=11).random_success(300)
     n = 100_000
@@ -46,12 +65,13 @@ def test_the_random_policy_succeeds_as_often_as_computed():
 
 def test_rollouts_are_those_of_plain_python():
     level, seed, m = sampled(300), 7, 20
-    start = level.state[[0, 0]]
-    batch_kernels.step_levels(start.levels[1:], start.grids[1:], np.array([1]), np.zeros(1, OUTCOME))
-    found = np.zeros(2, np.int64)
+    start = level.state[[0, 0, 0]]
+    batch_kernels.step_levels(start.levels[1:2], start.grids[1:2], np.array([1]), np.zeros(1, OUTCOME))
+    start.levels["has_ended"][0] = True
+    found = np.zeros(3, np.int64)
     n_steps = random_rollouts(start.levels, start.grids, m, 5, np.uint64(seed), np.zeros(1, OUTCOME), found)
-    expected, steps = [0, 0], 0
-    for n in range(2):
+    expected, steps = [0, 0, 0], 0
+    for n in (1, 2):
         for rollout in range(m):
             key, one, outcome, drawn = mixed(seed ^ mixed(n * m + rollout)), start[[n]], np.zeros(1, OUTCOME), 0
             while not one.levels["has_ended"][0]:
@@ -85,6 +105,7 @@ def test_rollouts_of_policies_are_those_of_plain_python():
 def test_numbers_are_normal():
     values = [normal(np.uint64(mixed(i))) for i in range(20_000)]
     assert kstest(values, "norm").pvalue > 0.001
+    assert [normal(np.uint64(bits)) for bits in range(100)] == pytest.approx([normal_of(bits) for bits in range(100)])
 
 
 def test_actions_have_the_probabilities_of_a_softmax():
@@ -93,15 +114,18 @@ def test_actions_have_the_probabilities_of_a_softmax():
     bits = mixed(int(policy) ^ int(state_bits(level)))
     preferences = [normal(np.uint64(mixed((bits + (a + 1) * GOLDEN) & MASK))) for a in range(5)]
     level.key, level.n_drawn = 9, 0
-    counts = np.bincount([drawn_action(level, policy, 5) for _ in range(n)], minlength=5)
-    assert counts / n == pytest.approx(softmax(preferences), abs=0.01)
+    actions = [drawn_action(level, policy, 5) for _ in range(n)]
+    assert np.bincount(actions, minlength=5) / n == pytest.approx(softmax(preferences), abs=0.01)
+    for t in range(20):
+        uniform = [((mixed((9 + (5 * t + a + 1) * GOLDEN) & MASK) >> 11) + 0.5) / 2**53 for a in range(5)]
+        assert actions[t] == np.argmax(np.array(preferences) - np.log(-np.log(uniform)))
 
 
 @pytest.mark.parametrize("can_drop", [False, True])
 def test_states_have_different_bits_exactly_where_they_differ(can_drop):
     world, rng = World([GoalGraph((0, 0), 2)], 64, size=11, drop_key=can_drop, seed=3, max_steps=10**9), None
     state, rng = world.state[np.zeros(64, int)], np.random.default_rng(0)
-    bits_of: dict[bytes, int] = {}
+    of_state: dict[bytes, int] = {}
     for _ in range(400):
         actions = rng.choice(
             world.n_actions, 64, p=[0.3, 0.1, 0.1] + [0.5 / (world.n_actions - 3)] * (world.n_actions - 3)
@@ -109,9 +133,10 @@ def test_states_have_different_bits_exactly_where_they_differ(can_drop):
         batch_kernels.step_levels(state.levels, state.grids, actions, np.zeros(64, OUTCOME))
         for key, level in zip(_keys(state.levels), state.levels, strict=True):
             bits = int(state_bits(level))
-            assert bits_of.setdefault(key, bits) == bits
-    assert len(bits_of) > 500
-    assert len({*bits_of.values()}) == len(bits_of)
+            assert bits == bits_of(level)
+            assert of_state.setdefault(key, bits) == bits
+    assert len(of_state) > 500
+    assert len({*of_state.values()}) == len(of_state)
 
 
 def test_information_is_as_computed():

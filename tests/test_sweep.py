@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -136,13 +137,14 @@ def test_a_row_of_an_older_preset_is_made_again_and_others_stay(tmp_path):
     assert table.read()[0]["steps_to_95"] == ""
 
 
-@pytest.mark.parametrize("n_written", [0, 1])
-def test_a_row_is_never_without_its_learning_curve(tmp_path, monkeypatch, n_written):
-    """A crash between the two tables leaves a run without a row, which is done again."""
-    table, runs = SweepTable(tmp_path), plan("seed=0,1,2").runs()
-    points = [{"steps": "100", "graph": "c", "success_rate": "0.5"}]
-    table.add(runs[0], {"success_rate": 0.5}, points)
-
+@pytest.mark.parametrize("n_written", [0, 1, 2])
+@pytest.mark.parametrize("replaces", [False, True])
+def test_a_row_is_never_without_its_learning_curve(tmp_path, monkeypatch, n_written, replaces):
+    """A crash between the tables leaves a run without a row, which is done again, and each row with its curve."""
+    table, points = SweepTable(tmp_path), [{"steps": "100", "graph": "c", "success_rate": "0.5"}]
+    (old,), (new,) = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.8", f"seed={0 if replaces else 1}").runs()
+    (other,) = plan("gamma=0.9", "seed=2").runs()
+    table.add(old, {"success_rate": 0.5}, points)
     left = iter(range(n_written))
 
     def write_then_crash(path, content):
@@ -150,15 +152,15 @@ def test_a_row_is_never_without_its_learning_curve(tmp_path, monkeypatch, n_writ
             raise KeyboardInterrupt
         write_atomically(path, content)
 
-    monkeypatch.setattr("hierroom.sweep.table.write_atomically", write_then_crash)
-    with pytest.raises(KeyboardInterrupt):
-        table.add(runs[1], {"success_rate": 0.5}, points)
-    assert {row["digest"] for row in table.read()} <= table.curves().keys()
-    monkeypatch.setattr("hierroom.sweep.table.write_atomically", write_atomically)
-    for run in runs[2:0:-1]:
+    with monkeypatch.context() as patch, suppress(KeyboardInterrupt):
+        patch.setattr("hierroom.sweep.table.write_atomically", write_then_crash)
+        table.add(new, {"success_rate": 0.5}, points)
+    for run in (other, new):
+        assert {row["digest"] for row in table.read()} <= table.curves().keys()
         table.add(run, {"success_rate": 0.5}, points)
-    assert sorted(map(len, table.curves().values())) == [1, 1, 1]
     assert {row["digest"] for row in table.read()} == table.curves().keys()
+    assert table.curves().keys() == {run.digest for run in (other, new, *([] if replaces else [old]))}
+    assert {len(curve) for curve in table.curves().values()} == {1}
 
 
 def test_a_table_of_something_else_is_refused(tmp_path):

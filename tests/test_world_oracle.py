@@ -12,7 +12,9 @@ from hierroom.world.world import World
 
 EXIT_AMONG_KEYS = GoalGraph((0, 1), 1)
 """A key lies in the exit's room: its shortest path may have to go around the exit."""
-GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5), EXIT_AMONG_KEYS]
+SIX_KEYS = GoalGraph((0, 0, 0, 0, 0, 0), 6)
+"""All keys that there can be lie in the centre room."""
+GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5), SIX_KEYS, EXIT_AMONG_KEYS]
 
 
 def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:

@@ -60,17 +60,20 @@ class SweepTable:
             evaluations: the rows of its ``evaluations.csv``, which are left out where there are several goal graphs.
 
         Raises:
-            InputError: if a file cannot be read or written; then it is as before.
+            InputError: if a file cannot be read or written; then the rows are as before.
         """
         row = {**run.identity, **{name: _text(value) for name, value in numbers.items()}, "digest": run.digest}
         with FileLock(self.path.with_name(f".{self.path.name}.lock")):
             kept = [one for one in self.read() if one["digest"] != run.digest and not _is_same(one, run)]
+            curves = [one for one in _read(self.curves_path) if one["digest"] != run.digest]
             if len({one["graph"] for one in evaluations}) == 1:
-                valid = {one["digest"] for one in kept}
-                points = [{"digest": run.digest, **_point(one)} for one in evaluations]
-                # First: after a crash between the two a run has a curve and no row, so that it is done again.
-                _write(self.curves_path, [*(one for one in _read(self.curves_path) if one["digest"] in valid), *points])
+                curves += [{"digest": run.digest, **_point(one)} for one in evaluations]
+                # First: after a crash between the two the run has a curve and no row, so that it is done again.
+                _write(self.curves_path, curves)
             _write(self.path, [*kept, row], [*run.identity])
+            valid = {run.digest, *(one["digest"] for one in kept)}
+            if not {one["digest"] for one in curves} <= valid:  # those of rows that were replaced
+                _write(self.curves_path, [one for one in curves if one["digest"] in valid])
 
 
 def _read(path: Path) -> list[Row]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -201,15 +202,21 @@ class CSVTable:
             elif line.steps <= steps:
                 end, is_damaged = line.end, is_damaged or is_suspect
             else:
-                break
+                is_suspect = True  # a row to drop, after which there are no others to keep
         if not is_damaged:
             self._cut(end)
             return None
-        damaged = self.path.with_name(f"{self.path.name}.damaged")
+        damaged = self._place_beside()
         write_atomically(damaged, self._pieces())
-        kept = (line for line in self._lines() if line.steps is not None and line.end <= end)
+        kept = (line for line in self._lines() if line.steps is not None and line.steps <= steps)
         write_atomically(self.path, (line.content for line in kept))
         return f"{self.path} was damaged: what can be read of it is kept, and {damaged.name} is what it was"
+
+    def _place_beside(self) -> Path:
+        """A file that is not there yet, for what the table was."""
+        endings = itertools.chain([""], (f"-{n}" for n in itertools.count(2)))
+        places = (self.path.with_name(f"{self.path.name}.damaged{ending}") for ending in endings)
+        return next(place for place in places if not place.exists())
 
     def _pieces(self) -> Iterator[bytes]:
         """The file as it is."""

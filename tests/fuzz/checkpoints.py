@@ -172,12 +172,12 @@ def trained_state(config: TrainConfig, updates: int = 6) -> dict[str, Any]:
 
 
 def try_damaged(content: bytes, count: int, seed: int) -> int:
-    """Read damaged files; returns how many were tried.
+    """Read damaged files; returns how many were refused: all but those that the damage left as they were.
 
     Raises:
         AssertionError: if one of them is read.
     """
-    rng = random.Random(seed)
+    rng, refused = random.Random(seed), 0
     for n in range(count):
         given = damaged(content, rng)
         if given == content:
@@ -186,9 +186,10 @@ def try_damaged(content: bytes, count: int, seed: int) -> int:
             from_bytes(given)
         except InputError as error:
             _check_is_one_line(error)
+            refused += 1
         else:
             raise AssertionError(f"damaged file {n} of seed {seed} was read")
-    return count
+    return refused
 
 
 def try_crafted(config: TrainConfig, state: dict[str, Any], count: int, seed: int) -> int:

@@ -88,6 +88,8 @@ def world(folder: Path) -> Iterator[None]:
             GoalGraph((0, 1, 1), 3).to_toml("fork.toml")
             if not Path("run").exists() and train_quietly(["--out", "run", *SMALL_OPTIONS]) != 0:
                 raise RuntimeError("the run of the fuzzers could not be trained")
+            if not Path("other").exists() and train_quietly(["--out", "other", *SMALL_OPTIONS, "--seed", "1"]) != 0:
+                raise RuntimeError("the other run of the fuzzers could not be trained")
             shutil.copytree("run", "kept", dirs_exist_ok=True)
             yield
     finally:
@@ -191,7 +193,7 @@ def report(description: str | None, what: str, attempts: Attempts) -> int:
 
 def restore() -> None:
     """Put the run back as it was, and take away what commands have written."""
-    keep = {"run", "kept", "own.toml", "deep.toml", "digits.toml", "chain.toml", "fork.toml"}
+    keep = {"run", "kept", "other", "own.toml", "deep.toml", "digits.toml", "chain.toml", "fork.toml"}
     for path in Path().iterdir():
         if path.name not in keep or path.name == "run":
             shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()

@@ -46,6 +46,9 @@ VALUES: tuple[Any, ...] = (
     *TEXTS,
 )
 
+MAY_CHANGE = ("steps", "threads", "device", "warm_start")
+"""What a resumed run may have otherwise."""
+
 
 def paths(table: dict[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
     """The place of each entry of a config, those of its parts included."""
@@ -116,10 +119,22 @@ def attempts(seed: int) -> Iterator[tuple[str, str | None]]:
 
 
 def silent_change(before: TrainConfig) -> str | None:
-    """In what the config that was taken without a word differs from the one before, or None."""
+    """In what the config that was taken without a word differs from the one before, or None.
+
+    It does not ask what the commands ask, so that it notices if they forget an entry.
+    """
     after = TrainConfig.from_dict(json.loads(Path("run/config.json").read_text()))
-    differences = after.differences(before)
-    return f"taken without a word: {', '.join(differences)}" if differences else None
+    tables = before.to_dict(), after.to_dict()
+    places = {path for table in tables for path in paths(table) if path[-1] not in MAY_CHANGE}
+    differing = sorted(".".join(path) for path in places if _at(tables[0], path) != _at(tables[1], path))
+    return f"taken without a word: {', '.join(differing)}" if differing else None
+
+
+def _at(table: Any, path: tuple[str, ...]) -> Any:
+    """What stands at a place of a config, but for what may change."""
+    for name in path:
+        table = table.get(name, "nothing") if isinstance(table, dict) else "nothing"
+    return None if isinstance(table, dict) else table
 
 
 def main() -> int:

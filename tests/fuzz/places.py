@@ -24,6 +24,9 @@ TOLD = "HIERROOM_PLACES"
 class Places:
     """Counts the file operations below a folder, and kills before one of them.
 
+    These are opening a file to write, writing bytes, syncing, renaming, deleting, truncating, copying and making a
+    folder. Text that is written and folders that are deleted are not heard of; hierroom does neither in a run's folder.
+
     Args:
         folder: whose files are meant.
         at: number of the operation, from 0; None: none.
@@ -52,7 +55,8 @@ class Places:
 
     def has(self, path: Any) -> bool:
         """Whether a file lies below the folder."""
-        return os.path.abspath(os.fspath(path)).startswith(self.folder)
+        place = os.path.abspath(os.fspath(path))
+        return place == self.folder or place.startswith(self.folder + os.sep)
 
     def next(self, half: Callable[[], object] = lambda: None) -> None:
         """Before an operation: end here, if it is the one."""

@@ -146,7 +146,8 @@ def passes(target: str, source: str, seen: Path) -> bool:
         os._exit(int(pytest.main(options, plugins=[MostTellingFirst(seen)])))
     _, status = os.waitpid(child, 0)
     code = os.waitstatus_to_exitcode(status)
-    if code not in (0, 1, 2) and code > 0:  # 1: a test failed; 2: no test could be collected, as the import failed
+    # 1: a test failed; 2: no test could be collected, as the import failed; killed by the system: memory ran out.
+    if code not in (0, 1, 2) and (code > 0 or code == -signal.SIGKILL):
         raise RuntimeError(f"pytest ended with exit code {code}")
     return code == 0
 

@@ -20,6 +20,8 @@ _NO_CELL = "a cell is (0, 0) where there is none, and else within the outer wall
 _NEGATIVE = "any negative number means to NumPy what is left"
 _ROOM = "more memory than is needed either way, where each node has an edge"
 _CORNER = "cell 0 is a corner of the walls"
+_LAST_DIGIT = "a number that differs in its last digit"
+_CODES = "codes of the search alone, which stay apart"
 _REACHED = "what exists is reached before all has been searched"
 _MORE_SEARCHED = "one more place is searched, through which no way is shorter"
 
@@ -60,7 +62,31 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
             "light from the row behind reaches no cell or at least two, and where it reaches none nothing is seen"
         ),
     },
+    "rollouts": {
+        "uniform = (np.float64(mix(level.key + level.n_drawn * GOLDEN) >> np.uint64(11)) + 0.5) * UNIT"
+        "  ->  uniform = (np.float64(mix(level.key + level.n_drawn * GOLDEN) >> np.uint64(11)) - 0.5) * UNIT": (
+            _LAST_DIGIT
+        ),
+        "uniform = (np.float64(mix(level.key + level.n_drawn * GOLDEN) >> np.uint64(11)) + 0.5) * UNIT"
+        "  ->  uniform = (np.float64(mix(level.key + level.n_drawn * GOLDEN) >> np.uint64(11)) + 1.5) * UNIT": (
+            _LAST_DIGIT
+        ),
+        "if value > best:  ->  if value >= best:": "no two are equal",
+        "bits, best, action = mix(policy ^ state_bits(level)), -math.inf, 0"
+        "  ->  bits, best, action = mix(policy ^ state_bits(level)), -math.inf, 1": "replaced by the first candidate",
+        "scratch, grid, n_steps = levels[:1].copy(), grids[0].copy(), 0"
+        "  ->  scratch, grid, n_steps = levels[: 2].copy(), grids[0].copy(), 0": "the first alone is used",
+    },
     "oracle": {
+        "if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:"
+        "  ->  if key_cells[other] >= 0 or terrain[key_cells[other]] == FREE:": (
+            "keys in rooms that are not entered are counted, too"
+        ),
+        "A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 3  ->  A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 4": _CODES,
+        "BLOCKED, FREE, FIRST_KEY, FIRST_DOOR = 0, 1, 2, 8  ->  BLOCKED, FREE, FIRST_KEY, FIRST_DOOR = 0, 1, 2, 9": (
+            _CODES
+        ),
+        "table[constants.EXIT] = THE_EXIT, 0  ->  table[constants.EXIT] = THE_EXIT, 1": "there is one exit",
         "target, is_achieved = key_cells[branch], key_cells[branch] < 0"
         "  ->  target, is_achieved = key_cells[branch], key_cells[branch] <= 0": _CORNER,
         "r = 0 if key_cell < 0 else room_at(level, key_cell // side, key_cell % side)"
