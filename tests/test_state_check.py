@@ -33,14 +33,14 @@ def test_every_state_that_is_reached_is_accepted(size, drop_key):
 
 @pytest.mark.parametrize("name", level_bounds(13))
 def test_every_field_has_bounds_that_are_kept(name):
-    """One beyond either bound, as far as the field can hold it."""
+    """One beyond either bound, as far as the field can hold it, in the last of its numbers."""
     world, (low, high) = begun(), level_bounds(13)[name]
     info = np.iinfo(LEVEL[name].base)
     for number in (low - 1, high + 1, info.min, info.max):
         if low <= number <= high or not info.min <= number <= info.max:
             continue
         state = world.get_state()
-        state.levels[name][1, ...] = number
+        state.levels[name][(1, *(size - 1 for size in LEVEL[name].shape))] = number
         with pytest.raises(InputError, match=rf"^levels\.{name} must be at (least|most) -?\d+, not {number}, which"):
             world.set_state(state)
 
