@@ -104,6 +104,7 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
         "if r > 0:  ->  if r >= 0:": _MORE_SEARCHED,
         "return -1  ->  return +1": f"keys lie in rooms, and where the agent stands in a doorway {_MORE_SEARCHED}",
+        "return -1  ->  return - 2": "any negative number means a doorway",
     },
     "encoder": {
         "n_eights = n_features // 8 * 8  ->  n_eights = n_features // 9 * 8": _PARTS,
