@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from hierroom.errors import InputError
-from hierroom.goals import NAMED_GRAPHS
+from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.world import constants
 from hierroom.world.layout import LEVEL, State
 from hierroom.world.oracle import shortest_actions, shortest_lengths
 from hierroom.world.state_check import RULES, check_state, level_bounds
 from hierroom.world.world import World
 
+SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)
 MEMORIES = ("visited", "explored", "doorways")
 
 
@@ -21,7 +22,7 @@ def begun(n=2, size=13):
 @pytest.mark.parametrize("size", [11, 19, 63])
 @pytest.mark.parametrize("drop_key", [False, True])
 def test_every_state_that_is_reached_is_accepted(size, drop_key):
-    graphs, rng = list(NAMED_GRAPHS.values()), np.random.default_rng(size)
+    graphs, rng = [*NAMED_GRAPHS.values(), SEVEN_ROOMS], np.random.default_rng(size)
     world = World(graphs, 32, size=size, drop_key=drop_key, max_steps=40, memories=MEMORIES)
     for _ in range(200):
         if rng.random() < 0.5:  # else keys are picked up in too few environments
@@ -117,6 +118,54 @@ def test_every_rule_is_kept(rule):
             attempt(state)
     with pytest.raises(InputError, match=f"^the state of environment 0 cannot be used, because not so: {rule}$"):
         shortest_actions(state[1])
+
+
+CYCLES = [
+    *((branch, branch + 1, None) for branch in range(6)),
+    *((branch, other + 1, (other, branch + 1)) for branch in range(6) for other in range(branch)),
+]
+
+
+@pytest.mark.parametrize(("branch", "room", "and_back"), CYCLES)
+def test_a_key_that_cannot_be_come_by_is_noticed_in_any_room(branch, room, and_back):
+    """In the room that it opens, or each of two in the other's."""
+    state = World([SEVEN_ROOMS], size=19).get_state()
+    check_state(state)
+    state.levels["key_rooms"][0, branch] = room
+    if and_back is not None:
+        state.levels["key_rooms"][0, and_back[0]] = and_back[1]
+    with pytest.raises(InputError, match=RULES[0]):
+        check_state(state)
+
+
+@pytest.mark.parametrize("n_rooms", [2, 3, 6])
+def test_rooms_that_are_not_there_hold_no_key_and_no_exit(n_rooms):
+    graph = GoalGraph((0,) * (n_rooms - 1), n_rooms - 1)
+    for name, place in (("exit_room", ()), ("key_rooms", (n_rooms - 2,))):
+        state = World([graph], size=19).get_state()
+        state.levels[name][(0, *place)] = n_rooms
+        with pytest.raises(InputError, match=RULES[0]):
+            check_state(state)
+
+
+@pytest.mark.parametrize("row", [0, 5, 12, 17, 22])
+@pytest.mark.parametrize("col", [0, 5, 12, 17, 22])
+def test_walls_surround_the_grid_on_all_sides(row, col):
+    if (row, col) == (12, 12):
+        return  # inside
+    state = begun().get_state()
+    state.grids[1, row, col] = constants.EMPTY
+    with pytest.raises(InputError, match=f"^the state of environment 1 cannot be used.*{RULES[2]}$"):
+        check_state(state)
+
+
+@pytest.mark.parametrize(("side", "number"), [(0, 5), (1, 5), (2, 17), (3, 17), (0, 0), (1, 0), (2, 22), (3, 22)])
+def test_rooms_lie_inside_on_all_sides(side, number):
+    for room in range(4):
+        state = begun().get_state()
+        state.levels["rectangles"][1, room, side] = number
+        with pytest.raises(InputError, match=RULES[3]):
+            check_state(state)
 
 
 @pytest.mark.parametrize(
