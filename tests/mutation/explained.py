@@ -62,12 +62,6 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
             "light from the row behind reaches no cell or at least two, and where it reaches none nothing is seen"
         ),
     },
-    "state_check": {
-        "low, high = bounds.get(name, (0, 2 ** (8 * field.base.itemsize) - 1))"
-        "  ->  low, high = bounds.get(name, (0, 2 ** (8 / field.base.itemsize) - 1))": (
-            "what the kernel finds too large is looked at again by the schema, which finds nothing wrong"
-        ),
-    },
     "rollouts": {
         "uniform = (np.float64(mix(level.key + level.n_drawn * GOLDEN) >> np.uint64(11)) + 0.5) * UNIT"
         "  ->  uniform = (np.float64(mix(level.key + level.n_drawn * GOLDEN) >> np.uint64(11)) - 0.5) * UNIT": (
@@ -112,7 +106,7 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "return -1  ->  return +1": f"keys lie in rooms, and where the agent stands in a doorway {_MORE_SEARCHED}",
         "return -1  ->  return - 2": "any negative number means a doorway",
         "key_cells = np.full(6, -1, np.int64)  ->  key_cells = np.full( 7, -1, np.int64)": "a place more than is used",
-        "key_cells = np.full(6, -1, np.int64)  ->  key_cells = np.full(6, - 2, np.int64)": "any negative number is no cell",
+        "key_cells = np.full(6, -1, np.int64)  ->  key_cells = np.full(6, - 2, np.int64)": "negative: no cell",
     },
     "encoder": {
         "n_eights = n_features // 8 * 8  ->  n_eights = n_features // 9 * 8": _PARTS,
