@@ -140,6 +140,18 @@ def test_a_key_that_cannot_be_come_by_is_noticed_in_any_room(branch, room, and_b
         check_state(state)
 
 
+@pytest.mark.parametrize("things", ["keys_at", "doors_at"])
+def test_nobody_stands_on_a_key_or_in_a_locked_door(things):
+    state, colours = begun(20).get_state(), set()
+    for env, branch in np.ndindex(20, 2):
+        wrong = state[env].copy()
+        wrong.levels["row"], wrong.levels["col"] = state.levels[things][env, branch]
+        colours.add(int(state.levels["colours"][env, branch]))
+        with pytest.raises(InputError, match=RULES[10]):
+            check_state(wrong)
+    assert colours == set(range(6))
+
+
 @pytest.mark.parametrize("name", ["keys", "doors", "found"])
 def test_what_is_held_opened_or_found_is_of_rooms_that_are_there(name):
     state = begun().get_state()

@@ -22,6 +22,7 @@ _ROOM = "more memory than is needed either way, where each node has an edge"
 _CORNER = "cell 0 is a corner of the walls"
 _LAST_DIGIT = "a number that differs in its last digit"
 _CODES = "codes of the search alone, which stay apart"
+_SQUARE = "grids are square"
 _REACHED = "what exists is reached before all has been searched"
 _MORE_SEARCHED = "one more place is searched, through which no way is shorter"
 
@@ -62,6 +63,11 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
             "light from the row behind reaches no cell or at least two, and where it reaches none nothing is seen"
         ),
     },
+    "state_check": {
+        "while room > 0 and depth < level.n_rooms:  ->  while room > 0 and depth <= level.n_rooms:": (
+            "a step more, which a way out of a tree does not need and a cycle does not end by"
+        ),
+    },
     "rollouts": {
         "uniform = (np.float64(mix(level.key + level.n_drawn * GOLDEN) >> np.uint64(11)) + 0.5) * UNIT"
         "  ->  uniform = (np.float64(mix(level.key + level.n_drawn * GOLDEN) >> np.uint64(11)) - 0.5) * UNIT": (
@@ -94,7 +100,8 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "if target < 0:  ->  if target <= 0:": _CORNER,
         "if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:"
         "  ->  if key_cells[other] > 0 and terrain[key_cells[other]] == FREE:": _CORNER,
-        "exit_cell = -1  ->  exit_cell = +1": "the exit is always in the grid",
+        "exit_cell = -1": "the exit is always in the grid",
+        "for row in range(grid.shape[0]):  ->  for row in range(grid.shape[ 1]):": _SQUARE,
         "while r > 0 and n_doors < 6:  ->  while r > 0 and n_doors <= 6:": "a chain has at most six doors",
         "while (1 << layer_shift) < 4 * grid.size:  ->  while (1 << layer_shift) <= 4 * grid.size:": "more memory",
         "while head < tail:  ->  while head <= tail:": _REACHED,
