@@ -5,7 +5,7 @@ from fuzz import command_lines, configs, metrics, toml_files
 from fuzz.commands import problems
 
 
-@pytest.mark.parametrize(("fuzzer", "count"), [(command_lines, 60), (configs, 60), (toml_files, 60), (metrics, 40)])
+@pytest.mark.parametrize(("fuzzer", "count"), [(command_lines, 60), (configs, 60), (toml_files, 60), (metrics, 25)])
 def test_what_is_wrong_ends_in_one_line(fuzzer, count, tmp_path):
     wrong = [
         (tried, problem) for tried, problem in problems(fuzzer.attempts, count, 20, tmp_path) if problem is not None
