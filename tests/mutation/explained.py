@@ -28,6 +28,7 @@ _MORE_SEARCHED = "one more place is searched, through which no way is shorter"
 
 NOT_TRIED: Mapping[str, str] = {
     "@njit(": _COMPILER,
+    "if TYPE_CHECKING:": "for type checkers, which alone read it",
     "if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time": _WARNS,
 }
 """How lines of any module begin whose mutants are not tried."""
