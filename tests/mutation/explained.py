@@ -101,6 +101,12 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "if target < 0:  ->  if target <= 0:": _CORNER,
         "if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:"
         "  ->  if key_cells[other] > 0 and terrain[key_cells[other]] == FREE:": _CORNER,
+        "target, is_achieved = key_cells[branch], key_cells[branch] < 0"
+        "  ->  target, is_achieved = key_cells[branch], key_cells[branch] < 1": _CORNER,
+        "goal_room = 0 if is_achieved else room_at(level, target // side, target % side)"
+        "  ->  goal_room = 1 if is_achieved else room_at(level, target // side, target % side)": (
+            "what is achieved needs no room"
+        ),
         "exit_cell = -1": "the exit is always in the grid",
         "for row in range(grid.shape[0]):  ->  for row in range(grid.shape[ 1]):": _SQUARE,
         "while r > 0 and n_doors < 6:  ->  while r > 0 and n_doors <= 6:": "a chain has at most six doors",
