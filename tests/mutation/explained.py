@@ -22,6 +22,7 @@ _ROOM = "more memory than is needed either way, where each node has an edge"
 _CORNER = "cell 0 is a corner of the walls"
 _LAST_DIGIT = "a number that differs in its last digit"
 _CODES = "codes of the search alone, which stay apart"
+_STRICT = "whether lengths that are equal are compared"
 _SQUARE = "grids are square"
 _REACHED = "what exists is reached before all has been searched"
 _MORE_SEARCHED = "one more place is searched, through which no way is shorter"
@@ -68,6 +69,19 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "while room > 0 and depth < level.n_rooms:  ->  while room > 0 and depth <= level.n_rooms:": (
             "a step more, which a way out of a tree does not need and a cycle does not end by"
         ),
+    },
+    "vector_arrays": {
+        "def __init__(self, turns: Turns, *, flat: bool, copy: bool) -> None:": _NAMED,
+        "self, step: Step, *, begins_anew: bool": _NAMED,
+        "def rows(observation: Observation, *, flat: bool) -> Iterable[Any]:": _NAMED,
+        "for env, observation in zip(envs, rows(last, flat=self._flat), strict=True):": _STRICT,
+        "return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=True))": _STRICT,
+        "for name, values in zip(INFOS, infos, strict=True):": _STRICT,
+        "return *records, True, np.zeros(1), *flags, *numbers, np.zeros(1, _BOOL), TRIPLES, GOAL_VECTORS": _SAMPLES,
+        "numbers = (step.events, step.meta_elapsed > 0, step.illegal_actions, step.lengths, step.shortest)": (
+            "an episode ends an option, so that some turns have passed since"
+        ),
+        "observations = self._write(self._no_step, False, results)": "no episode has ended in what is no step",
     },
     "rollouts": {
         "uniform = (np.float64(mix(level.key + level.n_drawn * GOLDEN) >> np.uint64(11)) + 0.5) * UNIT"
