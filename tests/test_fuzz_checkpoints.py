@@ -14,5 +14,5 @@ import checkpoints
 def test_damaged_files_never_load_and_crafted_states_do_no_harm(name):
     config = checkpoints.CONFIGS[name]
     state = checkpoints.trained_state(config, updates=3)
-    assert checkpoints.try_damaged(checkpoints.to_bytes(state), 60, seed=0) > 50  # the others are left as they were
+    assert checkpoints.try_damaged(checkpoints.to_bytes(state), 60, seed=0) == 60
     assert 0 < checkpoints.try_crafted(config, state, 40, seed=0) < 40

@@ -21,6 +21,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Literal
 
 import tyro
 from places import told_to
@@ -42,6 +43,8 @@ COMMANDS = {
     ),
 }
 TABLES = ("sweep.csv", "curves.csv")
+ROLES = ("main", "worker")
+"""Of the processes of a command."""
 APART = ("seconds", "steps_per_second")
 """Columns that tell the time."""
 
@@ -58,7 +61,7 @@ class Options:
 
     kills: int = 20
     seed: int = 0
-    commands: tuple[str, ...] = tuple(COMMANDS)
+    commands: tuple[Literal["sweep", "paper"], ...] = ("sweep", "paper")
 
 
 @dataclass
@@ -129,10 +132,6 @@ class Command:
         if not found:
             shutil.rmtree(self.out)
         return found
-
-
-ROLES = ("main", "worker")
-"""Of the processes of a command."""
 
 
 def rows(path: Path) -> list[dict[str, str]]:
