@@ -34,6 +34,25 @@ def test_every_state_that_is_reached_is_accepted(size, drop_key, monkeypatch):
         check_state(world.get_state())
 
 
+@pytest.mark.parametrize("size", [constants.MIN_SIZE, constants.MAX_SIZE])
+def test_the_smallest_and_the_largest_grid_are_accepted(size):
+    check_state(World([NAMED_GRAPHS["a"]], size=size).get_state())
+
+
+@pytest.mark.parametrize("name", ["seed", "index", "episode"])
+def test_the_highest_number_is_accepted_by_the_kernel(name, monkeypatch):
+    monkeypatch.delattr(state_check, "level_schema")
+    state = begun().get_state()
+    state.levels[name] = level_bounds(13)[name][1]
+    check_state(state)
+
+
+def test_an_episode_has_ended_with_its_last_step():
+    state = begun().get_state()
+    state.levels["steps"][1], state.levels["has_ended"][1] = state.levels["max_steps"][1], True
+    check_state(state)
+
+
 @pytest.mark.parametrize("name", level_bounds(13))
 def test_every_field_has_bounds_that_are_kept(name):
     """One beyond either bound, as far as the field can hold it, in all of its numbers or in the last alone."""
@@ -189,6 +208,34 @@ def test_rooms_lie_inside_on_all_sides(side, number):
         state.levels["rectangles"][1, room, side] = number
         with pytest.raises(InputError, match=RULES[3]):
             check_state(state)
+
+
+@pytest.mark.parametrize(("first", "last"), [(0, 2), (1, 3)])
+def test_a_room_does_not_end_before_it_begins(first, last):
+    state = begun().get_state()
+    state.levels["rectangles"][1, 1, last] = state.levels["rectangles"][1, 1, first] - 1
+    with pytest.raises(InputError, match=RULES[3]):
+        check_state(state)
+
+
+@pytest.mark.parametrize(("first", "last"), [(0, 2), (1, 3)])
+def test_a_room_may_be_one_cell_wide(first, last):
+    state = begun().get_state()
+    state.levels["rectangles"][1, 1, last] = state.levels["rectangles"][1, 1, first]
+    check_state(state)
+
+
+@pytest.mark.parametrize("branch", range(3))
+def test_no_key_is_held_twice(branch):
+    state = begun().get_state()
+    level, grid = state.levels[1], state.grids[1]
+    grid[tuple(level["keys_at"][branch])] = constants.EMPTY
+    level["keys"] = level["found"] = 1 << branch
+    level["bag"], level["bag_size"], level["carried"] = branch, 1, branch
+    check_state(state)
+    level["bag_size"] = 2
+    with pytest.raises(InputError, match=RULES[11]):
+        check_state(state)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hierroom.complexity import analyze
+from hierroom.complexity import GraphSet, analyze
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 from hierroom.sweep.plan import read_plan
@@ -92,6 +92,23 @@ def test_levels_are_changed_in_one_thing_each_on_the_graphs_with_the_median_expe
         (change,) = (one for one in changed if not one.startswith("graph is 'e'"))  # by name, and once by content
         changes.add((run.identity["method"], change))
     assert len(changes) == 2 * 3, changes
+
+
+def test_every_fourth_graph_or_all_of_six_rooms_are_not_trained_on():
+    runs, excluded = plan("study_unseen").runs(), set()
+    tuned = {(run.identity["method"], run.config.ppo) for run in plan("study").runs()}
+    assert {(run.identity["method"], run.config.ppo) for run in runs} == tuned
+    for run in runs:
+        graphs = GraphSet(run.config.env.graph, run.config.env.exclude)
+        left_out = {graph.name for graph in graphs.excluded}
+        if {graph.n_rooms for graph in graphs.excluded} == {6}:
+            assert len(left_out) == 75
+            assert len(graphs.graphs) == 9 + 26
+        else:
+            assert left_out == {name for of_one in by_expected_steps()[:2] for name in of_one[2::4]}
+            assert len(graphs.graphs) == 9 + 26 - len(left_out)
+        excluded.add((run.identity["method"], len(left_out)))
+    assert excluded == {(method, n) for method in ("hippo", "ppo-bonus") for n in (8, 75)}
 
 
 def test_the_study_takes_the_settings_with_the_largest_area_under_the_curve():

@@ -22,6 +22,7 @@ from hierroom.sweep.sweep import Shard, Sweep
 from hierroom.sweep.table import SweepTable
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.session import resume
 
 TINY = ("num_envs=4", "steps=300", "sequence_length=16", "sequences_per_update=4", "evaluations=2", "size=11")
 TIMES = ("seconds", "steps_per_second")
@@ -213,6 +214,20 @@ def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
     more = Sweep(plan("method=hippo,ppo", seeds=2, metas=("random",)), tmp_path / "out")
     more.fill(processes=1)
     assert len(more.rows()) == 4
+
+
+def test_graphs_that_are_excluded_are_evaluated_too(tmp_path):
+    of_some = plan('graph=[["rooms:2", "rooms:3"]]', 'exclude=[["b", "c"]]', "method=hippo", "max_steps=500", seeds=1)
+    sweep = Sweep(of_some, tmp_path / "out")
+    assert sweep.fill(processes=1).failures == ()
+    (row,), (run,) = sweep.rows(), of_some.runs()
+    trainer, _ = resume(run.config, tmp_path / "out" / "runs" / run.name)
+    told = trainer.evaluate(of_some.episodes, graph=["b", "c"])
+    assert told.graphs.keys() == {"b", "c"}
+    assert f"{told.length:.6g}" == row["excluded_length"] != row["length"]
+    assert trainer.evaluate(of_some.episodes).graphs.keys().isdisjoint({"b", "c"})
+    assert "excluded graphs" in summarise(of_some.runs(), [row]).headings
+    assert "excluded graphs" not in summarise(plan("seed=0").runs(), []).headings
 
 
 def test_a_run_that_fails_is_reported_and_the_rest_goes_on(tmp_path):

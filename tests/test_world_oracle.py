@@ -132,6 +132,17 @@ def test_a_step_never_gains_more_than_one():
     assert world.state.levels["doors"].any()
 
 
+@pytest.mark.parametrize("graph", NAMED_GRAPHS.values(), ids=lambda graph: graph.name)
+def test_the_rest_of_a_shortest_path_is_a_shortest_path(graph):
+    """Asked for whenever a key was taken or a door opened on it: doors deeper in are open then."""
+    world = World([graph], size=11 if graph.n_rooms < 4 else 13, seed=5)
+    path = shortest_actions(world.state)
+    for done, action in enumerate(path[:-1], start=1):
+        outcome = world.step_within_episode(np.array([action]))[0]
+        if outcome.event >= 0:
+            assert shortest_lengths(world.state) == len(path) - done
+
+
 def test_each_environment_may_have_its_own_goal():
     world = World([NAMED_GRAPHS["c"]], 30, seed=4)
     doors = 6 + world.state.levels["colours"][:, 1]

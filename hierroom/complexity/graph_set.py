@@ -43,6 +43,7 @@ class GraphSet:
         specs: as a tuple, files being read.
         graphs: the graphs in the order of the specs, those of an interval from the easiest on. What is given by itself
             keeps its name and its numbers of rooms.
+        excluded: likewise, those that are left out.
 
     Raises:
         InputError: if a spec cannot be read, the set or an interval is empty, an exclusion excludes nothing, or two
@@ -62,6 +63,7 @@ class GraphSet:
         self._drop_key, self._max_rooms = bool(drop_key), max_rooms
         if len(self.specs) == 1 and isinstance(self.specs[0], GoalGraph) and not graph_specs(exclude):
             self.graphs: tuple[GoalGraph, ...] = (self.specs[0],)  # however large it is
+            self.excluded: tuple[GoalGraph, ...] = ()
             return
         own = {}
         for spec in self.specs:
@@ -69,7 +71,7 @@ class GraphSet:
                 own.setdefault(as_goal_graph(spec).canonical(), as_goal_graph(spec))
         given = [graph.canonical() for spec in self.specs for graph in self._graphs_of(spec)]
         chosen = {canonical: own.get(canonical, canonical) for canonical in given}
-        excluded: set[GoalGraph] = set()
+        left_out: set[GoalGraph] = set()
         for spec in graph_specs(exclude):
             unwanted = {graph.canonical() for graph in self._graphs_of(spec)}
             if unwanted.isdisjoint(chosen):
@@ -78,8 +80,9 @@ class GraphSet:
                     f"cannot exclude {name}: {'none of its graphs' if several else 'it'} is "
                     f"{'' if several else 'not '}among the goal graphs of {' and '.join(spec_names(self.specs))}"
                 )
-            excluded |= unwanted
-        self.graphs = tuple(graph for canonical, graph in chosen.items() if canonical not in excluded)
+            left_out |= unwanted
+        self.graphs = tuple(graph for canonical, graph in chosen.items() if canonical not in left_out)
+        self.excluded = tuple(graph for canonical, graph in chosen.items() if canonical in left_out)
         if not self.graphs:
             raise InputError(f"no goal graph is left of {' and '.join(spec_names(self.specs))}: all are excluded")
         self._check_names()

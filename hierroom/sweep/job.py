@@ -11,6 +11,7 @@ import torch
 from rich.console import Console
 
 import hierroom
+from hierroom.complexity.graph_set import GraphSet
 from hierroom.errors import InputError
 from hierroom.sweep.plan import PlannedRun
 from hierroom.training.evaluation import Evaluation
@@ -83,6 +84,9 @@ class Job:
         numbers |= _columns("greedy_", trainer.evaluate(self.episodes, is_greedy=True))
         for meta in self.metas:
             numbers |= _columns(f"{meta}_", trainer.evaluate(self.episodes, meta=meta))
+        env = trainer.config.env
+        if excluded := GraphSet(env.graph, env.exclude, env.drop_key).excluded:
+            numbers |= _columns("excluded_", trainer.evaluate(self.episodes, graph=excluded))
         for goal, (share, step) in sampled.steps_to_goals.items():
             name = goal.replace(" ", "_")
             numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}

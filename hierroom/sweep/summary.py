@@ -66,6 +66,8 @@ def summarise(runs: Sequence[PlannedRun], rows: Sequence[Row], metas: Sequence[s
     for meta in metas:
         columns[f"{meta} goals"] = lambda group, name=f"{meta}_success_rate": _spread(group, name, _percent)
         columns[f"{meta} length"] = lambda group, name=f"{meta}_length": _spread(group, name, "{:.0f}".format)
+    if any(run.config.env.exclude for run in runs):
+        columns["excluded graphs"] = lambda group: _spread(group, "excluded_success_rate", _percent)
     names = _telling(runs)
     groups: dict[tuple[str, ...], list[Row]] = {tuple(run.identity[name] for name in names): [] for run in runs}
     for row in rows:

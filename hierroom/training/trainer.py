@@ -14,6 +14,7 @@ from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.compile.clock import compile_clock
 from hierroom.errors import DivergenceError, InputError, shown
 from hierroom.files import to_json
+from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta
 from hierroom.options import CONTROLLER, META
 from hierroom.runtime.schema import as_array
@@ -120,30 +121,39 @@ class Trainer:
         except InputError as error:
             raise InputError(f"{source} cannot warm-start this run: {error}") from error
 
-    def fresh_turns(self, num_envs: int, seed: int, *, autoreset: bool = True) -> Turns:
+    def fresh_turns(
+        self, num_envs: int, seed: int, *, graph: GraphSpecs | None = None, autoreset: bool = True
+    ) -> Turns:
         """Other environments of the config, whose shortest lengths are measured; see `assembly.make_turns`."""
+        config = self.config if graph is None else self.config.changed(graph=graph, exclude=())
         settings: dict[str, Any] = {"whole_interval": True, "autoreset": autoreset, "measure_shortest": True}
-        return make_turns(self.config, num_envs, seed, levels="evaluation", **settings)
+        return make_turns(config, num_envs, seed, levels="evaluation", **settings)
 
     def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
         """What the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
         return freeze(self.agents[META], self.controller, num_envs, seed=seed, is_greedy=is_greedy)
 
     def evaluate(
-        self, episodes: int | None = None, *, meta: MetaSpec | None = None, is_greedy: bool = False
+        self,
+        episodes: int | None = None,
+        *,
+        meta: MetaSpec | None = None,
+        graph: GraphSpecs | None = None,
+        is_greedy: bool = False,
     ) -> Evaluation:
         """How well the agents do now, apart from training, on the same levels whenever this is asked.
 
         Args:
             episodes: to play; None: as many as the config says.
             meta: another meta-controller to pick the goals, as `make_meta` takes it; None: the run's own.
+            graph: other goal graphs to play on; None: those that are trained on.
             is_greedy: as for `freeze`.
         """
         episodes = self.config.evaluation_episodes if episodes is None else episodes
         num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), evaluation_seed(self.config.seed)
         chooses = self.agents[META] if meta is None else ScriptedAgent(make_meta(meta))
         player = freeze(chooses, self.controller, num_envs, seed=seed, is_greedy=is_greedy)
-        return evaluate(player, self.fresh_turns(num_envs, seed), episodes)
+        return evaluate(player, self.fresh_turns(num_envs, seed, graph=graph), episodes)
 
     def metrics(self) -> dict[str, float]:
         """One row of numbers on how training stands; the stage of a curriculum is counted from 1."""

@@ -66,6 +66,11 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
     },
     "state_check": {
+        "low, high = bounds.get(name, (0, 2 ** (8 * field.base.itemsize) - 1))"
+        "  ->  low, high = bounds.get(name, ( 1, 2 ** (8 * field.base.itemsize) - 1))": (
+            "what has no bounds has one byte or eight, whose lowest is not looked at"
+        ),
+        "return -1, -1  ->  return +1, -1": "where no rule is broken, the environment is not read",
         "while room > 0 and depth < level.n_rooms:  ->  while room > 0 and depth <= level.n_rooms:": (
             "a step more, which a way out of a tree does not need and a cycle does not end by"
         ),
@@ -104,6 +109,9 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
             "keys in rooms that are not entered are counted, too"
         ),
         "A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 3  ->  A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 4": _CODES,
+        "A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 3  ->  A_KEY, A_DOOR, THE_EXIT, OTHER = 1, 1, 2, 3": (
+            "the table has no doors, and a goal that is no exit and no door is a key"
+        ),
         "BLOCKED, FREE, FIRST_KEY, FIRST_DOOR = 0, 1, 2, 8  ->  BLOCKED, FREE, FIRST_KEY, FIRST_DOOR = 0, 1, 2, 9": (
             _CODES
         ),
