@@ -39,11 +39,11 @@ def test_the_smallest_and_the_largest_grid_are_accepted(size):
     check_state(World([NAMED_GRAPHS["a"]], size=size).get_state())
 
 
-@pytest.mark.parametrize("name", ["seed", "index", "episode"])
+@pytest.mark.parametrize("name", ["seed", "index", "episode", "key", "n_drawn"])
 def test_the_highest_number_is_accepted_by_the_kernel(name, monkeypatch):
     monkeypatch.delattr(state_check, "level_schema")
     state = begun().get_state()
-    state.levels[name] = level_bounds(13)[name][1]
+    state.levels[name] = level_bounds(13).get(name, (0, 2**64 - 1))[1]
     check_state(state)
 
 
@@ -226,16 +226,17 @@ def test_a_room_may_be_one_cell_wide(first, last):
 
 
 @pytest.mark.parametrize("branch", range(3))
-def test_no_key_is_held_twice(branch):
+def test_each_key_that_is_held_is_in_the_bag_once(branch):
     state = begun().get_state()
     level, grid = state.levels[1], state.grids[1]
     grid[tuple(level["keys_at"][branch])] = constants.EMPTY
     level["keys"] = level["found"] = 1 << branch
     level["bag"], level["bag_size"], level["carried"] = branch, 1, branch
     check_state(state)
-    level["bag_size"] = 2
-    with pytest.raises(InputError, match=RULES[11]):
-        check_state(state)
+    for wrong in (0, 2):
+        level["bag_size"] = wrong
+        with pytest.raises(InputError, match=RULES[11]):
+            check_state(state)
 
 
 @pytest.mark.parametrize(

@@ -163,8 +163,8 @@ def _is_inside(grid, row, col):
 
 @njit(cache=True)
 def _holds(grid, cell, tile):
-    """Whether a cell (row, col) lies inside the outer walls and holds a tile."""
-    return _is_inside(grid, cell[0], cell[1]) and grid[cell[0], cell[1]] == tile
+    """Whether a cell (row, col) holds a tile."""
+    return grid[cell[0], cell[1]] == tile
 
 
 @njit(cache=True)

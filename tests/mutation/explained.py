@@ -18,13 +18,14 @@ _FIRST = "replaced before it is used, but where there are no nodes and nothing t
 _ROW = "a row more, above the last, which is that of no goal either way"
 _NO_CELL = "a cell is (0, 0) where there is none, and else within the outer walls, from 6 on"
 _NEGATIVE = "any negative number means to NumPy what is left"
-_ROOM = "more memory than is needed either way, where each node has an edge"
+_ROOM = "more memory than is needed either way"
 _CORNER = "cell 0 is a corner of the walls"
 _LAST_DIGIT = "a number that differs in its last digit"
 _CODES = "codes of the search alone, which stay apart"
 _STRICT = "whether lengths that are equal are compared"
 _SQUARE = "grids are square"
 _REACHED = "what exists is reached before all has been searched"
+_NO_SEARCH = "where nothing is searched, nothing else is read"
 _MORE_SEARCHED = "one more place is searched, through which no way is shorter"
 
 NOT_TRIED: Mapping[str, str] = {
@@ -70,7 +71,17 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "  ->  low, high = bounds.get(name, ( 1, 2 ** (8 * field.base.itemsize) - 1))": (
             "what has no bounds has one byte or eight, whose lowest is not looked at"
         ),
-        "return -1, -1  ->  return +1, -1": "where no rule is broken, the environment is not read",
+        "return -1, -1": "where no rule is broken, any negative number says so, and the environment is not read",
+        "return -1  ->  return - 2": "any negative number is that of no rule",
+        "words = levels.view(np.uint8).reshape(len(levels), -1)"
+        "  ->  words = levels.view(np.uint8).reshape(len(levels), - 2)": _NEGATIVE,
+        "return MARGIN < row < grid.shape[0] - 1 - MARGIN and MARGIN < col < grid.shape[1] - 1 - MARGIN"
+        "  ->  return MARGIN < row < grid.shape[ 1] - 1 - MARGIN and MARGIN < col < grid.shape[1] - 1 - MARGIN": (
+            _SQUARE
+        ),
+        "n_branches, side = level.n_rooms - 1, grid.shape[0]"
+        "  ->  n_branches, side = level.n_rooms - 1, grid.shape[ 1]": _SQUARE,
+        "room, depth = branch + 1, 0  ->  room, depth = branch + 1, 1": "the way out of a tree has fewer steps than rooms",
         "while room > 0 and depth < level.n_rooms:  ->  while room > 0 and depth <= level.n_rooms:": (
             "a step more, which a way out of a tree does not need and a cycle does not end by"
         ),
@@ -104,6 +115,13 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "  ->  scratch, grid, n_steps = levels[: 2].copy(), grids[0].copy(), 0": "the first alone is used",
     },
     "oracle": {
+        "return -2, terrain, 0, key_cells[:0]  ->  return -2, terrain, 1, key_cells[:0]": _NO_SEARCH,
+        "return -2, terrain, 0, key_cells[:0]  ->  return -2, terrain, 0, key_cells[: 1]": _NO_SEARCH,
+        "return -1, terrain, 0, key_cells[:0]  ->  return -1, terrain, 1, key_cells[:0]": _NO_SEARCH,
+        "return -1, terrain, 0, key_cells[:0]  ->  return -1, terrain, 0, key_cells[: 1]": _NO_SEARCH,
+        "is_needed[max(own_room, 0)] = True  ->  is_needed[max(own_room, 1)] = True": _MORE_SEARCHED,
+        "chain = np.empty(6, np.int64)  ->  chain = np.empty( 7, np.int64)": _ROOM,
+        "while r > 0 and n_doors < 6:  ->  while r > 0 and n_doors < 7:": "a chain has at most six doors",
         "if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:"
         "  ->  if key_cells[other] >= 0 or terrain[key_cells[other]] == FREE:": (
             "keys in rooms that are not entered are counted, too"
