@@ -66,6 +66,10 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
             "light from the row behind reaches no cell or at least two, and where it reaches none nothing is seen"
         ),
     },
+    "observations": {
+        "return compiled(write_one, np.zeros(1, OUTCOME), np.zeros(1, LEVEL), 1, TRIPLES, GOAL_VECTORS, *empty_parts())"
+        "": _SAMPLES,
+    },
     "state_check": {
         "low, high = bounds.get(name, (0, 2 ** (8 * field.base.itemsize) - 1))"
         "  ->  low, high = bounds.get(name, ( 1, 2 ** (8 * field.base.itemsize) - 1))": (
@@ -81,7 +85,7 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
         "n_branches, side = level.n_rooms - 1, grid.shape[0]"
         "  ->  n_branches, side = level.n_rooms - 1, grid.shape[ 1]": _SQUARE,
-        "room, depth = branch + 1, 0  ->  room, depth = branch + 1, 1": "the way out of a tree has fewer steps than rooms",
+        "room, depth = branch + 1, 0  ->  room, depth = branch + 1, 1": "there are fewer steps out than rooms",
         "while room > 0 and depth < level.n_rooms:  ->  while room > 0 and depth <= level.n_rooms:": (
             "a step more, which a way out of a tree does not need and a cycle does not end by"
         ),
@@ -139,6 +143,13 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "r = 0 if key_cell < 0 else room_at(level, key_cell // side, key_cell % side)"
         "  ->  r = 0 if key_cell <= 0 else room_at(level, key_cell // side, key_cell % side)": _CORNER,
         "if target < 0:  ->  if target <= 0:": _CORNER,
+        "if target < 0:  ->  if target < 1:": _CORNER,
+        "return needs[:0], target + 1  ->  return needs[: 1], target + 1": "it is empty there",
+        "r = 0 if key_cell < 0 else room_at(level, key_cell // side, key_cell % side)"
+        "  ->  r = 0 if key_cell < 1 else room_at(level, key_cell // side, key_cell % side)": _CORNER,
+        "if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:"
+        "  ->  if key_cells[other] >= 1 and terrain[key_cells[other]] == FREE:": _CORNER,
+        "key_bits = np.zeros(6, np.int64)  ->  key_bits = np.zeros( 7, np.int64)": _ROOM,
         "if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:"
         "  ->  if key_cells[other] > 0 and terrain[key_cells[other]] == FREE:": _CORNER,
         "target, is_achieved = key_cells[branch], key_cells[branch] < 0"
