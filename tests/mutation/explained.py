@@ -163,7 +163,12 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "while r > 0 and n_doors < 6:  ->  while r > 0 and n_doors <= 6:": "a chain has at most six doors",
         "while (1 << layer_shift) < 4 * grid.size:  ->  while (1 << layer_shift) <= 4 * grid.size:": "more memory",
         "while head < tail:  ->  while head <= tail:": _REACHED,
-        "return needs[:0], -1  ->  return needs[:0], +1": _REACHED,
+        "return needs[:0], -1": _REACHED,
+        "layer_shift = 2  ->  layer_shift = 3": _ROOM,
+        "layer_shift += 1  ->  layer_shift += 2": _ROOM,
+        "while (1 << layer_shift) < 4 * grid.size:  ->  while (1 << layer_shift) < 5 * grid.size:": _ROOM,
+        "n_nodes = ((needs.size + 1) << n_keys) << layer_shift"
+        "  ->  n_nodes = ((needs.size + 2) << n_keys) << layer_shift": _ROOM,
         "return -2, terrain, 0, key_cells[:0]  ->  return +2, terrain, 0, key_cells[:0]": (
             "cell 2 is a wall, for which is searched in vain"
         ),
