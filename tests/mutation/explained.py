@@ -66,6 +66,9 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
             "light from the row behind reaches no cell or at least two, and where it reaches none nothing is seen"
         ),
     },
+    "generation": {
+        "opposite = (halved + 2) % 4  ->  opposite = (halved - 2) % 4": "of four, two on and two back are the same",
+    },
     "observations": {
         "return compiled(write_one, np.zeros(1, OUTCOME), np.zeros(1, LEVEL), 1, TRIPLES, GOAL_VECTORS, *empty_parts())"
         "": _SAMPLES,
