@@ -5,7 +5,8 @@
 
 A table of what was trained stands between the lines `<!-- sweep NAME -->` and `<!-- end of sweep -->`. One of how well
 measures predicted it stands between `<!-- study NAME MEASURE ... -->`, all measures where none is named, and
-`<!-- end of study -->`; it is made from what `benchmarks.study.statistics` wrote.
+`<!-- end of study -->`; it is made from what `benchmarks.study.statistics` wrote. One of when hierarchy pays, by the
+first seeds of a sweep, stands between `<!-- hierarchy NAME SEEDS -->` and `<!-- end of hierarchy -->`.
 """
 
 from __future__ import annotations
@@ -19,19 +20,21 @@ from typing import Annotated
 
 import tyro
 
+from benchmarks.study import hierarchy
 from benchmarks.study.correlations import Estimate
 from benchmarks.study.statistics import measure_table
-from benchmarks.study.tables import Row, read_rows
+from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
-from hierroom.sweep.plan import read_plan
+from hierroom.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.sweep.summary import CAPTION, summarise
+from hierroom.sweep.table import Row as SweepRow
 from hierroom.sweep.table import SweepTable
 
 ROOT = Path(__file__).parents[1]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
-PLACE = re.compile(r"(<!-- (sweep|study) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
+PLACE = re.compile(r"(<!-- (sweep|study|hierarchy) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -51,13 +54,9 @@ def sweep_table(name: str) -> str:
     Raises:
         InputError: if there is no such sweep, or a run of it is not done.
     """
-    plan = read_plan(ROOT / "benchmarks" / "sweeps" / f"{name}.toml")
+    plan = _plan(name)
     runs = plan.runs()
-    rows = SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)
-    if len(rows) < len(runs):
-        raise InputError(
-            f"{len(rows)} of {len(runs)} runs of the sweep {name} are done; a page may have it when all are"
-        )
+    rows = _rows(name, runs)
     command = f"python -m hierroom.sweep benchmarks/sweeps/{name}.toml --out benchmarks/results/{name}"
     return f"\n`{command}` ({CAPTION}):\n\n{summarise(runs, rows, plan.metas).markdown()}\n\n"
 
@@ -74,7 +73,9 @@ def study_table(name: str, *shown: str) -> str:
     """
     out = Path("benchmarks", "results", name)
     rows = read_rows(ROOT / out / "correlations.csv")
-    options = f"--outcome {rows[0]['outcome']} --out {out}/correlations.csv"
+    n_seeds = int(rows[0]["seeds"].split()[0])
+    only = "" if n_seeds == _plan(name).seeds else f" --seeds {n_seeds}"
+    options = f"--outcome {rows[0]['outcome']}{only} --out {out}/correlations.csv"
     command = f"python -m benchmarks.study.statistics {out}/sweep.csv {options}"
     by_method: dict[str, list[Row]] = {}
     for row in rows:
@@ -94,7 +95,7 @@ def _study_table(method: str, rows: Sequence[Row], shown: Sequence[str]) -> str:
     best = sorted(known, key=lambda name: -estimates[name, "spearman"].value)
     outcome = rows[0]["outcome"].replace("_", " ")
     unit = "%" if outcome.startswith("steps") else ""
-    header = f"**{method}**, {outcome}{unit}, {rows[0]['graphs']} goal graphs:"
+    header = f"**{method}**, {outcome}{unit}, {rows[0]['graphs']} goal graphs, {rows[0]['seeds']}:"
     lines = [header, "", measure_table(estimates, shown or best)]
     for measure, statistic, what in (("seeds", "halves", "halves of the seeds"), ("twins", "spearman", "twins")):
         if not math.isnan(estimates[measure, statistic].value):
@@ -102,9 +103,42 @@ def _study_table(method: str, rows: Sequence[Row], shown: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
+def hierarchy_table(name: str, n_seeds: str) -> str:
+    """When hierarchy pays, by a sweep's first seeds, with the command that tells it.
+
+    Args:
+        name: of the sweep.
+        n_seeds: how many seeds.
+
+    Raises:
+        InputError: if a run of these seeds is not done.
+    """
+    _rows(name, [run for run in _plan(name).runs() if run.config.seed < int(n_seeds)])
+    path = Path("benchmarks", "results", name, "sweep.csv")
+    options, measured = hierarchy.Options(path, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
+    found = hierarchy.compare(read_rows(ROOT / path), measured, options)
+    command = f"python -m benchmarks.study.hierarchy {path} --seeds {n_seeds}"
+    table = f"{hierarchy.markdown(found, options)}\n\n{hierarchy.sentence(found, measured, options)}"
+    return f"\n`{command}`:\n\n{table}\n\n"
+
+
+def _plan(name: str) -> Plan:
+    return read_plan(ROOT / "benchmarks" / "sweeps" / f"{name}.toml")
+
+
+def _rows(name: str, runs: Sequence[PlannedRun]) -> list[SweepRow]:
+    """The rows of runs that must be done."""
+    rows = SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)
+    if len(rows) < len(runs):
+        raise InputError(
+            f"{len(rows)} of {len(runs)} runs of the sweep {name} are done; a page may have it when all are"
+        )
+    return rows
+
+
 def renewed(text: str) -> str:
     """A page with its tables as they are now."""
-    kinds = {"sweep": sweep_table, "study": study_table}
+    kinds = {"sweep": sweep_table, "study": study_table, "hierarchy": hierarchy_table}
     return PLACE.sub(lambda place: place[1] + kinds[place[2]](*place[3].split()) + place[4], text)
 
 

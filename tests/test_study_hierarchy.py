@@ -87,6 +87,14 @@ def test_the_table_counts_graphs_by_rooms(hierarchy, tables, monkeypatch, capsys
     )
 
 
+def test_a_single_seed_leaves_open_on_how_many_hierarchy_pays(hierarchy, tables, monkeypatch, capsys):
+    lines = printed(hierarchy, tables, monkeypatch, capsys, "--seeds", "1", "--out", f"{tables}/out.csv")
+    assert lines[2] == "| 2 | 2 | 200k | 400k | 1.0 | - | 2 | 2 |"
+    assert {(row["low"], row["high"]) for row in csv.DictReader((tables / "out.csv").open())} == {("nan", "nan")}
+    lines = printed(hierarchy, tables, monkeypatch, capsys, "--seeds", "2")
+    assert lines[2] == "| 2 | 2 | 205k | 410k | 1.0 | 1 | 2 | 2 |"
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

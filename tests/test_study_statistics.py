@@ -295,6 +295,13 @@ def test_the_command_prints_a_table_and_writes_every_number(module, tables, monk
     monkeypatch.setattr(sys, "argv", ["statistics", *words, "--rooms", "4"])
     assert module("statistics").main() == 0
     assert "5 goal graphs, 3 seeds" in capsys.readouterr().out
+    assert {row["seeds"] for row in rows.values()} == {"3 seeds"}
+    monkeypatch.setattr(sys, "argv", ["statistics", *words, "--seeds", "1"])
+    assert module("statistics").main() == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "**hippo**: steps_to_95, 10 goal graphs, 1 seed, never reached by half of the seeds on 1"
+    assert lines[-1].startswith("halves of the seeds: -; 5 twins: 1.00")
+    assert {row["seeds"] for row in csv.DictReader(out.open())} == {"1 seed"}
     assert "minus hitting time" not in {statistic for _, statistic in rows if rows[_, statistic]["value"]}
 
 
@@ -307,6 +314,7 @@ def test_the_command_prints_a_table_and_writes_every_number(module, tables, monk
         (["runs.csv", "--measures", "measures.csv", "--level", "95"], "between 0 and 1, not 95"),
         (["few.csv", "--measures", "measures.csv"], "needs 4 goal graphs or more; hippo has 3"),
         (["runs.csv", "--measures", "measures.csv", "--rooms", "9"], "no runs with .*, or none of such graphs"),
+        (["runs.csv", "--measures", "measures.csv", "--seeds", "0"], "the table has no row of a seed below 0"),
     ],
 )
 def test_the_command_refuses_in_one_line(module, tables, monkeypatch, words, message):

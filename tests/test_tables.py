@@ -13,7 +13,7 @@ sys.path.insert(0, str(ROOT))
 
 from benchmarks import hindsight, tables  # noqa: E402
 from benchmarks.study.correlations import correlations  # noqa: E402
-from benchmarks.study.tables import MEASURES_PATH, read_measures, read_rows  # noqa: E402
+from benchmarks.study.tables import MEASURES_PATH, first_seeds, read_measures, read_rows  # noqa: E402
 from benchmarks.study.trained import measures_of, medians, read_trained  # noqa: E402
 
 
@@ -40,23 +40,30 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     monkeypatch.setattr(tables, "ROOT", tmp_path)
     folder = tmp_path / "benchmarks" / "results" / "one"
     folder.mkdir(parents=True)
+    (tmp_path / "benchmarks" / "sweeps").mkdir()
+    plan = tmp_path / "benchmarks" / "sweeps" / "one.toml"
+    plan.write_text("seeds = 3\n")
     statistics = ("spearman", "kendall", "given goals", "at fixed goals", "minus goals", "minus hitting time")
     rows = [
-        f"hippo,steps_to_95,{measure},{one},{value},,,9"
+        f"hippo,steps_to_95,{measure},{one},{value},,,9,3 seeds"
         for measure, value in (("width", 0.25), ("goals", 0.5))
         for one in statistics
     ]
-    rows += ["hippo,steps_to_95,seeds,halves,0.75,0.5,1,9", "hippo,steps_to_95,twins,spearman,,,,0"]
+    rows += ["hippo,steps_to_95,seeds,halves,0.75,0.5,1,9,3 seeds", "hippo,steps_to_95,twins,spearman,,,,0,3 seeds"]
     (folder / "correlations.csv").write_text(
-        "method,outcome,measure,statistic,value,low,high,graphs\n" + "\n".join(rows)
+        "method,outcome,measure,statistic,value,low,high,graphs,seeds\n" + "\n".join(rows)
     )
     lines = tables.renewed("<!-- study one -->\n<!-- end of study -->\n").splitlines()
-    assert lines[4] == "**hippo**, steps to 95%, 9 goal graphs:"
+    assert lines[2].endswith(" --outcome steps_to_95 --out benchmarks/results/one/correlations.csv`:")
+    assert lines[4] == "**hippo**, steps to 95%, 9 goal graphs, 3 seeds:"
     assert [line.split(" | ")[:2] for line in lines if line.startswith("| ")][1:] == [
         ["| goals", "0.50"],
         ["| width", "0.25"],
     ]
     assert lines[-3] == "halves of the seeds: 0.75 [0.50, 1.00]"
+    plan.write_text("seeds = 10\n")
+    (command,) = (line for line in tables.study_table("one").splitlines() if line.startswith("`"))
+    assert command.endswith(" --outcome steps_to_95 --seeds 3 --out benchmarks/results/one/correlations.csv`:")
     assert "goals | 0.50" not in tables.renewed("<!-- study one width -->\n<!-- end of study -->\n")
     with pytest.raises(InputError, match="the measures of hippo are width, goals; there is no 'luck'"):
         tables.study_table("one", "luck")
@@ -66,7 +73,8 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
 def test_the_statistics_are_those_of_the_committed_rows(path):
     measured, given = read_measures(ROOT / MEASURES_PATH), read_rows(path)
     goals = {row["graph"]: float(row["goals"]) for row in measured}
-    for trained in read_trained(read_rows(path.with_name("sweep.csv")), measured, given[0]["outcome"]):
+    rows = first_seeds(read_rows(path.with_name("sweep.csv")), int(given[0]["seeds"].split()[0]))
+    for trained in read_trained(rows, measured, given[0]["outcome"]):
         measures = measures_of(trained.graphs, measured)
         now = correlations(medians(trained.outcomes), measures, np.array([goals[graph] for graph in trained.graphs]))
         own = [row for row in given if row["method"] == trained.method and row["measure"] in measures]
@@ -74,6 +82,13 @@ def test_the_statistics_are_those_of_the_committed_rows(path):
         for row in own:
             value = now[row["measure"], row["statistic"]]
             assert float(row["value"] or "nan") == pytest.approx(value, rel=1e-5, abs=1e-9, nan_ok=True)
+
+
+def test_when_hierarchy_pays_is_told_of_seeds_that_are_done(monkeypatch):
+    monkeypatch.setattr(tables.SweepTable, "of", lambda self, runs: [])
+    for n_seeds in (1, 10):
+        with pytest.raises(InputError, match=f"^0 of {n_seeds * 158} runs of the sweep study are done"):
+            tables.hierarchy_table("study", str(n_seeds))
 
 
 def test_the_table_of_hindsight_is_what_its_rows_say(capsys):

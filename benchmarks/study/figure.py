@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
+from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import MEASURES, Milestone, Trained, measures_of, medians, read_trained
 from hierroom.cli import run
 from hierroom.compare.style import COLOURS, STYLE
@@ -45,6 +45,7 @@ class Options:
         shown: the measures, a panel each.
         measures: the measures of the goal graphs.
         outcome: what says how hard a graph was.
+        seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
     """
 
     table: tyro.conf.Positional[Path]
@@ -52,6 +53,7 @@ class Options:
     shown: tuple[str, ...] = ("goals", "hitting_time", "expected_steps")
     measures: Path = MEASURES_PATH
     outcome: Milestone = "steps_to_95"
+    seeds: int | None = None
 
 
 def draw(trained: Sequence[Trained], measured: Sequence[Row], options: Options) -> Figure:
@@ -111,7 +113,8 @@ def main() -> int:
     options = tyro.cli(Options, description=__doc__)
     measured = known_measures(options.measures)
     with matplotlib.rc_context(STYLE):
-        figure = draw(read_trained(read_rows(options.table), measured, options.outcome), measured, options)
+        rows = first_seeds(read_rows(options.table), options.seeds)
+        figure = draw(read_trained(rows, measured, options.outcome), measured, options)
         try:
             options.out.parent.mkdir(parents=True, exist_ok=True)
             figure.savefig(options.out, dpi=150)

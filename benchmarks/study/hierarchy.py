@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import resampled
-from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
+from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, Trained, measures_of, medians, read_trained
 from hierroom.cli import run
 from hierroom.errors import InputError
@@ -48,6 +48,7 @@ class Options:
         measures: the measures of the goal graphs.
         outcome: the milestone whose steps are compared.
         hardest_by: the measure that says which graphs are the hardest.
+        seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
         bootstrap: how intervals are computed.
         out: a CSV file with a row for each graph.
     """
@@ -58,6 +59,7 @@ class Options:
     measures: Path = MEASURES_PATH
     outcome: Milestone = "steps_to_95"
     hardest_by: str = "expected_steps"
+    seeds: int | None = None
     bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
     out: Path | None = None
 
@@ -72,7 +74,7 @@ class Comparison:
         flat: median steps of the method without a hierarchy, ``inf`` where half of its seeds never got there.
         hierarchical: those of the method with one.
         ratio: of the first to the second, above 1 where hierarchy pays.
-        low: the lower end of its interval.
+        low: the lower end of its interval; NaN where a method has a single seed.
         high: the upper end.
         flat_success: median success rate at the end of training, 0 to 1.
         hierarchical_success: likewise.
@@ -107,13 +109,13 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     Args:
         rows: of the table of training runs.
         measured: of the table of measures.
-        options: the methods, the outcome, and how intervals are computed.
+        options: the methods, the outcome, the seeds, and how intervals are computed.
 
     Raises:
-        InputError: as `read_trained`, or if a method is not in the table, no graph has both, or they were trained in
-            different ways.
+        InputError: as `first_seeds` or `read_trained`, or if a method is not in the table, no graph has both, or they
+            were trained in different ways.
     """
-    both = options.flat, options.hierarchical
+    both, rows = (options.flat, options.hierarchical), first_seeds(rows, options.seeds)
     for name in ALIKE:
         if len(found := {row.get(name, "") for row in rows if row["method"] in both}) > 1:
             raise InputError(f"the two methods were trained with different {name}: {', '.join(sorted(found))}")
@@ -133,6 +135,8 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     )
     low = np.quantile(drawn, (1 - bootstrap.level) / 2, axis=0, method="lower")  # between infinities there is no middle
     high = np.quantile(drawn, (1 + bootstrap.level) / 2, axis=0, method="higher")
+    is_alone = np.minimum(*((~np.isnan(outcomes)).sum(axis=1) for outcomes in (flat, hierarchical))) < 2
+    low[is_alone] = high[is_alone] = np.nan
     ends = [1 - medians(_outcomes(trained, graphs)) for trained in failures]
     middle = medians(flat), medians(hierarchical)
     rooms_of = {row["graph"]: int(row["rooms"]) for row in measured}
@@ -141,7 +145,7 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
 
 
 def markdown(found: Sequence[Comparison], options: Options) -> str:
-    """A row for each number of rooms: medians over its graphs, and on how many hierarchy pays.
+    """A row for each number of rooms: medians over its graphs, and on how many hierarchy pays, if that can be told.
 
     Where there is no middle graph, the median is the larger number of steps, and the smaller ratio.
     """
@@ -152,7 +156,8 @@ def markdown(found: Sequence[Comparison], options: Options) -> str:
     for rooms in sorted({one.rooms for one in found}):
         of = [one for one in found if one.rooms == rooms]
         steps = [_steps([one.hierarchical for one in of]), _steps([one.flat for one in of])]
-        pays = sum(one.low > 1 for one in of)
+        lows = [one.low for one in of if not np.isnan(one.low)]
+        pays = sum(low > 1 for low in lows) if lows else "-"
         ratio = float(np.quantile([one.ratio for one in of], 0.5, method="lower"))
         cells = [str(rooms), str(len(of)), *steps, _ratio(ratio), str(pays), *_working(of)]
         lines.append(f"| {' | '.join(cells)} |")
@@ -170,6 +175,19 @@ def hardest(found: Sequence[Comparison], measured: Sequence[Row], measure: str) 
         raise InputError(f"the measure of the hardest must be one of {', '.join(measures)}, not {measure!r}")
     least = np.sort(measures[measure])[-max(1, round(HARDEST * len(found)))]
     return [one for one, value in zip(found, measures[measure], strict=True) if value >= least]
+
+
+def sentence(found: Sequence[Comparison], measured: Sequence[Row], options: Options) -> str:
+    """On how many of the hardest goal graphs each method works.
+
+    Raises:
+        InputError: as `hardest`.
+    """
+    few = hardest(found, measured, options.hardest_by)
+    with_hierarchy, without = _working(few)
+    where = f"Hardest tenth by {options.hardest_by}, with ties {len(few)} of {len(found)} goal graphs"
+    ends = f"{options.hierarchical} ends above {ENOUGH:.0%} success on {with_hierarchy}, {options.flat} on {without}"
+    return f"{where}: {ends}."
 
 
 def _of_methods(trained: Sequence[Trained], names: Sequence[str]) -> list[Trained]:
@@ -205,12 +223,7 @@ def main() -> int:
     options = tyro.cli(Options, description=__doc__)
     measured = known_measures(options.measures)
     found = compare(read_rows(options.table), measured, options)
-    print(markdown(found, options))
-    few = hardest(found, measured, options.hardest_by)
-    with_hierarchy, without = _working(few)
-    where = f"Hardest tenth by {options.hardest_by}, with ties {len(few)} of {len(found)} goal graphs"
-    ends = f"{options.hierarchical} ends above {ENOUGH:.0%} success on {with_hierarchy}, {options.flat} on {without}"
-    print(f"\n{where}: {ends}.")
+    print(f"{markdown(found, options)}\n\n{sentence(found, measured, options)}")
     if options.out is not None:
         text = io.StringIO()
         writer = csv.DictWriter(text, [*asdict(found[0])], lineterminator="\n")

@@ -22,7 +22,7 @@ from rich.progress import Progress
 
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate, estimates, noise_of_halves, noise_of_twins, twin_factor
-from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
+from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, measures_of, read_trained
 from hierroom.cli import run
 from hierroom.errors import InputError
@@ -40,6 +40,7 @@ class Options:
         measures: the measures of their goal graphs.
         outcome: what says how hard a graph was.
         rooms: only goal graphs of so many rooms; all by default.
+        seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
         bootstrap: how intervals are computed.
         out: a CSV file for every correlation, those at each number of goals too.
     """
@@ -48,6 +49,7 @@ class Options:
     measures: Path = MEASURES_PATH
     outcome: Outcome = "steps_to_95"
     rooms: tuple[int, ...] = ()
+    seeds: int | None = None
     bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
     out: Path | None = None
 
@@ -71,6 +73,13 @@ class Result:
     factor: float
 
     @property
+    def seeds(self) -> str:
+        """How many seeds its goal graphs have."""
+        several = (~np.isnan(self.trained.outcomes)).sum(axis=1)
+        low, high = int(several.min()), int(several.max())
+        return f"{low} to {high} seeds" if low < high else "1 seed" if high == 1 else f"{high} seeds"
+
+    @property
     def measures(self) -> list[str]:
         """The measures, the best first."""
         names = dict.fromkeys(name for name, _ in self.estimates)
@@ -83,11 +92,12 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
     Args:
         rows: of the table of training runs.
         measured: of the table of measures.
-        options: outcome, rooms, and how intervals are computed.
+        options: outcome, rooms, seeds, and how intervals are computed.
 
     Raises:
         InputError: as `read_trained`, or if a method has fewer than four graphs.
     """
+    rows = first_seeds(rows, options.seeds)
     if options.rooms:
         chosen = {row["graph"] for row in measured if int(row["rooms"]) in options.rooms}
         rows = [row for row in rows if row["graph"] in chosen]
@@ -117,9 +127,7 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
 
 def markdown(result: Result, outcome: Outcome) -> str:
     """The table of one method, and below it how far its graphs can be ranked at all."""
-    seeds = (~np.isnan(result.trained.outcomes)).sum(axis=1)
-    several = f"{seeds.min()} to {seeds.max()}" if seeds.min() < seeds.max() else str(seeds[0])
-    of = f"{outcome}, {len(seeds)} goal graphs, {several} seeds"
+    of = f"{outcome}, {len(result.trained.graphs)} goal graphs, {result.seeds}"
     if outcome != "success_rate":
         of += f", never reached by half of the seeds on {result.trained.never}"
     lines = [f"**{result.trained.method}**: {of}", "", measure_table(result.estimates, result.measures)]
@@ -146,13 +154,13 @@ def csv_text(results: list[Result], outcome: Outcome) -> str:
     """Every number of every method as a row."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["method", "outcome", "measure", "statistic", "value", "low", "high", "graphs"])
+    writer.writerow(["method", "outcome", "measure", "statistic", "value", "low", "high", "graphs", "seeds"])
     for result in results:
         noise = {("seeds", "halves"): result.halves, ("twins", "spearman"): result.twins}
         for (measure, statistic), estimate in {**result.estimates, **noise}.items():
             numbers = ("" if np.isnan(number) else f"{number:.6g}" for number in estimate)
             n = len(result.trained.twins) if measure == "twins" else len(result.trained.graphs)
-            writer.writerow([result.trained.method, outcome, measure, statistic, *numbers, n])
+            writer.writerow([result.trained.method, outcome, measure, statistic, *numbers, n, result.seeds])
     return text.getvalue()
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hierroom.errors import InputError
@@ -36,6 +36,24 @@ def known_measures(path: Path) -> list[Row]:
     if not rows:
         raise InputError(f"{path} holds no measures; make it: python -m benchmarks.study.measures_table")
     return rows
+
+
+def first_seeds(rows: Sequence[Row], n_seeds: int | None) -> list[Row]:
+    """The rows of seeds 0, 1, ..., of which the seeds of an unfinished sweep are the first.
+
+    Args:
+        rows: of a table of training runs.
+        n_seeds: how many seeds; None: all there are.
+
+    Raises:
+        InputError: if there is no such seed.
+    """
+    if n_seeds is None:
+        return [*rows]
+    chosen = [row for row in rows if row.get("seed", "").isdecimal() and int(row["seed"]) < n_seeds]
+    if not chosen:
+        raise InputError(f"the table has no row of a seed below {n_seeds}")
+    return chosen
 
 
 def read_rows(path: Path) -> list[Row]:

@@ -68,6 +68,7 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
     },
     "generation": {
         "opposite = (halved + 2) % 4  ->  opposite = (halved - 2) % 4": "of four, two on and two back are the same",
+        "slots[5] = opposite + 8  ->  slots[5] = opposite - 8": "a part that is neither 0 nor 1 is the second half",
     },
     "observations": {
         "return compiled(write_one, np.zeros(1, OUTCOME), np.zeros(1, LEVEL), 1, TRIPLES, GOAL_VECTORS, *empty_parts())"
