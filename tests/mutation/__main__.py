@@ -3,7 +3,7 @@
 ``python -m tests.mutation`` tries every mutant of the modules below, ``python -m tests.mutation gae options`` those of
 some, and ``--sample 100`` a hundred of each. The module and those that import it run as ordinary Python, kernels too.
 Each mutant is tried in a fork of this process, which has loaded what takes long, and lives in memory only: no file is
-touched. The tests that noticed most mutants come first, then the short ones. A mutant with which a test takes much more
+touched. The tests that noticed most mutants for their time come first. A mutant with which a test takes much more
 CPU time than with the right module, such as an endless loop, is killed, too. Exit code 1 if one survives that
 `explained` does not explain.
 """
@@ -20,7 +20,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping
 from pathlib import Path
 
 import pytest
@@ -80,7 +80,7 @@ MOST_SECONDS_TO_COLLECT = 60
 
 
 class MostTellingFirst:
-    """Of pytest: runs the tests that noticed most mutants first, then the short ones, and remembers both.
+    """Of pytest: runs the tests that noticed most mutants for their time first, and remembers both.
 
     Args:
         path: of a file, in which one process leaves to the next what it saw.
@@ -90,10 +90,24 @@ class MostTellingFirst:
         seen = json.loads(path.read_text()) if path.exists() else {}
         self._path, self._is_first = path, not seen
         self._seconds, self._longest_setup = dict[str, float](seen.get("seconds", {})), seen.get("longest_setup", 0)
-        self._noticed = Counter(seen.get("noticed"))
+        self._noticed = Counter[str](seen.get("noticed"))
+        self._fixtures = dict[str, float](seen.get("fixtures", {}))
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        items.sort(key=lambda test: (-self._noticed[test.nodeid], self._seconds.get(test.nodeid, 0)))
+        items.sort(key=self._seconds_to_notice)
+
+    def _seconds_to_notice(self, test: pytest.Item) -> float:
+        # One more mutant, as a test that has noticed none yet may do so; a tenth of a second, as no test is free.
+        fixtures = sum(self._fixtures.get(name, 0) for name in getattr(test, "fixturenames", ()))
+        return (self._seconds.get(test.nodeid, 0) + fixtures + 0.1) / (self._noticed[test.nodeid] + 1)
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef) -> Generator[None, object, object]:
+        started = time.monotonic()
+        made = yield
+        if self._is_first:
+            self._fixtures[fixturedef.argname] = time.monotonic() - started
+        return made
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
@@ -106,9 +120,10 @@ class MostTellingFirst:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if self._is_first:  # with the right module: a mutant may end a long test early
-            self._seconds[report.nodeid] = self._seconds.get(report.nodeid, 0) + report.duration
             if report.when == "setup":
                 self._longest_setup = max(self._longest_setup, report.duration)
+            else:
+                self._seconds[report.nodeid] = self._seconds.get(report.nodeid, 0) + report.duration
         self._noticed[report.nodeid] += report.failed
 
     def _limit(self, nodeid: str, seconds: float) -> None:
@@ -121,8 +136,8 @@ class MostTellingFirst:
         os._exit(pytest.ExitCode.TESTS_FAILED)
 
     def pytest_sessionfinish(self) -> None:
-        seen = {"seconds": self._seconds, "longest_setup": self._longest_setup, "noticed": self._noticed}
-        self._path.write_text(json.dumps(seen))
+        seen = {"seconds": self._seconds, "fixtures": self._fixtures, "noticed": self._noticed}
+        self._path.write_text(json.dumps(seen | {"longest_setup": self._longest_setup}))
 
 
 def passes(target: str, source: str, seen: Path) -> bool:

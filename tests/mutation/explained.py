@@ -25,6 +25,7 @@ _CODES = "codes of the search alone, which stay apart"
 _STRICT = "whether lengths that are equal are compared"
 _SQUARE = "grids are square"
 _REACHED = "what exists is reached before all has been searched"
+_SECOND_HALF = "a part that is neither 0 nor 1 is the second half"
 _NO_SEARCH = "where nothing is searched, nothing else is read"
 _MORE_SEARCHED = "one more place is searched, through which no way is shorter"
 
@@ -67,8 +68,9 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
     },
     "generation": {
+        "slots[0], slots[4] = halved + 4, halved + 8  ->  slots[0], slots[4] = halved + 4, halved - 8": _SECOND_HALF,
         "opposite = (halved + 2) % 4  ->  opposite = (halved - 2) % 4": "of four, two on and two back are the same",
-        "slots[5] = opposite + 8  ->  slots[5] = opposite - 8": "a part that is neither 0 nor 1 is the second half",
+        "slots[5] = opposite + 8  ->  slots[5] = opposite - 8": _SECOND_HALF,
     },
     "observations": {
         "return compiled(write_one, np.zeros(1, OUTCOME), np.zeros(1, LEVEL), 1, TRIPLES, GOAL_VECTORS, *empty_parts())"
@@ -102,6 +104,8 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=True))": _STRICT,
         "for name, values in zip(INFOS, infos, strict=True):": _STRICT,
         "return *records, True, np.zeros(1), *flags, *numbers, np.zeros(1, _BOOL), TRIPLES, GOAL_VECTORS": _SAMPLES,
+        "bits = [np.zeros((1, 1), _INT8) for _ in range(3)]": _SAMPLES,
+        "return compiled(write_step_batch, *_read_and_results(), images, goals, np.zeros(1, _INT64), *bits)": _SAMPLES,
         "numbers = (step.events, step.meta_elapsed > 0, step.illegal_actions, step.lengths, step.shortest)": (
             "an episode ends an option, so that some turns have passed since"
         ),
