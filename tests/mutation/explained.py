@@ -106,6 +106,7 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "return *records, True, np.zeros(1), *flags, *numbers, np.zeros(1, _BOOL), TRIPLES, GOAL_VECTORS": _SAMPLES,
         "bits = [np.zeros((1, 1), _INT8) for _ in range(3)]": _SAMPLES,
         "return compiled(write_step_batch, *_read_and_results(), images, goals, np.zeros(1, _INT64), *bits)": _SAMPLES,
+        "return compiled(write_step_flat, *_read_and_results(), np.zeros((1, 1), _UINT8))": _SAMPLES,
         "numbers = (step.events, step.meta_elapsed > 0, step.illegal_actions, step.lengths, step.shortest)": (
             "an episode ends an option, so that some turns have passed since"
         ),
