@@ -8,7 +8,9 @@ from scipy.ndimage import label
 from scipy.stats import chisquare
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NAMED_GRAPHS, GoalGraph
+from hierroom.world import generation_kernels
 from hierroom.world.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, MIN_CENTRE, MIN_SIDE, OPEN_DOOR, WALL
+from hierroom.world.layout import LEVEL, MEMORIES
 from hierroom.world.oracle import shortest_lengths
 from hierroom.world.world import World
 
@@ -42,6 +44,25 @@ def test_levels_are_those_of_v0():
         for name in (*places, "n_rooms", "colours", "branches", "direction", "n_drawn"):
             digest.update(np.ascontiguousarray(state.levels[name]))
     assert digest.hexdigest()[:16] == "a1d7cbc0b9562051"
+
+
+def test_nothing_of_the_last_episode_is_left():
+    world = World([NAMED_GRAPHS["b"]], size=11, memories=MEMORIES)
+    left, fresh = world.get_state(), world.get_state()
+    kept = {"seed", "index", "episode", "max_steps", "can_drop", "remembers", "split"}
+    for name in set(LEVEL.names) - kept:
+        left.levels[name] = 1
+    for state in (left, fresh):
+        generation_kernels.generate(state.levels[0], state.grids[0], world.graph_records)
+    assert left.levels == fresh.levels
+    assert (left.grids == fresh.grids).all()
+    nothing = ("steps", "keys", "doors", "found", "seen", "bag_size", "has_ended", "bag", "opened_at", "doorways")
+    assert not any(fresh.levels[name].any() for name in (*nothing, "explored"))
+    assert fresh.levels["carried"] == -1
+    n_rooms = NAMED_GRAPHS["b"].n_rooms
+    for name, n_used in (("rectangles", n_rooms), ("doors_at", n_rooms - 1), ("keys_at", n_rooms - 1)):
+        assert fresh.levels[name][0, :n_used].any(axis=1).all()
+        assert not fresh.levels[name][0, n_used:].any()
 
 
 @pytest.fixture(scope="module")

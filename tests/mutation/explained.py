@@ -25,6 +25,7 @@ _CODES = "codes of the search alone, which stay apart"
 _STRICT = "whether lengths that are equal are compared"
 _SQUARE = "grids are square"
 _REACHED = "what exists is reached before all has been searched"
+_NOT_FORBIDDEN = "no cell has a negative row or column, of which one is enough"
 _SECOND_HALF = "a part that is neither 0 nor 1 is the second half"
 _NO_SEARCH = "where nothing is searched, nothing else is read"
 _MORE_SEARCHED = "one more place is searched, through which no way is shorter"
@@ -68,6 +69,11 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
     },
     "generation": {
+        "for tile in grid.reshape(-1):  ->  for tile in grid.reshape(- 2):": _NEGATIVE,
+        "size = grid.shape[0] - 2 * MARGIN  ->  size = grid.shape[ 1] - 2 * MARGIN": _SQUARE,
+        "key_at[0], key_at[1] = place(level, grid, home, -1, -1, KEY + level.colours[branch])": _NOT_FORBIDDEN,
+        "row, col = place(level, grid, centre, -1, -1, EMPTY)": _NOT_FORBIDDEN,
+        "return -1, -1": "there is always an empty cell",
         "slots[0], slots[4] = halved + 4, halved + 8  ->  slots[0], slots[4] = halved + 4, halved - 8": _SECOND_HALF,
         "opposite = (halved + 2) % 4  ->  opposite = (halved - 2) % 4": "of four, two on and two back are the same",
         "slots[5] = opposite + 8  ->  slots[5] = opposite - 8": _SECOND_HALF,
