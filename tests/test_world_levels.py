@@ -59,6 +59,8 @@ def test_nothing_of_the_last_episode_is_left():
     nothing = ("steps", "keys", "doors", "found", "seen", "bag_size", "has_ended", "bag", "opened_at", "doorways")
     assert not any(fresh.levels[name].any() for name in (*nothing, "explored"))
     assert fresh.levels["carried"] == -1
+    (visited,) = fresh.levels["visited"]
+    assert visited[fresh.levels["row"][0] - MARGIN] == 1 << int(fresh.levels["col"][0] - MARGIN) == visited.sum()
     n_rooms = NAMED_GRAPHS["b"].n_rooms
     for name, n_used in (("rectangles", n_rooms), ("doors_at", n_rooms - 1), ("keys_at", n_rooms - 1)):
         assert fresh.levels[name][0, :n_used].any(axis=1).all()

@@ -69,6 +69,12 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
     },
     "generation": {
+        "walls = np.empty(4, np.int64)  ->  walls = np.empty( 5, np.int64)": _ROOM,
+        "corners = np.empty((2, 2), np.int64)  ->  corners = np.empty(( 3, 2), np.int64)": _ROOM,
+        "corners = np.empty((2, 2), np.int64)  ->  corners = np.empty((2, 3), np.int64)": _ROOM,
+        "slots = np.empty(6, np.int64)  ->  slots = np.empty( 7, np.int64)": _ROOM,
+        "for side in range(4):  ->  for side in range( 5):": "the fifth slot is written again before it is read",
+        "for slot in range(1, 4):  ->  for slot in range(1, 5):": "the fifth slot is not on the opposite side",
         "for tile in grid.reshape(-1):  ->  for tile in grid.reshape(- 2):": _NEGATIVE,
         "size = grid.shape[0] - 2 * MARGIN  ->  size = grid.shape[ 1] - 2 * MARGIN": _SQUARE,
         "key_at[0], key_at[1] = place(level, grid, home, -1, -1, KEY + level.colours[branch])": _NOT_FORBIDDEN,
