@@ -26,6 +26,7 @@ _STRICT = "whether lengths that are equal are compared"
 _SQUARE = "grids are square"
 _REACHED = "what exists is reached before all has been searched"
 _NOT_FORBIDDEN = "no cell has a negative row or column, of which one is enough"
+_WALL = "beyond a room is its wall, which is not empty"
 _SECOND_HALF = "a part that is neither 0 nor 1 is the second half"
 _NO_SEARCH = "where nothing is searched, nothing else is read"
 _MORE_SEARCHED = "one more place is searched, through which no way is shorter"
@@ -69,6 +70,8 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
     },
     "generation": {
+        "for row in range(top, bottom + 1):  ->  for row in range(top, bottom + 2):": _WALL,
+        "for col in range(left, right + 1):  ->  for col in range(left, right + 2):": _WALL,
         "walls = np.empty(4, np.int64)  ->  walls = np.empty( 5, np.int64)": _ROOM,
         "corners = np.empty((2, 2), np.int64)  ->  corners = np.empty(( 3, 2), np.int64)": _ROOM,
         "corners = np.empty((2, 2), np.int64)  ->  corners = np.empty((2, 3), np.int64)": _ROOM,
