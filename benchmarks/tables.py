@@ -75,8 +75,7 @@ def study_table(name: str, *shown: str) -> str:
     rows = read_rows(ROOT / out / "correlations.csv")
     n_seeds = int(rows[0]["seeds"].split()[0])
     only = "" if n_seeds == _plan(name).seeds else f" --seeds {n_seeds}"
-    options = f"--outcome {rows[0]['outcome']}{only} --out {out}/correlations.csv"
-    command = f"python -m benchmarks.study.statistics {out}/sweep.csv {options}"
+    command = f"python -m benchmarks.study.statistics {out}/sweep.csv{only} --out {out}/correlations.csv"
     by_method: dict[str, list[Row]] = {}
     for row in rows:
         by_method.setdefault(row["method"], []).append(row)

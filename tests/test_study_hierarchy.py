@@ -34,6 +34,7 @@ def tables(tmp_path):
             "method": method,
             "seed": seed,
             "steps_to_95": n or "",
+            "steps_to_50": 50_000,
             "success_rate": 0.1 if n is None else 1,
         }
         for graph, methods in STEPS.items()
@@ -50,7 +51,8 @@ def tables(tmp_path):
 
 def printed(hierarchy, tables, monkeypatch, capsys, *words):
     paths = [f"{tables}/runs.csv", "--measures", f"{tables}/measures.csv"]
-    monkeypatch.setattr(sys, "argv", ["hierarchy", *paths, *words])
+    outcome = [] if "--outcome" in words else ["--outcome", "steps_to_95"]
+    monkeypatch.setattr(sys, "argv", ["hierarchy", *paths, *outcome, *words])
     assert hierarchy.main() == 0
     return capsys.readouterr().out.splitlines()
 
@@ -85,6 +87,14 @@ def test_the_table_counts_graphs_by_rooms(hierarchy, tables, monkeypatch, capsys
         "Hardest tenth by expected_steps, with ties 1 of 4 goal graphs: "
         "hippo ends above 50% success on 0, ppo-bonus on 0."
     )
+
+
+def test_the_lower_of_two_milestones_is_taken(hierarchy, tables):
+    rows, measured = (hierarchy.read_rows(tables / f"{name}.csv") for name in ("runs", "measures"))
+    told = {one.outcome for one in hierarchy.compare(rows, measured, hierarchy.Options(tables))}
+    assert told == {"steps_to_50"}, "ppo-bonus never got to 95% on two of four graphs"
+    easier = [row for row in rows if row["graph"] in ("easy", "middle")]
+    assert {one.outcome for one in hierarchy.compare(easier, measured, hierarchy.Options(tables))} == {"steps_to_95"}
 
 
 def test_a_single_seed_leaves_open_on_how_many_hierarchy_pays(hierarchy, tables, monkeypatch, capsys):

@@ -217,6 +217,16 @@ def test_measures_are_turned_rounded_and_left_out(module):
     assert measures["expected_steps"][3] == np.inf
 
 
+@pytest.mark.parametrize(("n_never", "methods"), [(2, (["hippo", "ppo"], [])), (3, (["ppo"], ["hippo"]))])
+def test_where_more_than_a_third_never_got_to_95_percent_those_to_50_are_taken(module, n_never, methods):
+    steps = {graph: [100, *[None if i < n_never else 100] * 2] for i, graph in enumerate("abcdef")}
+    rows = [{**row, "steps_to_50": "50"} for row in run_rows(steps)]
+    rows += [{**row, "method": "ppo", "steps_to_95": "90"} for row in rows]
+    found = module("trained").by_rule(rows, measured_rows(list("abcdef")))
+    assert tuple([one.method for one in found[name]] for name in ("steps_to_95", "steps_to_50")) == methods
+    assert all((one.outcomes == 50).all() for one in found["steps_to_50"])
+
+
 def test_methods_are_told_apart_by_what_differs(module):
     read, steps = module("trained").read_trained, {graph: [1, 2] for graph in "abcd"}
     rows = run_rows(steps, size="19", preset="default") + run_rows(steps, size="31", preset="default")

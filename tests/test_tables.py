@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT))
 from benchmarks import hindsight, tables  # noqa: E402
 from benchmarks.study.correlations import correlations  # noqa: E402
 from benchmarks.study.tables import MEASURES_PATH, first_seeds, read_measures, read_rows  # noqa: E402
-from benchmarks.study.trained import measures_of, medians, read_trained  # noqa: E402
+from benchmarks.study.trained import by_rule, measures_of, medians  # noqa: E402
 
 
 @pytest.mark.parametrize("page", tables.PAGES, ids=lambda page: page.name)
@@ -54,7 +54,7 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
         "method,outcome,measure,statistic,value,low,high,graphs,seeds\n" + "\n".join(rows)
     )
     lines = tables.renewed("<!-- study one -->\n<!-- end of study -->\n").splitlines()
-    assert lines[2].endswith(" --outcome steps_to_95 --out benchmarks/results/one/correlations.csv`:")
+    assert lines[2].endswith("/one/sweep.csv --out benchmarks/results/one/correlations.csv`:")
     assert lines[4] == "**hippo**, steps to 95%, 9 goal graphs, 3 seeds:"
     assert [line.split(" | ")[:2] for line in lines if line.startswith("| ")][1:] == [
         ["| goals", "0.50"],
@@ -63,7 +63,7 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     assert lines[-3] == "halves of the seeds: 0.75 [0.50, 1.00]"
     plan.write_text("seeds = 10\n")
     (command,) = (line for line in tables.study_table("one").splitlines() if line.startswith("`"))
-    assert command.endswith(" --outcome steps_to_95 --seeds 3 --out benchmarks/results/one/correlations.csv`:")
+    assert command.endswith("/one/sweep.csv --seeds 3 --out benchmarks/results/one/correlations.csv`:")
     assert "goals | 0.50" not in tables.renewed("<!-- study one width -->\n<!-- end of study -->\n")
     with pytest.raises(InputError, match="the measures of hippo are width, goals; there is no 'luck'"):
         tables.study_table("one", "luck")
@@ -74,7 +74,9 @@ def test_the_statistics_are_those_of_the_committed_rows(path):
     measured, given = read_measures(ROOT / MEASURES_PATH), read_rows(path)
     goals = {row["graph"]: float(row["goals"]) for row in measured}
     rows = first_seeds(read_rows(path.with_name("sweep.csv")), int(given[0]["seeds"].split()[0]))
-    for trained in read_trained(rows, measured, given[0]["outcome"]):
+    found = [(outcome, one) for outcome, several in by_rule(rows, measured).items() for one in several]
+    assert {(outcome, one.method) for outcome, one in found} == {(row["outcome"], row["method"]) for row in given}
+    for _, trained in found:
         measures = measures_of(trained.graphs, measured)
         now = correlations(medians(trained.outcomes), measures, np.array([goals[graph] for graph in trained.graphs]))
         own = [row for row in given if row["method"] == trained.method and row["measure"] in measures]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import resampled
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
-from benchmarks.study.trained import Milestone, Trained, measures_of, medians, read_trained
+from benchmarks.study.trained import Milestone, Trained, by_rule, measures_of, medians, read_trained
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
@@ -46,7 +46,8 @@ class Options:
         flat: the method without a hierarchy.
         hierarchical: the method with one.
         measures: the measures of the goal graphs.
-        outcome: the milestone whose steps are compared.
+        outcome: the milestone whose steps are compared; by default steps_to_95, or steps_to_50 if one of the methods
+            never got there on more than a third of the graphs.
         hardest_by: the measure that says which graphs are the hardest.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
         bootstrap: how intervals are computed.
@@ -57,7 +58,7 @@ class Options:
     flat: str = "ppo-bonus"
     hierarchical: str = "hippo"
     measures: Path = MEASURES_PATH
-    outcome: Milestone = "steps_to_95"
+    outcome: Milestone | None = None
     hardest_by: str = "expected_steps"
     seeds: int | None = None
     bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
@@ -71,6 +72,7 @@ class Comparison:
     Args:
         graph: its name.
         rooms: its number of rooms.
+        outcome: the milestone.
         flat: median steps of the method without a hierarchy, ``inf`` where half of its seeds never got there.
         hierarchical: those of the method with one.
         ratio: of the first to the second, above 1 where hierarchy pays.
@@ -82,6 +84,7 @@ class Comparison:
 
     graph: str
     rooms: int
+    outcome: Milestone
     flat: float
     hierarchical: float
     ratio: float
@@ -119,7 +122,8 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     for name in ALIKE:
         if len(found := {row.get(name, "") for row in rows if row["method"] in both}) > 1:
             raise InputError(f"the two methods were trained with different {name}: {', '.join(sorted(found))}")
-    steps = _of_methods(read_trained(rows, measured, options.outcome), both)
+    outcome = options.outcome or _lower_milestone(rows, measured, both)
+    steps = _of_methods(read_trained(rows, measured, outcome), both)
     failures = _of_methods(read_trained(rows, measured, "success_rate"), both)
     graphs = [graph for graph in steps[0].graphs if graph in steps[1].graphs]
     if not graphs:
@@ -141,7 +145,9 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     middle = medians(flat), medians(hierarchical)
     rooms_of = {row["graph"]: int(row["rooms"]) for row in measured}
     numbers = zip(*middle, ratios(*middle), low, high, *ends, strict=True)
-    return [Comparison(graph, rooms_of[graph], *map(float, of)) for graph, of in zip(graphs, numbers, strict=True)]
+    return [
+        Comparison(graph, rooms_of[graph], outcome, *map(float, of)) for graph, of in zip(graphs, numbers, strict=True)
+    ]
 
 
 def markdown(found: Sequence[Comparison], options: Options) -> str:
@@ -150,7 +156,7 @@ def markdown(found: Sequence[Comparison], options: Options) -> str:
     Where there is no middle graph, the median is the larger number of steps, and the smaller ratio.
     """
     both = options.hierarchical, options.flat
-    header = ["rooms", "graphs", *(f"{name}: {options.outcome}" for name in both), "ratio", "pays on"]
+    header = ["rooms", "graphs", *(f"{name}: {found[0].outcome}" for name in both), "ratio", "pays on"]
     header += [f"{name}: above {ENOUGH:.0%} on" for name in both]
     lines = [f"| {' | '.join(header)} |", "|" + "---|" * len(header)]
     for rooms in sorted({one.rooms for one in found}):
@@ -196,6 +202,11 @@ def _of_methods(trained: Sequence[Trained], names: Sequence[str]) -> list[Traine
         if name not in by_name:
             raise InputError(f"the table's methods are {', '.join(by_name)}; there is no {name!r}")
     return [by_name[name] for name in names]
+
+
+def _lower_milestone(rows: Sequence[Row], measured: Sequence[Row], names: Sequence[str]) -> Milestone:
+    is_lower = any(trained.method in names for trained in by_rule(rows, measured)["steps_to_50"])
+    return "steps_to_50" if is_lower else "steps_to_95"
 
 
 def _outcomes(trained: Trained, graphs: Sequence[str]) -> NDArray[np.float64]:

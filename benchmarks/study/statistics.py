@@ -23,7 +23,7 @@ from rich.progress import Progress
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate, estimates, noise_of_halves, noise_of_twins, twin_factor
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
-from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, measures_of, read_trained
+from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, by_rule, measures_of, read_trained
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
@@ -38,7 +38,8 @@ class Options:
     Args:
         table: the training runs.
         measures: the measures of their goal graphs.
-        outcome: what says how hard a graph was.
+        outcome: what says how hard a graph was; by default steps_to_95, or steps_to_50 for a method that never got
+            there on more than a third of the graphs.
         rooms: only goal graphs of so many rooms; all by default.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
         bootstrap: how intervals are computed.
@@ -47,7 +48,7 @@ class Options:
 
     table: tyro.conf.Positional[Path]
     measures: Path = MEASURES_PATH
-    outcome: Outcome = "steps_to_95"
+    outcome: Outcome | None = None
     rooms: tuple[int, ...] = ()
     seeds: int | None = None
     bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
@@ -59,6 +60,7 @@ class Result:
     """What was found of one method.
 
     Args:
+        outcome: what says how hard a graph was.
         trained: its outcomes.
         estimates: by measure and statistic.
         halves: the correlation of halves of the seeds.
@@ -66,6 +68,7 @@ class Result:
         factor: by which these differ.
     """
 
+    outcome: Outcome
     trained: Trained
     estimates: Mapping[tuple[str, str], Estimate]
     halves: Estimate
@@ -104,8 +107,13 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
     results = []
     goals_of = {row["graph"]: float(row["goals"]) for row in measured}
     console = Console(stderr=True)
+    several = (
+        by_rule(rows, measured)
+        if options.outcome is None
+        else {options.outcome: read_trained(rows, measured, options.outcome)}
+    )
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        for trained in read_trained(rows, measured, options.outcome):
+        for outcome, trained in ((outcome, one) for outcome, methods in several.items() for one in methods):
             if (n := len(trained.graphs)) < FEWEST_GRAPHS:
                 raise InputError(f"a correlation needs {FEWEST_GRAPHS} goal graphs or more; {trained.method} has {n}")
             task = bar.add_task(trained.method, total=options.bootstrap.resamples)
@@ -121,14 +129,14 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
             settings = {"level": options.bootstrap.level, "seed": options.bootstrap.seed}
             halves = noise_of_halves(trained, n_splits=options.bootstrap.resamples, **settings)
             twins = noise_of_twins(trained, n_resamples=options.bootstrap.resamples, **settings)
-            results.append(Result(trained, found, halves, twins, twin_factor(trained)))
+            results.append(Result(outcome, trained, found, halves, twins, twin_factor(trained)))
     return results
 
 
-def markdown(result: Result, outcome: Outcome) -> str:
+def markdown(result: Result) -> str:
     """The table of one method, and below it how far its graphs can be ranked at all."""
-    of = f"{outcome}, {len(result.trained.graphs)} goal graphs, {result.seeds}"
-    if outcome != "success_rate":
+    of = f"{result.outcome}, {len(result.trained.graphs)} goal graphs, {result.seeds}"
+    if result.outcome != "success_rate":
         of += f", never reached by half of the seeds on {result.trained.never}"
     lines = [f"**{result.trained.method}**: {of}", "", measure_table(result.estimates, result.measures)]
     lines += ["", f"halves of the seeds: {result.halves}; {len(result.trained.twins)} twins: {result.twins}"]
@@ -150,7 +158,7 @@ def measure_table(estimates: Mapping[tuple[str, str], Estimate], measures: Seque
     return "\n".join(lines)
 
 
-def csv_text(results: list[Result], outcome: Outcome) -> str:
+def csv_text(results: list[Result]) -> str:
     """Every number of every method as a row."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -160,7 +168,8 @@ def csv_text(results: list[Result], outcome: Outcome) -> str:
         for (measure, statistic), estimate in {**result.estimates, **noise}.items():
             numbers = ("" if np.isnan(number) else f"{number:.6g}" for number in estimate)
             n = len(result.trained.twins) if measure == "twins" else len(result.trained.graphs)
-            writer.writerow([result.trained.method, outcome, measure, statistic, *numbers, n, result.seeds])
+            of = result.trained.method, result.outcome, measure, statistic
+            writer.writerow([*of, *numbers, n, result.seeds])
     return text.getvalue()
 
 
@@ -169,9 +178,9 @@ def main() -> int:
     options = tyro.cli(Options, description=__doc__)
     measured = known_measures(options.measures)
     results = study(read_rows(options.table), measured, options)
-    print("\n\n".join(markdown(result, options.outcome) for result in results))
+    print("\n\n".join(markdown(result) for result in results))
     if options.out is not None:
-        write_atomically(options.out, csv_text(results, options.outcome).encode())
+        write_atomically(options.out, csv_text(results).encode())
     return 0
 
 

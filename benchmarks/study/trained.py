@@ -15,6 +15,8 @@ from hierroom.errors import InputError
 Milestone = Literal["steps_to_50", "steps_to_90", "steps_to_95", "steps_to_99"]
 Outcome = Milestone | Literal["success_rate"]
 
+MOST_LAST = 1 / 3
+"""Where a larger share of the graphs never reached 95%, these cannot be ranked, and the steps to 50% are taken."""
 FEWEST_GRAPHS = 4
 """Fewer can be ranked alike by chance."""
 SETTINGS = ("variant", "preset", "meta", "size")
@@ -76,6 +78,26 @@ class Trained:
     def never(self) -> int:
         """On how many graphs half of the seeds or more never reached the milestone."""
         return int(np.isinf(medians(self.outcomes)).sum())
+
+
+def by_rule(rows: Sequence[Row], measured: Sequence[Row]) -> dict[Milestone, list[Trained]]:
+    """The rows of a table of training runs, method by method, each by the milestone that docs/study.md's rules give it.
+
+    Args:
+        rows: as for `read_trained`, with ``steps_to_50`` if a method needs it.
+        measured: likewise.
+
+    Raises:
+        InputError: as `read_trained`.
+    """
+    found: dict[Milestone, list[Trained]] = {"steps_to_95": [], "steps_to_50": []}
+    for trained in read_trained(rows, measured, "steps_to_95"):
+        if trained.never <= MOST_LAST * len(trained.graphs):
+            found["steps_to_95"].append(trained)
+        else:
+            lower = read_trained(rows, measured, "steps_to_50")
+            found["steps_to_50"] += [one for one in lower if one.method == trained.method]
+    return found
 
 
 def medians(outcomes: NDArray[np.float64]) -> NDArray[np.float64]:
