@@ -40,6 +40,14 @@ def test_what_is_not_seeded_is_drawn():
     assert len(firsts) > 4
 
 
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_the_flat_space_is_that_of_gymnasium(drop_key):
+    flat, whole = (EscapeRooms(2, flat=flat, drop_key=drop_key).single_observation_space for flat in (True, False))
+    expected = gymnasium.spaces.flatten_space(whole)
+    assert (flat.low == expected.low).all()
+    assert (flat.high == expected.high).all()
+
+
 @pytest.mark.parametrize("flat", [False, True])
 def test_without_copies_the_same_arrays_hold_the_same(flat):
     fresh, kept = EscapeRooms(4, flat=flat, **SMALL), EscapeRooms(4, flat=flat, copy=False, **SMALL)

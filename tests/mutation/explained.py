@@ -112,6 +112,10 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
     },
     "vector_arrays": {
+        "records = np.zeros(1, OUTCOME), np.zeros(1, LEVEL), np.zeros(1, STEP), np.zeros(1, LEDGER)": _SAMPLES,
+        "flags, numbers = [np.zeros(1, _BOOL) for _ in range(3)], [np.zeros(1, _INT64) for _ in range(5)]": _SAMPLES,
+        "numbers = [parts[name].reshape(len(observation), -1) for name in sorted(parts)]"
+        "  ->  numbers = [parts[name].reshape(len(observation), - 2) for name in sorted(parts)]": _NEGATIVE,
         "def __init__(self, turns: Turns, *, flat: bool, copy: bool) -> None:": _NAMED,
         "self, step: Step, *, begins_anew: bool": _NAMED,
         "def rows(observation: Observation, *, flat: bool) -> Iterable[Any]:": _NAMED,
