@@ -22,7 +22,7 @@ import tyro
 
 from benchmarks.study import hierarchy
 from benchmarks.study.correlations import Estimate
-from benchmarks.study.statistics import measure_table
+from benchmarks.study.statistics import measure_table, seeds_text
 from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
 from hierroom.cli import run
 from hierroom.errors import InputError
@@ -69,11 +69,16 @@ def study_table(name: str, *shown: str) -> str:
         shown: the measures, the best first where none is named.
 
     Raises:
-        InputError: if the statistics were not computed, or not of such a measure.
+        InputError: if the statistics were not computed, or not of such a measure, or graphs differ in their seeds.
     """
     out = Path("benchmarks", "results", name)
     rows = read_rows(ROOT / out / "correlations.csv")
-    n_seeds = int(rows[0]["seeds"].split()[0])
+    seeds = {int(row[name]) for row in rows for name in ("seeds_min", "seeds_max")}
+    if len(seeds) > 1:
+        raise InputError(
+            f"{out}/correlations.csv is of {min(seeds)} to {max(seeds)} seeds; make it of as many of each graph"
+        )
+    (n_seeds,) = seeds
     only = "" if n_seeds == _plan(name).seeds else f" --seeds {n_seeds}"
     command = f"python -m benchmarks.study.statistics {out}/sweep.csv{only} --out {out}/correlations.csv"
     by_method: dict[str, list[Row]] = {}
@@ -94,7 +99,8 @@ def _study_table(method: str, rows: Sequence[Row], shown: Sequence[str]) -> str:
     best = sorted(known, key=lambda name: -estimates[name, "spearman"].value)
     outcome = rows[0]["outcome"].replace("_", " ")
     unit = "%" if outcome.startswith("steps") else ""
-    header = f"**{method}**, {outcome}{unit}, {rows[0]['graphs']} goal graphs, {rows[0]['seeds']}:"
+    n_seeds = seeds_text(int(rows[0]["seeds_min"]), int(rows[0]["seeds_max"]))
+    header = f"**{method}**, {outcome}{unit}, {rows[0]['graphs']} goal graphs, {n_seeds}:"
     lines = [header, "", measure_table(estimates, shown or best)]
     for measure, statistic, what in (("seeds", "halves", "halves of the seeds"), ("twins", "spearman", "twins")):
         if not math.isnan(estimates[measure, statistic].value):

@@ -141,6 +141,8 @@ def test_two_files_of_one_name_are_told_apart_or_refused(tmp_path):
     for path, graph in zip(paths, (FORK, GoalGraph((0, 0, 1), 2)), strict=True):
         path.parent.mkdir()
         graph.to_toml(path)
+    with pytest.raises(InputError, match="two different goal graphs are named own"):
+        GraphSet(["a", *paths], exclude=paths)
     with pytest.raises(InputError, match="two different goal graphs are named own; name one of them otherwise"):
         GraphSet(paths)
     paths[1].write_text(f'name = "other"\n{paths[1].read_text()}')

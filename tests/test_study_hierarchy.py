@@ -98,9 +98,16 @@ def test_the_lower_of_two_milestones_is_taken(hierarchy, tables):
 
 
 def test_a_single_seed_leaves_open_on_how_many_hierarchy_pays(hierarchy, tables, monkeypatch, capsys):
+    every = [*csv.DictReader((tables / "runs.csv").open())]
     lines = printed(hierarchy, tables, monkeypatch, capsys, "--seeds", "1", "--out", f"{tables}/out.csv")
     assert lines[2] == "| 2 | 2 | 200k | 400k | 1.0 | - | 2 | 2 |"
     assert {(row["low"], row["high"]) for row in csv.DictReader((tables / "out.csv").open())} == {("nan", "nan")}
+    rows = [
+        row for row in csv.DictReader((tables / "runs.csv").open()) if (row["graph"], row["seed"]) < ("middle", "1")
+    ]
+    write_tables(tables, runs=rows)  # a second seed that is on its way
+    assert printed(hierarchy, tables, monkeypatch, capsys)[2].split(" | ")[5] == "-"
+    write_tables(tables, runs=every)
     lines = printed(hierarchy, tables, monkeypatch, capsys, "--seeds", "2")
     assert lines[2] == "| 2 | 2 | 205k | 410k | 1.0 | 1 | 2 | 2 |"
 

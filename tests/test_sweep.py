@@ -124,6 +124,14 @@ def test_the_digest_knows_what_decides_a_row_and_nothing_else():
     assert len({one.digest, *digests}) == len(changes) + 3
 
 
+def test_the_digest_of_a_run_that_excludes_graphs_is_not_that_of_before_these_were_evaluated(monkeypatch):
+    decided = []
+    monkeypatch.setattr("hierroom.sweep.plan.to_json", lambda decides: decided.append(decides) or to_json(decides))
+    for words in ((), ("exclude=b",)):
+        plan("seed=0", "graph=rooms:3", *words).runs()
+    assert [len(decides) for decides in decided] == [4, 5]
+
+
 def test_a_row_of_an_older_preset_is_made_again_and_others_stay(tmp_path):
     table = SweepTable(tmp_path)
     (old,), (new,) = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.8", "seed=0").runs()

@@ -45,13 +45,13 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     plan.write_text("seeds = 3\n")
     statistics = ("spearman", "kendall", "given goals", "at fixed goals", "minus goals", "minus hitting time")
     rows = [
-        f"hippo,steps_to_95,{measure},{one},{value},,,9,3 seeds"
+        f"hippo,steps_to_95,{measure},{one},{value},,,9,3,3"
         for measure, value in (("width", 0.25), ("goals", 0.5))
         for one in statistics
     ]
-    rows += ["hippo,steps_to_95,seeds,halves,0.75,0.5,1,9,3 seeds", "hippo,steps_to_95,twins,spearman,,,,0,3 seeds"]
+    rows += ["hippo,steps_to_95,seeds,halves,0.75,0.5,1,9,3,3", "hippo,steps_to_95,twins,spearman,,,,0,3,3"]
     (folder / "correlations.csv").write_text(
-        "method,outcome,measure,statistic,value,low,high,graphs,seeds\n" + "\n".join(rows)
+        "method,outcome,measure,statistic,value,low,high,graphs,seeds_min,seeds_max\n" + "\n".join(rows)
     )
     lines = tables.renewed("<!-- study one -->\n<!-- end of study -->\n").splitlines()
     assert lines[2].endswith("/one/sweep.csv --out benchmarks/results/one/correlations.csv`:")
@@ -67,13 +67,17 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     assert "goals | 0.50" not in tables.renewed("<!-- study one width -->\n<!-- end of study -->\n")
     with pytest.raises(InputError, match="the measures of hippo are width, goals; there is no 'luck'"):
         tables.study_table("one", "luck")
+    path = folder / "correlations.csv"
+    path.write_text(path.read_text().replace(",3,3\n", ",2,3\n"))
+    with pytest.raises(InputError, match="of 2 to 3 seeds; make it of as many of each"):
+        tables.study_table("one")
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "benchmarks" / "results").glob("*/correlations.csv")), ids=str)
 def test_the_statistics_are_those_of_the_committed_rows(path):
     measured, given = read_measures(ROOT / MEASURES_PATH), read_rows(path)
     goals = {row["graph"]: float(row["goals"]) for row in measured}
-    rows = first_seeds(read_rows(path.with_name("sweep.csv")), int(given[0]["seeds"].split()[0]))
+    rows = first_seeds(read_rows(path.with_name("sweep.csv")), int(given[0]["seeds_max"]))
     found = [(outcome, one) for outcome, several in by_rule(rows, measured).items() for one in several]
     assert {(outcome, one.method) for outcome, one in found} == {(row["outcome"], row["method"]) for row in given}
     for _, trained in found:

@@ -170,6 +170,23 @@ def test_a_goal_achieved_takes_no_action(graph):
     assert shortest_lengths(world.state, colours[0])[0] == -1  # the episode has ended
 
 
+@pytest.mark.parametrize("exit_room", [1, 2])
+def test_keys_that_lock_each_other_away_cannot_be_come_by(exit_room):
+    """Nothing that happens in a level leads there, but a state may be anybody's."""
+    state = World([GoalGraph((0, 0), exit_room)], size=11).get_state()
+    level, grid = state.levels[0], state.grids[0]
+    for branch, room in ((0, 2), (1, 1)):
+        grid[tuple(level["keys_at"][branch])] = constants.EMPTY
+        top, left, bottom, right = level["rectangles"][room]
+        empty = np.argwhere(grid[top : bottom + 1, left : right + 1] == constants.EMPTY)[0] + (top, left)
+        level["keys_at"][branch], grid[tuple(empty)] = empty, constants.KEY + level["colours"][branch]
+    goals = [EXIT_GOAL, *(first + level["colours"][branch] for first in (0, 6) for branch in (0, 1))]
+    assert [int(shortest_lengths(state, goal)[0]) for goal in goals] == [-1] * 5
+    for goal in goals:
+        with pytest.raises(InputError, match="its key cannot be come by"):
+            shortest_actions(state, int(goal))
+
+
 def test_wrong_input():
     world = World([NAMED_GRAPHS["a"]], 2)
     for goals in (13, -1, 0.5, [0, 13]):

@@ -162,8 +162,8 @@ def markdown(found: Sequence[Comparison], options: Options) -> str:
     for rooms in sorted({one.rooms for one in found}):
         of = [one for one in found if one.rooms == rooms]
         steps = [_steps([one.hierarchical for one in of]), _steps([one.flat for one in of])]
-        lows = [one.low for one in of if not np.isnan(one.low)]
-        pays = sum(low > 1 for low in lows) if lows else "-"
+        lows = [one.low for one in of]
+        pays = "-" if np.isnan(lows).any() else sum(low > 1 for low in lows)
         ratio = float(np.quantile([one.ratio for one in of], 0.5, method="lower"))
         cells = [str(rooms), str(len(of)), *steps, _ratio(ratio), str(pays), *_working(of)]
         lines.append(f"| {' | '.join(cells)} |")

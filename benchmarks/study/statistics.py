@@ -23,7 +23,7 @@ from rich.progress import Progress
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate, estimates, noise_of_halves, noise_of_twins, twin_factor
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
-from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, by_rule, measures_of, read_trained
+from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, among, by_rule, measures_of, read_trained
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
@@ -76,11 +76,10 @@ class Result:
     factor: float
 
     @property
-    def seeds(self) -> str:
-        """How many seeds its goal graphs have."""
+    def n_seeds(self) -> tuple[int, int]:
+        """The fewest and the most seeds of a goal graph."""
         several = (~np.isnan(self.trained.outcomes)).sum(axis=1)
-        low, high = int(several.min()), int(several.max())
-        return f"{low} to {high} seeds" if low < high else "1 seed" if high == 1 else f"{high} seeds"
+        return int(several.min()), int(several.max())
 
     @property
     def measures(self) -> list[str]:
@@ -100,11 +99,7 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
     Raises:
         InputError: as `read_trained`, or if a method has fewer than four graphs.
     """
-    rows = first_seeds(rows, options.seeds)
-    if options.rooms:
-        chosen = {row["graph"] for row in measured if int(row["rooms"]) in options.rooms}
-        rows = [row for row in rows if row["graph"] in chosen]
-    results = []
+    rows, results = first_seeds(rows, options.seeds), []
     goals_of = {row["graph"]: float(row["goals"]) for row in measured}
     console = Console(stderr=True)
     several = (
@@ -112,8 +107,10 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
         if options.outcome is None
         else {options.outcome: read_trained(rows, measured, options.outcome)}
     )
+    chosen = {row["graph"] for row in measured if not options.rooms or int(row["rooms"]) in options.rooms}
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        for outcome, trained in ((outcome, one) for outcome, methods in several.items() for one in methods):
+        for outcome, every in ((outcome, one) for outcome, methods in several.items() for one in methods):
+            trained = among(every, chosen)
             if (n := len(trained.graphs)) < FEWEST_GRAPHS:
                 raise InputError(f"a correlation needs {FEWEST_GRAPHS} goal graphs or more; {trained.method} has {n}")
             task = bar.add_task(trained.method, total=options.bootstrap.resamples)
@@ -135,7 +132,7 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
 
 def markdown(result: Result) -> str:
     """The table of one method, and below it how far its graphs can be ranked at all."""
-    of = f"{result.outcome}, {len(result.trained.graphs)} goal graphs, {result.seeds}"
+    of = f"{result.outcome}, {len(result.trained.graphs)} goal graphs, {seeds_text(*result.n_seeds)}"
     if result.outcome != "success_rate":
         of += f", never reached by half of the seeds on {result.trained.never}"
     lines = [f"**{result.trained.method}**: {of}", "", measure_table(result.estimates, result.measures)]
@@ -143,6 +140,11 @@ def markdown(result: Result) -> str:
     if not np.isnan(result.factor):
         lines[-1] += f", which differ by a factor of {result.factor:.2f}"
     return "\n".join(lines)
+
+
+def seeds_text(fewest: int, most: int) -> str:
+    """How many seeds goal graphs have, in words."""
+    return f"{fewest} to {most} seeds" if fewest < most else "1 seed" if most == 1 else f"{most} seeds"
 
 
 def measure_table(estimates: Mapping[tuple[str, str], Estimate], measures: Sequence[str]) -> str:
@@ -162,14 +164,16 @@ def csv_text(results: list[Result]) -> str:
     """Every number of every method as a row."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["method", "outcome", "measure", "statistic", "value", "low", "high", "graphs", "seeds"])
+    writer.writerow(
+        ["method", "outcome", "measure", "statistic", "value", "low", "high", "graphs", "seeds_min", "seeds_max"]
+    )
     for result in results:
         noise = {("seeds", "halves"): result.halves, ("twins", "spearman"): result.twins}
         for (measure, statistic), estimate in {**result.estimates, **noise}.items():
             numbers = ("" if np.isnan(number) else f"{number:.6g}" for number in estimate)
             n = len(result.trained.twins) if measure == "twins" else len(result.trained.graphs)
             of = result.trained.method, result.outcome, measure, statistic
-            writer.writerow([*of, *numbers, n, result.seeds])
+            writer.writerow([*of, *numbers, n, *result.n_seeds])
     return text.getvalue()
 
 

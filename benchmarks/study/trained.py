@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,7 +15,7 @@ from hierroom.errors import InputError
 Milestone = Literal["steps_to_50", "steps_to_90", "steps_to_95", "steps_to_99"]
 Outcome = Milestone | Literal["success_rate"]
 
-MOST_LAST = 1 / 3
+MAX_UNREACHED_SHARE = 1 / 3
 """Where a larger share of the graphs never reached 95%, these cannot be ranked, and the steps to 50% are taken."""
 FEWEST_GRAPHS = 4
 """Fewer can be ranked alike by chance."""
@@ -92,12 +92,25 @@ def by_rule(rows: Sequence[Row], measured: Sequence[Row]) -> dict[Milestone, lis
     """
     found: dict[Milestone, list[Trained]] = {"steps_to_95": [], "steps_to_50": []}
     for trained in read_trained(rows, measured, "steps_to_95"):
-        if trained.never <= MOST_LAST * len(trained.graphs):
+        if trained.never <= MAX_UNREACHED_SHARE * len(trained.graphs):
             found["steps_to_95"].append(trained)
         else:
             lower = read_trained(rows, measured, "steps_to_50")
             found["steps_to_50"] += [one for one in lower if one.method == trained.method]
     return found
+
+
+def among(trained: Trained, graphs: Collection[str]) -> Trained:
+    """The outcomes of some of the graphs, and of those of their twins that are there."""
+    kept = [i for i, graph in enumerate(trained.graphs) if graph in graphs]
+    pairs = [p for p, i in enumerate(trained.twins.tolist()) if i in kept]
+    return Trained(
+        trained.method,
+        tuple(trained.graphs[i] for i in kept),
+        trained.outcomes[kept],
+        np.array([kept.index(int(trained.twins[p])) for p in pairs], np.int64),
+        trained.twin_outcomes[pairs],
+    )
 
 
 def medians(outcomes: NDArray[np.float64]) -> NDArray[np.float64]:

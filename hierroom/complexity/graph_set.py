@@ -140,7 +140,7 @@ class GraphSet:
 
     def _check_names(self) -> None:
         named: set[str] = set()
-        for graph in self.graphs:
+        for graph in (*self.graphs, *self.excluded):
             if graph.name in named:
                 raise InputError(
                     f"two different goal graphs are named {graph.name}; name one of them otherwise, by an entry like "

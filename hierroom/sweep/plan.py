@@ -137,6 +137,8 @@ class Plan:
         for name in CHANGED_WHEN_RESUMED - {"steps", "warm_start"}:
             table.pop(name, None)
         decides = [RESULTS_VERSION, table, self.episodes, list(self.metas)]
+        if config.env.exclude:
+            decides.append("evaluated on what is excluded, too")
         return hashlib.sha256(json.dumps(json.loads(to_json(decides)), sort_keys=True).encode()).hexdigest()[:16]
 
 

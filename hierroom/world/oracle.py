@@ -238,7 +238,8 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
 
     Returns:
         [N] int64; 0 where the goal is achieved already (the key is held, the door is open, or the agent is at the
-        exit), -1 where it cannot be achieved (the level has no such key or door, or the episode has ended at the exit).
+        exit), -1 where it cannot be achieved (the level has no such key or door, its key cannot be come by, or the
+        episode has ended at the exit).
 
     Raises:
         InputError: if a goal is not a goal id, or the state cannot be one of environments.
@@ -276,5 +277,7 @@ def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
     path, length = solve(state.levels[0], state.grids[0], TILE_TABLE, goal // N_COLOURS, goal % N_COLOURS)
     if length < 0:
         name = goal_name(state.levels[0], goal)
-        raise InputError(f"the goal {name} cannot be achieved: there is none, or the episode has ended")
+        raise InputError(
+            f"the goal {name} cannot be achieved: there is none, its key cannot be come by, or the episode has ended"
+        )
     return ACTIONS[path]

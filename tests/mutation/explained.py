@@ -5,7 +5,7 @@ from collections.abc import Mapping
 _ALWAYS = "there is always a goal, but where goals must be seen, and there no goal is legal anyway"
 _NAMED = "makes arguments positional that everybody names"
 _FAR = "far beyond what is ever played"
-_SAMPLES = "samples from which the compiler takes types alone"
+_SAMPLES = "samples for the compiler, which is not there: it alone reads their types and notices their number"
 _COMPILER = "for the compiler, which is not there"
 _WARNS = "decides whether NumPy warns that numbers overflow, as they shall"
 _LAST = "the last axis is the axis 1"
@@ -18,17 +18,18 @@ _FIRST = "replaced before it is used, but where there are no nodes and nothing t
 _ROW = "a row more, above the last, which is that of no goal either way"
 _NO_CELL = "a cell is (0, 0) where there is none, and else within the outer walls, from 6 on"
 _NEGATIVE = "any negative number means to NumPy what is left"
-_ROOM = "more memory than is needed either way"
+_ROOM = "more memory than is needed either way, as where each node of a graph has an edge"
 _CORNER = "cell 0 is a corner of the walls"
 _LAST_DIGIT = "a number that differs in its last digit"
 _CODES = "codes of the search alone, which stay apart"
 _STRICT = "whether lengths that are equal are compared"
 _SQUARE = "grids are square"
-_REACHED = "what exists is reached before all has been searched"
+_REACHED = "one node more after all has been searched, which was never written: nothing defined comes of it"
 _NOT_FORBIDDEN = "no cell has a negative row or column, of which one is enough"
 _WALL = "beyond a room is its wall, which is not empty"
 _SECOND_HALF = "a part that is neither 0 nor 1 is the second half"
-_NO_SEARCH = "where nothing is searched, nothing else is read"
+_NO_RULE = "where no rule is broken, any negative number says so, and the environment is not read"
+_NO_SEARCH = "where there is no path, it is not read"
 _MORE_SEARCHED = "one more place is searched, through which no way is shorter"
 
 NOT_TRIED: Mapping[str, str] = {
@@ -80,8 +81,22 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "for slot in range(1, 4):  ->  for slot in range(1, 5):": "the fifth slot is not on the opposite side",
         "for tile in grid.reshape(-1):  ->  for tile in grid.reshape(- 2):": _NEGATIVE,
         "size = grid.shape[0] - 2 * MARGIN  ->  size = grid.shape[ 1] - 2 * MARGIN": _SQUARE,
-        "key_at[0], key_at[1] = place(level, grid, home, -1, -1, KEY + level.colours[branch])": _NOT_FORBIDDEN,
-        "row, col = place(level, grid, centre, -1, -1, EMPTY)": _NOT_FORBIDDEN,
+        "key_at[0], key_at[1] = place(level, grid, home, -1, -1, KEY + level.colours[branch])"
+        "  ->  key_at[0], key_at[1] = place(level, grid, home, +1, -1, KEY + level.colours[branch])": _NOT_FORBIDDEN,
+        "key_at[0], key_at[1] = place(level, grid, home, -1, -1, KEY + level.colours[branch])"
+        "  ->  key_at[0], key_at[1] = place(level, grid, home, -1, +1, KEY + level.colours[branch])": _NOT_FORBIDDEN,
+        "key_at[0], key_at[1] = place(level, grid, home, -1, -1, KEY + level.colours[branch])"
+        "  ->  key_at[0], key_at[1] = place(level, grid, home, - 2, -1, KEY + level.colours[branch])": _NOT_FORBIDDEN,
+        "key_at[0], key_at[1] = place(level, grid, home, -1, -1, KEY + level.colours[branch])"
+        "  ->  key_at[0], key_at[1] = place(level, grid, home, -1, - 2, KEY + level.colours[branch])": _NOT_FORBIDDEN,
+        "row, col = place(level, grid, centre, -1, -1, EMPTY)"
+        "  ->  row, col = place(level, grid, centre, +1, -1, EMPTY)": _NOT_FORBIDDEN,
+        "row, col = place(level, grid, centre, -1, -1, EMPTY)"
+        "  ->  row, col = place(level, grid, centre, -1, +1, EMPTY)": _NOT_FORBIDDEN,
+        "row, col = place(level, grid, centre, -1, -1, EMPTY)"
+        "  ->  row, col = place(level, grid, centre, - 2, -1, EMPTY)": _NOT_FORBIDDEN,
+        "row, col = place(level, grid, centre, -1, -1, EMPTY)"
+        "  ->  row, col = place(level, grid, centre, -1, - 2, EMPTY)": _NOT_FORBIDDEN,
         "return -1, -1": "there is always an empty cell",
         "slots[0], slots[4] = halved + 4, halved + 8  ->  slots[0], slots[4] = halved + 4, halved - 8": _SECOND_HALF,
         "opposite = (halved + 2) % 4  ->  opposite = (halved - 2) % 4": "of four, two on and two back are the same",
@@ -96,7 +111,9 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "  ->  low, high = bounds.get(name, ( 1, 2 ** (8 * field.base.itemsize) - 1))": (
             "what has no bounds has one byte or eight, whose lowest is not looked at"
         ),
-        "return -1, -1": "where no rule is broken, any negative number says so, and the environment is not read",
+        "return -1, -1  ->  return +1, -1": _NO_RULE,
+        "return -1, -1  ->  return - 2, -1": _NO_RULE,
+        "return -1, -1  ->  return -1, - 2": _NO_RULE,
         "return -1  ->  return - 2": "any negative number is that of no rule",
         "words = levels.view(np.uint8).reshape(len(levels), -1)"
         "  ->  words = levels.view(np.uint8).reshape(len(levels), - 2)": _NEGATIVE,
@@ -119,9 +136,18 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "def __init__(self, turns: Turns, *, flat: bool, copy: bool) -> None:": _NAMED,
         "self, step: Step, *, begins_anew: bool": _NAMED,
         "def rows(observation: Observation, *, flat: bool) -> Iterable[Any]:": _NAMED,
-        "for env, observation in zip(envs, rows(last, flat=self._flat), strict=True):": _STRICT,
-        "return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=True))": _STRICT,
-        "for name, values in zip(INFOS, infos, strict=True):": _STRICT,
+        "for env, observation in zip(envs, rows(last, flat=self._flat), strict=True):"
+        "  ->  for env, observation in zip(envs, rows(last, flat=self._flat), strict=False):": _STRICT,
+        "return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=True))"
+        "  ->  return (dict(zip(parts, of_one, strict=False)) for of_one in zip(*parts.values(), strict=True))": (
+            _STRICT
+        ),
+        "return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=True))"
+        "  ->  return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=False))": (
+            _STRICT
+        ),
+        "for name, values in zip(INFOS, infos, strict=True):"
+        "  ->  for name, values in zip(INFOS, infos, strict=False):": _STRICT,
         "return *records, True, np.zeros(1), *flags, *numbers, np.zeros(1, _BOOL), TRIPLES, GOAL_VECTORS": _SAMPLES,
         "bits = [np.zeros((1, 1), _INT8) for _ in range(3)]": _SAMPLES,
         "return compiled(write_step_batch, *_read_and_results(), images, goals, np.zeros(1, _INT64), *bits)": _SAMPLES,
@@ -153,7 +179,6 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "return -1, terrain, 0, key_cells[:0]  ->  return -1, terrain, 0, key_cells[: 1]": _NO_SEARCH,
         "is_needed[max(own_room, 0)] = True  ->  is_needed[max(own_room, 1)] = True": _MORE_SEARCHED,
         "chain = np.empty(6, np.int64)  ->  chain = np.empty( 7, np.int64)": _ROOM,
-        "while r > 0 and n_doors < 6:  ->  while r > 0 and n_doors < 7:": "a chain has at most six doors",
         "if key_cells[other] >= 0 and terrain[key_cells[other]] == FREE:"
         "  ->  if key_cells[other] >= 0 or terrain[key_cells[other]] == FREE:": (
             "keys in rooms that are not entered are counted, too"
@@ -188,10 +213,9 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
         "exit_cell = -1": "the exit is always in the grid",
         "for row in range(grid.shape[0]):  ->  for row in range(grid.shape[ 1]):": _SQUARE,
-        "while r > 0 and n_doors < 6:  ->  while r > 0 and n_doors <= 6:": "a chain has at most six doors",
         "while (1 << layer_shift) < 4 * grid.size:  ->  while (1 << layer_shift) <= 4 * grid.size:": "more memory",
         "while head < tail:  ->  while head <= tail:": _REACHED,
-        "return needs[:0], -1": _REACHED,
+        "return needs[:0], -1  ->  return needs[: 1], -1": _NO_SEARCH,
         "layer_shift = 2  ->  layer_shift = 3": _ROOM,
         "layer_shift += 1  ->  layer_shift += 2": _ROOM,
         "while (1 << layer_shift) < 4 * grid.size:  ->  while (1 << layer_shift) < 5 * grid.size:": _ROOM,
