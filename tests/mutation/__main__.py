@@ -69,10 +69,8 @@ LEFT_OUT = (
     "test_a_level_with_many_states",
     # Minutes of levels by the hundred, or of large ones; others ask the same of fewer and of smaller ones.
     *("test_a_step_never_gains_more_than_one", "accepted[False-63]", "accepted[True-63]"),
-    *(
-        "test_two_threads_do_what_one_does",
-        "test_maps_and_frontiers_are_those_of_the_views_of_this_episode[63-graphs1]",
-    ),
+    "test_two_threads_do_what_one_does",
+    "test_maps_and_frontiers_are_those_of_the_views_of_this_episode[63-graphs1]",
 )
 PRELOADED = (
     *("numpy", "scipy.sparse.linalg", "torch", "numba", "networkx", "pytest", "hypothesis", "gymnasium", "pettingzoo"),
@@ -186,7 +184,8 @@ def survivors(target: str, folder: Path, sample: int | None) -> list[str]:
     """
     source = (PACKAGE / TARGETS[target][0]).read_text()
     seen = folder / f"{target}.json"
-    if not passes(target, source, seen):
+    # Once to measure the tests, and once as mutants meet them: in another order, with a limit to each.
+    if not (passes(target, source, seen) and passes(target, source, seen)):
         raise RuntimeError(f"the tests of {target} fail without any error in it")
     every, explained, left = [one for one in mutants(source) if not one.before.startswith((*NOT_TRIED,))], 0, []
     tried = every if sample is None else random.Random(0).sample(every, min(sample, len(every)))
