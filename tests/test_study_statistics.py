@@ -1,14 +1,12 @@
 """The study's statistics, on tables whose answers are known."""
 
-import csv
 import importlib
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.stats import pearsonr, rankdata, spearmanr
-from study_tables import write_tables
+from study_tables import measured_rows, run_rows
 
 from hierroom.errors import InputError
 
@@ -19,23 +17,6 @@ ROOT = Path(__file__).parents[1]
 def module(monkeypatch):
     monkeypatch.syspath_prepend(ROOT)
     return lambda name: importlib.import_module(f"benchmarks.study.{name}")
-
-
-def run_rows(steps, method="hippo", **columns):
-    """Rows of runs: for each graph the steps of its seeds, None where the milestone was never reached."""
-    return [
-        {"method": method, "graph": graph, "seed": str(seed), "steps_to_95": "" if n is None else str(n), **columns}
-        for graph, several in steps.items()
-        for seed, n in enumerate(several)
-    ]
-
-
-def measured_rows(graphs, twins=(), **measures):
-    rows = [
-        {"graph": graph, "twin_of": "", **{name: str(values[i]) for name, values in measures.items()}}
-        for i, graph in enumerate(graphs)
-    ]
-    return [*rows, *({**rows[graphs.index(of)], "graph": f"{of}-twin", "twin_of": of} for of in twins)]
 
 
 def trained_of(module, steps, twins=()):
@@ -228,19 +209,6 @@ def test_where_more_than_a_third_never_got_to_95_percent_those_to_50_are_taken(m
     assert all((one.outcomes == 50).all() for one in found["steps_to_50"])
 
 
-def test_the_milestone_is_that_of_all_rooms_whatever_is_shown(module, tables, monkeypatch, capsys):
-    """Of four rooms hippo never gets to 95% on two graphs of five; of all it does on eight of ten."""
-    steps = {f"g{i}": [None if i > 7 else 100 + i] for i in range(10)}
-    known = {"settings": ["x"] * 10, "rooms": [3] * 5 + [4] * 5, "goals": [5] * 10, "width": range(10)}
-    rows = [{**row, "steps_to_50": "50"} for row in run_rows(steps)]
-    write_tables(tables, runs=rows, measures=measured_rows([*steps], **known))
-    words = f"{tables}/runs.csv --measures {tables}/measures.csv --resamples 10 --rooms 4".split()
-    monkeypatch.setattr(sys, "argv", ["statistics", *words])
-    assert module("statistics").main() == 0
-    first = capsys.readouterr().out.splitlines()[0]
-    assert first == "**hippo**: steps_to_95, 5 goal graphs, 1 seed, never reached by half of the seeds on 2"
-
-
 def test_methods_are_told_apart_by_what_differs(module):
     read, steps = module("trained").read_trained, {graph: [1, 2] for graph in "abcd"}
     rows = run_rows(steps, size="19", preset="default") + run_rows(steps, size="31", preset="default")
@@ -275,74 +243,3 @@ def test_bad_tables_are_one_line(module, change, message):
     with pytest.raises(InputError, match=message) as caught:
         module("trained").read_trained(change(rows), measured_rows(list("abcd")), "steps_to_95")
     assert "\n" not in str(caught.value)
-
-
-@pytest.fixture
-def tables(tmp_path):
-    graphs = [f"g{i}" for i in range(10)]
-    rng = np.random.default_rng(5)
-    steps = {graph: (1000 * i + 1000 + rng.integers(0, 900, 3)).tolist() for i, graph in enumerate(graphs)}
-    steps["g9"] = [None, None, 20_000]
-    steps |= {f"g{i}-twin": steps[f"g{i}"] for i in range(5)}
-    known = {
-        "settings": ["x"] * 10,
-        "rooms": [3] * 5 + [4] * 5,
-        "goals": [5] * 5 + [7] * 5,
-        "expected_steps": range(10),
-    }
-    measures = measured_rows(graphs, graphs[:5], **known, width=rng.permutation(10))
-    few = run_rows({graph: steps[graph] for graph in graphs[:3]})
-    for name, rows in (("runs", run_rows(steps)), ("few", few), ("measures", measures)):
-        with (tmp_path / f"{name}.csv").open("w") as file:
-            file.write("# the command\n" * (name == "runs"))
-            writer = csv.DictWriter(file, list(rows[0]))
-            writer.writeheader()
-            writer.writerows(rows)
-    return tmp_path
-
-
-def test_the_command_prints_a_table_and_writes_every_number(module, tables, monkeypatch, capsys):
-    out = tables / "out.csv"
-    words = f"{tables}/runs.csv --measures {tables}/measures.csv --resamples 50 --out {out}".split()
-    monkeypatch.setattr(sys, "argv", ["statistics", *words])
-    assert module("statistics").main() == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "**hippo**: steps_to_95, 10 goal graphs, 3 seeds, never reached by half of the seeds on 1"
-    assert lines[4].startswith("| expected_steps | 1.00 [")
-    assert lines[-1].startswith("halves of the seeds: ")
-    assert "5 twins: 1.00" in lines[-1]
-    assert lines[-1].endswith("differ by a factor of 1.00")
-    rows = {(row["measure"], row["statistic"]): row for row in csv.DictReader(out.open())}
-    assert float(rows["expected_steps", "at 5 goals"]["value"]) == pytest.approx(1)
-    assert rows["goals", "given goals"]["value"] == ""
-    assert (rows["twins", "spearman"]["graphs"], rows["width", "kendall"]["graphs"]) == ("5", "10")
-    monkeypatch.setattr(sys, "argv", ["statistics", *words, "--rooms", "4"])
-    assert module("statistics").main() == 0
-    assert "5 goal graphs, 3 seeds" in capsys.readouterr().out
-    assert {(row["seeds_min"], row["seeds_max"]) for row in rows.values()} == {("3", "3")}
-    monkeypatch.setattr(sys, "argv", ["statistics", *words, "--seeds", "1"])
-    assert module("statistics").main() == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "**hippo**: steps_to_95, 10 goal graphs, 1 seed, never reached by half of the seeds on 1"
-    assert lines[-1].startswith("halves of the seeds: -; 5 twins: 1.00")
-    assert {(row["seeds_min"], row["seeds_max"]) for row in csv.DictReader(out.open())} == {("1", "1")}
-    assert "minus hitting time" not in {statistic for _, statistic in rows if rows[_, statistic]["value"]}
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["runs.csv", "--measures", "none.csv"], "none.csv holds no measures; make it"),
-        (["none.csv", "--measures", "measures.csv"], "cannot read the table"),
-        (["runs.csv", "--measures", "measures.csv", "--resamples", "1"], "resamples must be at least 2"),
-        (["runs.csv", "--measures", "measures.csv", "--level", "95"], "between 0 and 1, not 95"),
-        (["few.csv", "--measures", "measures.csv"], "needs 4 goal graphs or more; hippo has 3"),
-        (["runs.csv", "--measures", "measures.csv", "--rooms", "9"], "needs 4 goal graphs or more; hippo has 0"),
-        (["runs.csv", "--measures", "measures.csv", "--seeds", "0"], "the table has no row of a seed below 0"),
-    ],
-)
-def test_the_command_refuses_in_one_line(module, tables, monkeypatch, words, message):
-    monkeypatch.chdir(tables)
-    monkeypatch.setattr(sys, "argv", ["statistics", *words])
-    with pytest.raises(InputError, match=message):
-        module("statistics").main()
