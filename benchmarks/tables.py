@@ -6,7 +6,9 @@
 A table of what was trained stands between the lines `<!-- sweep NAME -->` and `<!-- end of sweep -->`. One of how well
 measures predicted it stands between `<!-- study NAME MEASURE ... -->`, all measures where none is named, and
 `<!-- end of study -->`; it is made from what `benchmarks.study.statistics` wrote. One of when hierarchy pays, by the
-first seeds of a sweep, stands between `<!-- hierarchy NAME SEEDS -->` and `<!-- end of hierarchy -->`.
+first seeds of a sweep, stands between `<!-- hierarchy NAME SEEDS -->` and `<!-- end of hierarchy -->`. The paper's
+Table 3, ours on grids of one size with so many seeds, stands between `<!-- paper SIZE SEEDS -->` and
+`<!-- end of paper -->`.
 """
 
 from __future__ import annotations
@@ -27,6 +29,10 @@ from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_row
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
+from hierroom.paper.cells import table_3
+from hierroom.paper.published import METHODS
+from hierroom.paper.runs import PaperRuns
+from hierroom.paper.table3 import markdown
 from hierroom.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.sweep.summary import CAPTION, summarise
 from hierroom.sweep.table import Row as SweepRow
@@ -34,7 +40,7 @@ from hierroom.sweep.table import SweepTable
 
 ROOT = Path(__file__).parents[1]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
-PLACE = re.compile(r"(<!-- (sweep|study|hierarchy) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
+PLACE = re.compile(r"(<!-- (sweep|study|hierarchy|paper) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,7 @@ def sweep_table(name: str) -> str:
     """
     plan = _plan(name)
     runs = plan.runs()
-    rows = _rows(name, runs)
+    rows = done_rows(name, runs)
     command = f"python -m hierroom.sweep benchmarks/sweeps/{name}.toml --out benchmarks/results/{name}"
     return f"\n`{command}` ({CAPTION}):\n\n{summarise(runs, rows, plan.metas).markdown()}\n\n"
 
@@ -118,7 +124,7 @@ def hierarchy_table(name: str, n_seeds: str) -> str:
     Raises:
         InputError: if a run of these seeds is not done.
     """
-    _rows(name, [run for run in _plan(name).runs() if run.config.seed < int(n_seeds)])
+    done_rows(name, [run for run in _plan(name).runs() if run.config.seed < int(n_seeds)])
     path = Path("benchmarks", "results", name, "sweep.csv")
     options, measured = hierarchy.Options(path, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
     found = hierarchy.compare(read_rows(ROOT / path), measured, options)
@@ -127,12 +133,33 @@ def hierarchy_table(name: str, n_seeds: str) -> str:
     return f"\n`{command}`:\n\n{table}\n\n"
 
 
+def paper_table(size: str, n_seeds: str) -> str:
+    """The paper's Table 3 beside ours, with the command that prints it.
+
+    Args:
+        size: of the grid.
+        n_seeds: how many seeds.
+
+    Raises:
+        InputError: if a run of it is not done.
+    """
+    out = Path("benchmarks", "results", "paper")
+    paper = PaperRuns(ROOT / out, seeds=int(n_seeds), sizes=(int(size),))
+    runs = paper.sweep(paper.graphs, METHODS).plan.runs()
+    command = f"python -m hierroom.paper table3 --sizes {size} --seeds {n_seeds} --out {out} --markdown"
+    return f"\n`{command}`:\n\n{markdown(table_3(done_rows('paper', runs), paper.sizes))}\n\n"
+
+
 def _plan(name: str) -> Plan:
     return read_plan(ROOT / "benchmarks" / "sweeps" / f"{name}.toml")
 
 
-def _rows(name: str, runs: Sequence[PlannedRun]) -> list[SweepRow]:
-    """The rows of runs that must be done."""
+def done_rows(name: str, runs: Sequence[PlannedRun]) -> list[SweepRow]:
+    """The rows of a sweep's runs.
+
+    Raises:
+        InputError: if one is not done.
+    """
     rows = SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)
     if len(rows) < len(runs):
         raise InputError(
@@ -143,7 +170,7 @@ def _rows(name: str, runs: Sequence[PlannedRun]) -> list[SweepRow]:
 
 def renewed(text: str) -> str:
     """A page with its tables as they are now."""
-    kinds = {"sweep": sweep_table, "study": study_table, "hierarchy": hierarchy_table}
+    kinds = {"sweep": sweep_table, "study": study_table, "hierarchy": hierarchy_table, "paper": paper_table}
     return PLACE.sub(lambda place: place[1] + kinds[place[2]](*place[3].split()) + place[4], text)
 
 

@@ -9,9 +9,12 @@ import pytest
 from PIL import Image
 
 from hierroom.errors import InputError, RunError
-from hierroom.paper import PAPER_TABLE_3, table3
+from hierroom.paper import PAPER_TABLE_3
+from hierroom.paper.cells import ComparedCell, table_3
 from hierroom.paper.figures import _limited
+from hierroom.paper.order import PairCounts, method_orders, pair_counts
 from hierroom.paper.runs import PaperRuns, mean_and_interval
+from hierroom.paper.table3 import Table3, markdown
 
 
 def row(method: str, graph: str, seed: int, success: float, length: float) -> dict[str, str]:
@@ -28,7 +31,7 @@ def test_a_mean_has_the_interval_of_student():
 
 def test_our_cells_stand_beside_those_of_the_paper():
     rows = [row("hippo", "a", seed, success, 300) for seed, success in enumerate((0.5, 0.7))]
-    (cell,) = table3.table_3([*rows, row("hippo", "a", 5, 0.1, 9) | {"size": "31"}], (19,))
+    (cell,) = table_3([*rows, row("hippo", "a", 5, 0.1, 9) | {"size": "31"}], (19,))
     assert (cell.paper_success, cell.paper_length) == (74.9, 48.2)
     assert (cell.success, cell.length, cell.seeds) == (pytest.approx(60), pytest.approx(30), 2)
     assert cell.success_half_width == pytest.approx(12.7062 * 10, rel=1e-4)
@@ -39,6 +42,44 @@ def test_what_the_paper_prints_is_in_the_table():
     assert len(PAPER_TABLE_3) == 28
     assert PAPER_TABLE_3["ppo", "c"].length is None
     assert [PAPER_TABLE_3["hippo", graph].success for graph in "abcdefg"] == [74.9, 57.0, 60.8, 48.0, 29.9, 11.2, 19.0]
+
+
+def compared(method: str, success: float, half_width: float, length: float = 50) -> ComparedCell:
+    """Graph f, where the paper has HiPPO 11.2, PPO+Bonus 0.5, PPO+Sketch 0.1 and PPO 0.0% success."""
+    printed = PAPER_TABLE_3[method, "f"]
+    numbers = (printed.success, success, half_width, printed.length, length, half_width)
+    return ComparedCell(method, "f", 19, 3, *numbers)
+
+
+def test_the_order_of_the_methods_is_that_of_the_means_and_intervals_tell_them_apart():
+    cells = [
+        compared("ppo", 40, 6),
+        compared("ppo-bonus", 90, 1),
+        compared("ppo-sketch", 50, 5),
+        compared("hippo", 80, 2),
+    ]
+    by_success, by_length = method_orders(cells)
+    assert by_success.paper == "HiPPO > PPO+Bonus > PPO+Sketch > PPO"
+    assert by_success.ours == "PPO+Bonus > HiPPO > PPO+Sketch ~ PPO", "88 to 92 is apart from 78 to 82, 45 touches 46"
+    assert by_length.paper == "HiPPO > PPO+Bonus > PPO = PPO+Sketch", "its dashes are the whole limit"
+    # Sketch and PPO overlap; Bonus above HiPPO is the paper's other way round; the other four are as there.
+    assert pair_counts(cells, "success") == PairCounts(same=4, opposite=1, open=1)
+    assert "Of 6 pairs of methods on the same graph, 4 come in the paper's order, 1 in the opp" in markdown(cells)
+    lengths = [compared("ppo", 0, 1, 90), compared("ppo-sketch", 0, 1, 20), compared("hippo", 0, 1, 80)]
+    assert pair_counts(lengths, "length") == PairCounts(same=1, opposite=1, open=0), (
+        "PPO and PPO+Sketch tie in the paper"
+    )
+
+
+def test_one_seed_tells_no_order():
+    cells = [compared("ppo", 10, np.nan), compared("hippo", 90, np.nan)]
+    assert method_orders(cells)[0].ours == "HiPPO ~ PPO"
+    assert pair_counts(cells, "success") == PairCounts(0, 0, 1)
+
+
+def test_table_3_has_one_format(tmp_path):
+    with pytest.raises(InputError, match="give --csv or --markdown, not both"):
+        Table3(PaperRuns(out=tmp_path), csv=True, markdown=True)
 
 
 def test_an_episode_that_misses_a_goal_counts_as_the_limit():
@@ -73,7 +114,11 @@ def test_all_from_nothing_and_nothing_twice(tmp_path):
     first = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert "4/4" in first.stderr
     told = " ".join(first.stdout.split())
-    for words in ("Table 2", "PPO+Sketch, success paper 0.4", "HiPPO, length paper 69.1"):
+    for words in (
+        "Table 2",
+        "PPO+Sketch, success paper 0.4",
+        "(c), success paper HiPPO > PPO+Sketch > PPO > PPO+Bonus",
+    ):
         assert words in told
     for name in ("figure3-19", "figure4-19", "figure5-19"):
         pixels = np.asarray(Image.open(tmp_path / "p" / f"{name}.png").convert("RGB"))

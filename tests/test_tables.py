@@ -5,13 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from PIL import Image
 
 from hierroom.errors import InputError
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks import hindsight, tables  # noqa: E402
+from benchmarks import figures, hindsight, tables  # noqa: E402
 from benchmarks.study.correlations import correlations  # noqa: E402
 from benchmarks.study.tables import MEASURES_PATH, first_seeds, read_measures, read_rows  # noqa: E402
 from benchmarks.study.trained import by_rule, measures_of, medians  # noqa: E402
@@ -88,6 +90,32 @@ def test_the_statistics_are_those_of_the_committed_rows(path):
         for row in own:
             value = now[row["measure"], row["statistic"]]
             assert float(row["value"] or "nan") == pytest.approx(value, rel=1e-5, abs=1e-9, nan_ok=True)
+
+
+@pytest.mark.parametrize("picture", figures.pictures(), ids=lambda picture: picture.path.name)
+def test_each_picture_shows_the_points_of_its_rows(picture):
+    with Image.open(picture.path) as image:
+        assert image.info["Points"] == figures.digest(picture.draw()), "python -m benchmarks.figures draws it"
+
+
+def test_pictures_of_other_points_are_told_apart():
+    assert {picture.path.name for picture in figures.pictures()} >= {"prediction.png", "study.png"}
+    drawn = [Figure(), Figure(), Figure(), Figure()]
+    for figure, height in zip(drawn, (1.0, 1.0, 1.001, 1.0), strict=True):
+        axes = figure.subplots()
+        axes.plot([0, 1], [0, height])
+        axes.scatter([0], [1.0])
+    drawn[3].axes[0].fill_between([0, 1], [0, 0], [1, 1])
+    first, again, other, banded = map(figures.digest, drawn)
+    assert first == again
+    assert len({first, other, banded}) == 3
+
+
+def test_a_picture_is_not_drawn_of_unfinished_runs(monkeypatch):
+    monkeypatch.setattr(tables.SweepTable, "of", lambda self, runs: [])
+    picture = figures.Picture(ROOT / "x.png", "hierroom.paper figure3", ("--seeds", "2"))
+    with pytest.raises(InputError, match="0 of 56 runs of the sweep paper are done"):
+        picture.draw()
 
 
 def test_when_hierarchy_pays_is_told_of_seeds_that_are_done(monkeypatch):

@@ -88,6 +88,17 @@ def draw(trained: Sequence[Trained], measured: Sequence[Row], options: Options) 
     return figure
 
 
+def figure_of(options: Options) -> Figure:
+    """The figure of a table's rows.
+
+    Raises:
+        InputError: as `draw` does, or if a table cannot be read.
+    """
+    measured = known_measures(options.measures)
+    rows = first_seeds(read_rows(options.table), options.seeds)
+    return draw(read_trained(rows, measured, options.outcome), measured, options)
+
+
 def _top(trained: Sequence[Trained]) -> float:
     """Where those that never got there are drawn: above all others."""
     reached = [method.outcomes[np.isfinite(method.outcomes)] for method in trained]
@@ -111,10 +122,8 @@ def _draw_method(axes: Axes, values: NDArray[np.float64], method: Trained, numbe
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
-    measured = known_measures(options.measures)
     with matplotlib.rc_context(STYLE):
-        rows = first_seeds(read_rows(options.table), options.seeds)
-        figure = draw(read_trained(rows, measured, options.outcome), measured, options)
+        figure = figure_of(options)
         try:
             options.out.parent.mkdir(parents=True, exist_ok=True)
             figure.savefig(options.out, dpi=150)

@@ -17,9 +17,10 @@ from scipy.stats import spearmanr
 
 from hierroom.compare.style import COLOURS, DASHES, STYLE
 from hierroom.files import write_atomically
+from hierroom.paper.cells import LIMIT, ComparedCell, table_3
 from hierroom.paper.published import METHODS, PAPER_TABLE_2, PAPER_TABLE_3
 from hierroom.paper.runs import PaperRuns, cell, mean_and_interval
-from hierroom.paper.table3 import LIMIT, ComparedCell, table_3
+from hierroom.sweep.sweep import Sweep
 from hierroom.sweep.table import Row
 
 _Curves = Mapping[str, list[Row]]
@@ -34,20 +35,24 @@ class Figure3:
     def run(self) -> None:
         """Train, and draw."""
         sweep = self.runs.train("abcdefg")
-        rows, curves = sweep.rows(), sweep.table.curves()
         for size in self.runs.sizes:
-            graphs = [graph for graph in "abcdefg" if graph in self.runs.graphs]
-            figure = Figure(figsize=(1.6 * max(2, len(graphs)) + 0.6, 3.6), layout="constrained")
-            axes = figure.subplots(2, len(graphs), squeeze=False, sharex=True, sharey="row")
-            for column, graph in enumerate(graphs):
-                for row, (name, scale) in enumerate((("success_rate", 100.0), ("length", 100 / LIMIT))):
-                    for method in METHODS:
-                        _draw_curve(axes[row, column], cell(rows, method, graph, size), curves, name, scale, method)
-                    axes[row, column].set_ylim(-2, 102)
-                axes[0, column].set_title(f"({graph})", fontsize=8)
-            axes[0, 0].set_ylabel("success (%)")
-            axes[1, 0].set_ylabel("length (% of 1000)")
-            _finish(figure, axes, self.runs.out / f"figure3-{size}")
+            _write(self.draw(sweep, size), self.runs.out / f"figure3-{size}")
+
+    def draw(self, sweep: Sweep, size: int) -> Figure:
+        """The figure, from the rows that are there."""
+        rows, curves = sweep.rows(), sweep.table.curves()
+        graphs = [graph for graph in "abcdefg" if graph in self.runs.graphs]
+        figure = Figure(figsize=(1.6 * max(2, len(graphs)) + 0.6, 3.6), layout="constrained")
+        axes = figure.subplots(2, len(graphs), squeeze=False, sharex=True, sharey="row")
+        for column, graph in enumerate(graphs):
+            for row, (name, scale) in enumerate((("success_rate", 100.0), ("length", 100 / LIMIT))):
+                for method in METHODS:
+                    _draw_curve(axes[row, column], cell(rows, method, graph, size), curves, name, scale, method)
+                axes[row, column].set_ylim(-2, 102)
+            axes[0, column].set_title(f"({graph})", fontsize=8)
+        axes[0, 0].set_ylabel("success (%)")
+        axes[1, 0].set_ylabel("length (% of 1000)")
+        return _labelled(figure, axes)
 
 
 @dataclass(frozen=True)
@@ -59,19 +64,23 @@ class Figure4:
     def run(self) -> None:
         """Train, and draw."""
         sweep = replace(self.runs, graphs=("c",)).train("c")
+        for size in self.runs.sizes:
+            _write(self.draw(sweep, size), self.runs.out / f"figure4-{size}")
+
+    def draw(self, sweep: Sweep, size: int) -> Figure:
+        """The figure, from the rows that are there."""
         rows, curves = sweep.rows(), sweep.table.curves()
         goals = ("key_1", "door_1", "key_2", "door_2", "exit")
-        for size in self.runs.sizes:
-            figure = Figure(figsize=(1.6 * len(goals) + 0.6, 2.2), layout="constrained")
-            axes = figure.subplots(1, len(goals), squeeze=False, sharex=True, sharey=True)
-            for column, goal in enumerate(goals):
-                for method in METHODS:
-                    own = cell(rows, method, "c", size)
-                    _draw_curve(axes[0, column], own, _limited(curves, goal), f"steps_to_{goal}", 1.0, method)
-                axes[0, column].set_title(goal.replace("_", " "), fontsize=8)
-                axes[0, column].set_ylim(0, LIMIT * 1.02)
-            axes[0, 0].set_ylabel("steps to the goal")
-            _finish(figure, axes, self.runs.out / f"figure4-{size}")
+        figure = Figure(figsize=(1.6 * len(goals) + 0.6, 2.2), layout="constrained")
+        axes = figure.subplots(1, len(goals), squeeze=False, sharex=True, sharey=True)
+        for column, goal in enumerate(goals):
+            for method in METHODS:
+                own = cell(rows, method, "c", size)
+                _draw_curve(axes[0, column], own, _limited(curves, goal), f"steps_to_{goal}", 1.0, method)
+            axes[0, column].set_title(goal.replace("_", " "), fontsize=8)
+            axes[0, column].set_ylim(0, LIMIT * 1.02)
+        axes[0, 0].set_ylabel("steps to the goal")
+        return _labelled(figure, axes)
 
 
 @dataclass(frozen=True)
@@ -84,12 +93,15 @@ class Figure5:
         """Train, draw, and print the rank correlations."""
         sweep = self.runs.train("abcdefg", ["hippo"])
         for size in self.runs.sizes:
-            cells = [one for one in table_3(sweep.rows(), (size,)) if one.method == "hippo"]
-            figure = Figure(figsize=(5.4, 2.4), layout="constrained")
-            axes = figure.subplots(1, 2, squeeze=False)
-            _draw_hitting(axes[0], cells)
-            _finish(figure, axes, self.runs.out / f"figure5-{size}", "hitting time (paper, no drop)")
-            _print_correlations(cells, size)
+            _write(self.draw(sweep, size), self.runs.out / f"figure5-{size}")
+            _print_correlations(_hippo(sweep, size), size)
+
+    def draw(self, sweep: Sweep, size: int) -> Figure:
+        """The figure, from the rows that are there."""
+        figure = Figure(figsize=(5.4, 2.4), layout="constrained")
+        axes = figure.subplots(1, 2, squeeze=False)
+        _draw_hitting(axes[0], _hippo(sweep, size))
+        return _labelled(figure, axes, "hitting time (paper, no drop)")
 
 
 @dataclass(frozen=True)
@@ -108,6 +120,10 @@ class All:
         figures = [Figure3, *([Figure4] if "c" in self.runs.graphs else []), Figure5]
         for figure in figures:
             figure(self.runs).run()
+
+
+def _hippo(sweep: Sweep, size: int) -> list[ComparedCell]:
+    return [one for one in table_3(sweep.rows(), (size,)) if one.method == "hippo"]
 
 
 def _limited(curves: _Curves, goal: str) -> _Curves:
@@ -167,8 +183,8 @@ def _print_correlations(cells: Sequence[ComparedCell], size: int) -> None:
         )
 
 
-def _finish(figure: Figure, axes: np.ndarray, path: Path, label: str = "training steps (millions)") -> None:
-    """Label, and write as PDF and PNG."""
+def _labelled(figure: Figure, axes: np.ndarray, label: str = "training steps (millions)") -> Figure:
+    """The figure with the label of its horizontal axes and its legend."""
     for place in axes.flat:
         place.grid(alpha=0.25, linewidth=0.5)
         place.spines[["top", "right"]].set_visible(False)
@@ -178,6 +194,11 @@ def _finish(figure: Figure, axes: np.ndarray, path: Path, label: str = "training
         place.set_xlabel(label, fontsize=8)
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False, fontsize=8)
+    return figure
+
+
+def _write(figure: Figure, path: Path) -> None:
+    """Write as PDF and PNG."""
     with matplotlib.rc_context(STYLE):
         for suffix, metadata in (("pdf", {"CreationDate": None}), ("png", None)):
             picture = io.BytesIO()

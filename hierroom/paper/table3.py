@@ -14,57 +14,12 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from hierroom.paper.published import METHODS, PAPER_TABLE_3
-from hierroom.paper.runs import PaperRuns, cell, mean_and_interval
-from hierroom.sweep.table import Row
-
-LIMIT = 1000
-"""The time limit in steps, of which lengths are told in percent."""
-
-
-@dataclass(frozen=True)
-class ComparedCell:
-    """A method on a graph: the paper's numbers and ours, in percent.
-
-    Args:
-        method: its name.
-        graph: a to g.
-        size: of our grid.
-        seeds: of our runs.
-        paper_success: success rate.
-        success: mean over our seeds.
-        success_half_width: of its 95% interval over seeds; NaN of a single one.
-        paper_length: episode length in percent of the limit; None where the paper prints a dash.
-        length: mean over our seeds.
-        length_half_width: of its 95% interval.
-    """
-
-    method: str
-    graph: str
-    size: int
-    seeds: int
-    paper_success: float
-    success: float
-    success_half_width: float
-    paper_length: float | None
-    length: float
-    length_half_width: float
-
-
-def table_3(rows: Sequence[Row], sizes: Sequence[int]) -> list[ComparedCell]:
-    """Our numbers beside the paper's, of all that was trained."""
-    cells = []
-    for size in sizes:
-        for (method, graph), printed in PAPER_TABLE_3.items():
-            runs = cell(rows, method, graph, size)
-            if runs:
-                success, length = (np.array([float(row[name]) for row in runs]) for name in ("success_rate", "length"))
-                ours: dict[str, float] = {}
-                for name, values in (("success", 100 * success), ("length", 100 * length / LIMIT)):
-                    ours[name], ours[f"{name}_half_width"] = map(float, mean_and_interval(values))
-                paper = {"paper_success": printed.success, "paper_length": printed.length}
-                cells.append(ComparedCell(method, graph, size, len(runs), **paper, **ours))
-    return cells
+from hierroom.complexity.tables import markdown_table
+from hierroom.errors import InputError
+from hierroom.paper.cells import ComparedCell, table_3
+from hierroom.paper.order import LEGEND, method_orders, pair_counts
+from hierroom.paper.published import METHODS
+from hierroom.paper.runs import PaperRuns
 
 
 @dataclass(frozen=True)
@@ -74,9 +29,15 @@ class Table3:
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
     csv: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     """Print one line per cell as CSV."""
+    markdown: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """Print the tables in Markdown."""
+
+    def __post_init__(self) -> None:
+        if self.csv and self.markdown:
+            raise InputError("the table is printed as CSV or in Markdown: give --csv or --markdown, not both")
 
     def run(self) -> None:
-        """Train, and print the table."""
+        """Train, and print the table and the order of the methods."""
         sweep = self.runs.train("abcdefg")
         cells = table_3(sweep.rows(), self.runs.sizes)
         if self.csv:
@@ -86,34 +47,69 @@ class Table3:
             return
         for size in self.runs.sizes:
             own = [one for one in cells if one.size == size]
-            Console().print(_printed(own, size, self.runs.steps))
+            if self.markdown:
+                print(markdown(own))
+                continue
+            title = f"Table 3, ours after {self.runs.steps / 1e6:g}M steps on grids of {size}"
+            console = Console()
+            console.print(_drawn(title, _caption(own), _headings(own), _lines(own)))
+            console.print(_drawn("The order of the methods", LEGEND, ("", "", "methods"), _order_lines(own)))
+            console.print(_sentences(own), highlight=False)
 
 
-def _printed(cells: Sequence[ComparedCell], size: int, steps: int) -> Table:
-    graphs = [graph for graph in "abcdefg" if any(one.graph == graph for one in cells)]
+def markdown(cells: Sequence[ComparedCell]) -> str:
+    """The table, the order of the methods, and how often it is the paper's, in Markdown.
+
+    Args:
+        cells: of one grid size.
+    """
+    numbers = markdown_table(("", "", *_headings(cells)[2:]), _lines(cells))
+    orders = markdown_table(("", "", "methods"), _order_lines(cells))
+    return f"{_caption(cells)}:\n\n{numbers}\n{LEGEND}:\n\n{orders}\n{_sentences(cells)}"
+
+
+def _caption(cells: Sequence[ComparedCell]) -> str:
     fewest = min(one.seeds for one in cells)
     told = "one seed" if fewest == 1 else f"means of {fewest} seeds and half the width of their 95% interval"
-    table = Table(
-        title=f"Table 3, ours after {steps / 1e6:g}M steps on grids of {size}",
-        caption=f"{told}; length in percent of 1000 steps",
-        caption_justify="left",
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-    )
-    for heading in ("", "", *(f"({graph})" for graph in graphs)):
-        table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
+    return f"{told}; length in percent of 1000 steps"
+
+
+def _headings(cells: Sequence[ComparedCell]) -> tuple[str, ...]:
+    return ("", "", *(f"({graph})" for graph in dict.fromkeys(one.graph for one in cells)))
+
+
+def _lines(cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
+    """Two lines, the paper's and ours, for each method, first of success and then of length."""
+    lines = []
     for quantity in ("success", "length"):
         for method, name in METHODS.items():
-            own = {one.graph: one for one in cells if one.method == method}
-            if not own:
-                continue
+            own = [one for one in cells if one.method == method]
             paper, ours, widths = (
-                [getattr(own[graph], column) for graph in graphs]
+                [getattr(one, column) for one in own]
                 for column in (f"paper_{quantity}", quantity, f"{quantity}_half_width")
             )
             printed = ["-" if value is None else f"{value:.1f}" for value in paper]
-            table.add_row(f"{name}, {quantity}", "paper", *printed)
-            table.add_row("", "ours", *map(_with_width, ours, widths), end_section=True)
+            lines += [(f"{name}, {quantity}", "paper", *printed), ("", "ours", *map(_with_width, ours, widths))]
+    return lines
+
+
+def _order_lines(cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
+    lines = []
+    for order in method_orders(cells):
+        lines += [(f"({order.graph}), {order.quantity}", "paper", order.paper), ("", "ours", order.ours)]
+    return lines
+
+
+def _sentences(cells: Sequence[ComparedCell]) -> str:
+    return "\n".join(f"By {quantity}: {pair_counts(cells, quantity)}" for quantity in ("success", "length"))
+
+
+def _drawn(title: str, caption: str, headings: Sequence[str], lines: Sequence[Sequence[str]]) -> Table:
+    table = Table(title=title, caption=caption, caption_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    for heading in headings:
+        table.add_column(heading, justify="right" if heading.startswith("(") else "left", no_wrap=True)
+    for n, line in enumerate(lines):
+        table.add_row(*line, end_section=n % 2 == 1)
     return table
 
 

@@ -1,0 +1,60 @@
+"""The cells of Table 3: what the paper prints for a method on a graph, and what our runs gave."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hierroom.paper.published import PAPER_TABLE_3
+from hierroom.paper.runs import cell, mean_and_interval
+from hierroom.sweep.table import Row
+
+LIMIT = 1000
+"""The time limit in steps, of which lengths are told in percent."""
+
+
+@dataclass(frozen=True)
+class ComparedCell:
+    """A method on a graph: the paper's numbers and ours, in percent.
+
+    Args:
+        method: its name.
+        graph: a to g.
+        size: of our grid.
+        seeds: of our runs.
+        paper_success: success rate.
+        success: mean over our seeds.
+        success_half_width: of its 95% interval over seeds; NaN of a single one.
+        paper_length: episode length in percent of the limit; None where the paper prints a dash.
+        length: mean over our seeds.
+        length_half_width: of its 95% interval.
+    """
+
+    method: str
+    graph: str
+    size: int
+    seeds: int
+    paper_success: float
+    success: float
+    success_half_width: float
+    paper_length: float | None
+    length: float
+    length_half_width: float
+
+
+def table_3(rows: Sequence[Row], sizes: Sequence[int]) -> list[ComparedCell]:
+    """Our numbers beside the paper's, of all that was trained."""
+    cells = []
+    for size in sizes:
+        for (method, graph), printed in PAPER_TABLE_3.items():
+            runs = cell(rows, method, graph, size)
+            if runs:
+                success, length = (np.array([float(row[name]) for row in runs]) for name in ("success_rate", "length"))
+                ours: dict[str, float] = {}
+                for name, values in (("success", 100 * success), ("length", 100 * length / LIMIT)):
+                    ours[name], ours[f"{name}_half_width"] = map(float, mean_and_interval(values))
+                paper = {"paper_success": printed.success, "paper_length": printed.length}
+                cells.append(ComparedCell(method, graph, size, len(runs), **paper, **ours))
+    return cells

@@ -1,0 +1,120 @@
+"""In which order the methods come on each goal graph, in the paper and in our runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+
+from hierroom.paper.cells import ComparedCell
+from hierroom.paper.published import METHODS
+
+LEGEND = "the best first; = the same number, ~ our intervals overlap"
+
+
+@dataclass(frozen=True)
+class MethodOrder:
+    """The methods on one goal graph, the best first.
+
+    Args:
+        graph: a to g.
+        quantity: `success`, of which more is better, or `length`, of which less is.
+        paper: the names by the paper's means, `>` between two, `=` where it prints the same number.
+        ours: the names by our means, `>` where the 95% intervals of two neighbours lie apart, `~` where they overlap
+            and always of a single seed, which has none.
+    """
+
+    graph: str
+    quantity: str
+    paper: str
+    ours: str
+
+
+@dataclass(frozen=True)
+class PairCounts:
+    """How many pairs of methods, both on the same goal graph, come in the paper's order; its ties are left out.
+
+    Args:
+        same: our intervals lie apart, as the paper's means do.
+        opposite: our intervals lie apart, the other way round.
+        open: our intervals overlap.
+    """
+
+    same: int
+    opposite: int
+    open: int
+
+    def __str__(self) -> str:
+        """One sentence."""
+        n = self.same + self.opposite + self.open
+        return (
+            f"Of {n} pairs of methods on the same graph, {self.same} come in the paper's order, {self.opposite} in the "
+            f"opposite one, and the intervals of {self.open} overlap."
+        )
+
+
+@dataclass(frozen=True)
+class _Method:
+    """A method's numbers on a graph, turned so that more is better."""
+
+    name: str
+    paper: float
+    ours: float
+    half_width: float
+
+    def is_better(self, other: _Method) -> bool:
+        return self.ours - self.half_width > other.ours + other.half_width  # NaN of a single seed: never
+
+
+def method_orders(cells: Sequence[ComparedCell]) -> list[MethodOrder]:
+    """The order of the methods on each graph, by success and by length.
+
+    Args:
+        cells: of one grid size.
+    """
+    orders = []
+    for quantity in ("success", "length"):
+        for graph in dict.fromkeys(cell.graph for cell in cells):
+            methods = _methods(cells, graph, quantity)
+            by_paper = sorted(methods, key=lambda method: -method.paper)
+            by_ours = sorted(methods, key=lambda method: -method.ours)
+            paper = [" = " if one.paper == other.paper else " > " for one, other in pairwise(by_paper)]
+            ours = [" > " if one.is_better(other) else " ~ " for one, other in pairwise(by_ours)]
+            orders.append(MethodOrder(graph, quantity, _joined(by_paper, paper), _joined(by_ours, ours)))
+    return orders
+
+
+def pair_counts(cells: Sequence[ComparedCell], quantity: str) -> PairCounts:
+    """How often two methods come in the paper's order.
+
+    Args:
+        cells: of one grid size.
+        quantity: `success` or `length`.
+    """
+    same = opposite = n = 0
+    for graph in dict.fromkeys(cell.graph for cell in cells):
+        for one, other in combinations(_methods(cells, graph, quantity), 2):
+            if one.paper == other.paper:
+                continue
+            better, worse = (one, other) if one.paper > other.paper else (other, one)
+            n, same, opposite = n + 1, same + better.is_better(worse), opposite + worse.is_better(better)
+    return PairCounts(same, opposite, n - same - opposite)
+
+
+def _methods(cells: Sequence[ComparedCell], graph: str, quantity: str) -> list[_Method]:
+    own = [cell for cell in cells if cell.graph == graph]
+    if quantity == "success":
+        return [_Method(METHODS[one.method], one.paper_success, one.success, one.success_half_width) for one in own]
+    return [  # the paper's dash: the exit was never reached, and each episode took the whole limit
+        _Method(
+            METHODS[one.method],
+            -(100.0 if one.paper_length is None else one.paper_length),
+            -one.length,
+            one.length_half_width,
+        )
+        for one in own
+    ]
+
+
+def _joined(methods: Sequence[_Method], between: Sequence[str]) -> str:
+    return "".join(name + sign for name, sign in zip([one.name for one in methods], [*between, ""], strict=True))
