@@ -1,15 +1,18 @@
-"""Rewards and networks of the variants in `sweeps/differences.toml` and `sweeps/study_factors.toml`."""
+"""Rewards and networks of the variants of the sweeps `differences`, `differences_flat` and `study_factors`."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.rewards import Bonus, Intrinsic
+from hierroom.step import Step
 from hierroom.world.tiles import TRIPLES
 
 _VIEW = 49
@@ -25,6 +28,14 @@ class CutBonus(Bonus):
     """1 for each key, door and the exit, and the return ends where the given goal is reached."""
 
     ends_with_option = True
+
+
+class RepeatedBonus(Bonus):
+    """1 for each key, door and the exit as often as it is achieved: a key that was dropped can be picked up again."""
+
+    def rewards(self, step: Step) -> NDArray[np.float64]:
+        """[N] whether something was achieved."""
+        return (step.events >= 0).astype(np.float64)
 
 
 class PlainLSTM(nn.Module):

@@ -3,10 +3,13 @@
 import sys
 from pathlib import Path
 
+import gymnasium
+import numpy as np
 import torch
 
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.sweep.plan import read_plan
+from hierroom.world.constants import DROP, FORWARD, LEFT, PICKUP, RIGHT
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "benchmarks"))
@@ -29,6 +32,25 @@ def test_a_sequence_of_the_plain_network_is_its_steps_with_resets():
     logits, values = network.sequence(features, first, resets)
     torch.testing.assert_close(logits, torch.stack([one[0] for one in steps]))
     torch.testing.assert_close(values, torch.stack([one[1] for one in steps]))
+
+
+def test_a_bonus_is_repeated_for_keys_picked_up_again_and_for_nothing_else():
+    once, each_time = (
+        gymnasium.make_vec("hierroom/EscapeRoom-a-v0", num_envs=16, size=11, drop_key=True, meta="none", reward=reward)
+        for reward in ("bonus", variants.RepeatedBonus())
+    )
+    for envs in (once, each_time):
+        envs.reset(seed=0)
+    generator, n_again = np.random.default_rng(0), 0
+    for _ in range(400):
+        actions = generator.choice([FORWARD, LEFT, RIGHT, PICKUP, PICKUP, DROP], 16)
+        paid_once, paid = (envs.step(actions)[1] for envs in (once, each_time))
+        again = paid != paid_once
+        assert (paid[again] == 1).all()
+        assert (paid_once[again] == 0).all()
+        assert (actions[again] == PICKUP).all()
+        n_again += again.sum()
+    assert n_again > 0
 
 
 def test_every_sweep_of_the_benchmarks_is_a_plan(monkeypatch):
