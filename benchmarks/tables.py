@@ -145,9 +145,10 @@ def paper_table(size: str, n_seeds: str) -> str:
     """
     out = Path("benchmarks", "results", "paper")
     paper = PaperRuns(ROOT / out, seeds=int(n_seeds), sizes=(int(size),))
-    runs = paper.sweep(paper.graphs, METHODS).plan.runs()
+    sweep = paper.sweep(paper.graphs, METHODS)
+    rows = done_rows("paper", sweep.plan.runs())
     command = f"python -m hierroom.paper table3 --sizes {size} --seeds {n_seeds} --out {out} --markdown"
-    return f"\n`{command}`:\n\n{markdown(table_3(done_rows('paper', runs), paper.sizes))}\n\n"
+    return f"\n`{command}`:\n\n{markdown(table_3(rows, sweep.table.curves(), paper.sizes))}\n\n"
 
 
 def _plan(name: str) -> Plan:

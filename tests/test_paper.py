@@ -31,11 +31,19 @@ def test_a_mean_has_the_interval_of_student():
 
 def test_our_cells_stand_beside_those_of_the_paper():
     rows = [row("hippo", "a", seed, success, 300) for seed, success in enumerate((0.5, 0.7))]
-    (cell,) = table_3([*rows, row("hippo", "a", 5, 0.1, 9) | {"size": "31"}], (19,))
+    curves = {
+        f"hippoa{seed}": [{"steps": steps, "success_rate": rate} for steps, rate in (("0", "0"), ("1000", last))]
+        for seed, last in enumerate(("1.0", "0.749"))
+    }
+    (cell,) = table_3([*rows, row("hippo", "a", 5, 0.1, 9) | {"size": "31"}], curves, (19,))
+    assert cell.steps_to_paper == pytest.approx((749 + 1000) / 2), "the median of a seed at 749 steps and one at 1000"
     assert (cell.paper_success, cell.paper_length) == (74.9, 48.2)
     assert (cell.success, cell.length, cell.seeds) == (pytest.approx(60), pytest.approx(30), 2)
     assert cell.success_half_width == pytest.approx(12.7062 * 10, rel=1e-4)
     assert cell.length_half_width == 0
+    never, zero = table_3([row("hippo", "a", 0, 0, 1000), row("ppo", "g", 0, 0, 1000)], {}, (19,))[::-1]
+    assert never.steps_to_paper == np.inf
+    assert np.isnan(zero.steps_to_paper), "the paper's 0.0% is there before training"
 
 
 def test_what_the_paper_prints_is_in_the_table():
@@ -48,7 +56,7 @@ def compared(method: str, success: float, half_width: float, length: float = 50)
     """Graph f, where the paper has HiPPO 11.2, PPO+Bonus 0.5, PPO+Sketch 0.1 and PPO 0.0% success."""
     printed = PAPER_TABLE_3[method, "f"]
     numbers = (printed.success, success, half_width, printed.length, length, half_width)
-    return ComparedCell(method, "f", 19, 3, *numbers)
+    return ComparedCell(method, "f", 19, 3, *numbers, steps_to_paper=1000)
 
 
 def test_the_order_of_the_methods_is_that_of_the_means_and_intervals_tell_them_apart():

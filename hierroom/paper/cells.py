@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from statistics import median
 
 import numpy as np
 
 from hierroom.paper.published import PAPER_TABLE_3
 from hierroom.paper.runs import cell, mean_and_interval
 from hierroom.sweep.table import Row
+from hierroom.training.learning_curve import first_crossing
+
+Curves = Mapping[str, Sequence[Row]]
+"""The evaluations of runs by the digests of their rows."""
 
 LIMIT = 1000
 """The time limit in steps, of which lengths are told in percent."""
@@ -30,6 +35,8 @@ class ComparedCell:
         paper_length: episode length in percent of the limit; None where the paper prints a dash.
         length: mean over our seeds.
         length_half_width: of its 95% interval.
+        steps_to_paper: training steps until our evaluated success rate reached the paper's, the median of our seeds;
+            infinite where half of them never did, NaN where the paper's is zero.
     """
 
     method: str
@@ -42,10 +49,17 @@ class ComparedCell:
     paper_length: float | None
     length: float
     length_half_width: float
+    steps_to_paper: float
 
 
-def table_3(rows: Sequence[Row], sizes: Sequence[int]) -> list[ComparedCell]:
-    """Our numbers beside the paper's, of all that was trained."""
+def table_3(rows: Sequence[Row], curves: Curves, sizes: Sequence[int]) -> list[ComparedCell]:
+    """Our numbers beside the paper's, of all that was trained.
+
+    Args:
+        rows: of the sweep.
+        curves: the learning curves by the digests of their rows.
+        sizes: of the grids.
+    """
     cells = []
     for size in sizes:
         for (method, graph), printed in PAPER_TABLE_3.items():
@@ -55,6 +69,18 @@ def table_3(rows: Sequence[Row], sizes: Sequence[int]) -> list[ComparedCell]:
                 ours: dict[str, float] = {}
                 for name, values in (("success", 100 * success), ("length", 100 * length / LIMIT)):
                     ours[name], ours[f"{name}_half_width"] = map(float, mean_and_interval(values))
+                ours["steps_to_paper"] = _steps_to(printed.success, [curves.get(run["digest"], []) for run in runs])
                 paper = {"paper_success": printed.success, "paper_length": printed.length}
                 cells.append(ComparedCell(method, graph, size, len(runs), **paper, **ours))
     return cells
+
+
+def _steps_to(percent: float, curves: Sequence[Sequence[Row]]) -> float:
+    """The median over seeds of the steps at which learning curves reach a success rate."""
+    if percent == 0:
+        return np.nan
+    reached = []
+    for curve in curves:
+        steps, success = (np.array([float(row[name]) for row in curve]) for name in ("steps", "success_rate"))
+        reached.append(first_crossing(steps, success, percent / 100) if curve else np.inf)
+    return median(reached)

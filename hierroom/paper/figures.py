@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,13 +17,11 @@ from scipy.stats import spearmanr
 
 from hierroom.compare.style import COLOURS, DASHES, STYLE
 from hierroom.files import write_atomically
-from hierroom.paper.cells import LIMIT, ComparedCell, table_3
+from hierroom.paper.cells import LIMIT, ComparedCell, Curves, table_3
 from hierroom.paper.published import METHODS, PAPER_TABLE_2, PAPER_TABLE_3
 from hierroom.paper.runs import PaperRuns, cell, mean_and_interval
 from hierroom.sweep.sweep import Sweep
 from hierroom.sweep.table import Row
-
-_Curves = Mapping[str, list[Row]]
 
 
 @dataclass(frozen=True)
@@ -123,10 +121,10 @@ class All:
 
 
 def _hippo(sweep: Sweep, size: int) -> list[ComparedCell]:
-    return [one for one in table_3(sweep.rows(), (size,)) if one.method == "hippo"]
+    return [one for one in table_3(sweep.rows(), sweep.table.curves(), (size,)) if one.method == "hippo"]
 
 
-def _limited(curves: _Curves, goal: str) -> _Curves:
+def _limited(curves: Curves, goal: str) -> Curves:
     """Curves in which an episode that does not achieve the goal counts as one that takes the whole limit."""
 
     def steps(row: Row) -> str:
@@ -139,7 +137,7 @@ def _limited(curves: _Curves, goal: str) -> _Curves:
     }
 
 
-def _draw_curve(axes: Axes, runs: Sequence[Row], curves: _Curves, name: str, scale: float, method: str) -> None:
+def _draw_curve(axes: Axes, runs: Sequence[Row], curves: Curves, name: str, scale: float, method: str) -> None:
     """Draw the mean over seeds and its 95% band; what a seed was evaluated after differs by an update at most."""
     own = [curves[run["digest"]] for run in runs if curves.get(run["digest"])]
     if not own:

@@ -20,6 +20,10 @@ from hierroom.paper.cells import ComparedCell, table_3
 from hierroom.paper.order import LEGEND, method_orders, pair_counts
 from hierroom.paper.published import METHODS
 from hierroom.paper.runs import PaperRuns
+from hierroom.sweep.summary import steps_text
+
+STEPS_TO_PAPER = "training steps until the paper's success rate"
+STEPS_LEGEND = "median of the seeds; 0: before training; -: not reached; empty: the paper's is zero"
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class Table3:
     def run(self) -> None:
         """Train, and print the table and the order of the methods."""
         sweep = self.runs.train("abcdefg")
-        cells = table_3(sweep.rows(), self.runs.sizes)
+        cells = table_3(sweep.rows(), sweep.table.curves(), self.runs.sizes)
         if self.csv:
             writer = csv.DictWriter(sys.stdout, list(vars(cells[0])), lineterminator="\n")
             writer.writeheader()
@@ -53,6 +57,7 @@ class Table3:
             title = f"Table 3, ours after {self.runs.steps / 1e6:g}M steps on grids of {size}"
             console = Console()
             console.print(_drawn(title, _caption(own), _headings(own), _lines(own)))
+            console.print(_drawn(f"Our {STEPS_TO_PAPER}", STEPS_LEGEND, _headings(own)[1:], _steps_lines(own)))
             console.print(_drawn("The order of the methods", LEGEND, ("", "", "methods"), _order_lines(own)))
             console.print(_sentences(own), highlight=False)
 
@@ -63,9 +68,12 @@ def markdown(cells: Sequence[ComparedCell]) -> str:
     Args:
         cells: of one grid size.
     """
-    numbers = markdown_table(("", "", *_headings(cells)[2:]), _lines(cells))
+    numbers = markdown_table(_headings(cells), _lines(cells))
     orders = markdown_table(("", "", "methods"), _order_lines(cells))
-    return f"{_caption(cells)}:\n\n{numbers}\n{LEGEND}:\n\n{orders}\n{_sentences(cells)}"
+    steps = markdown_table(_headings(cells)[1:], _steps_lines(cells))
+    parts = [f"{_caption(cells)}:", numbers, f"our {STEPS_TO_PAPER} ({STEPS_LEGEND}):", steps]
+    parts += [f"the order of the methods ({LEGEND}):", orders, _sentences(cells)]
+    return "\n\n".join(part.strip() for part in parts)
 
 
 def _caption(cells: Sequence[ComparedCell]) -> str:
@@ -93,6 +101,17 @@ def _lines(cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
     return lines
 
 
+def _steps_lines(cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
+    by_method = {name: [one for one in cells if one.method == method] for method, name in METHODS.items()}
+    return [(name, *(_steps(one.steps_to_paper) for one in own)) for name, own in by_method.items()]
+
+
+def _steps(steps: float) -> str:
+    if np.isnan(steps):
+        return ""
+    return "-" if np.isinf(steps) else steps_text(steps) if steps else "0"
+
+
 def _order_lines(cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
     lines = []
     for order in method_orders(cells):
@@ -109,7 +128,7 @@ def _drawn(title: str, caption: str, headings: Sequence[str], lines: Sequence[Se
     for heading in headings:
         table.add_column(heading, justify="right" if heading.startswith("(") else "left", no_wrap=True)
     for n, line in enumerate(lines):
-        table.add_row(*line, end_section=n % 2 == 1)
+        table.add_row(*line, end_section=headings[1] == "" and n % 2 == 1)
     return table
 
 
