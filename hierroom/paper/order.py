@@ -18,14 +18,12 @@ class MethodOrder:
 
     Args:
         graph: a to g.
-        quantity: `success`, of which more is better, or `length`, of which less is.
         paper: the names by the paper's means, `>` between two, `=` where it prints the same number.
         ours: the names by our means, `>` where the 95% intervals of two neighbours lie apart, `~` where they overlap
             and always of a single seed, which has none.
     """
 
     graph: str
-    quantity: str
     paper: str
     ours: str
 
@@ -66,21 +64,21 @@ class _Method:
         return self.ours - self.half_width > other.ours + other.half_width  # NaN of a single seed: never
 
 
-def method_orders(cells: Sequence[ComparedCell]) -> list[MethodOrder]:
-    """The order of the methods on each graph, by success and by length.
+def method_orders(cells: Sequence[ComparedCell], quantity: str) -> list[MethodOrder]:
+    """The order of the methods on each graph.
 
     Args:
         cells: of one grid size.
+        quantity: `success`, of which more is better, or `length`, of which less is.
     """
     orders = []
-    for quantity in ("success", "length"):
-        for graph in dict.fromkeys(cell.graph for cell in cells):
-            methods = _methods(cells, graph, quantity)
-            by_paper = sorted(methods, key=lambda method: -method.paper)
-            by_ours = sorted(methods, key=lambda method: -method.ours)
-            paper = [" = " if one.paper == other.paper else " > " for one, other in pairwise(by_paper)]
-            ours = [" > " if one.is_better(other) else " ~ " for one, other in pairwise(by_ours)]
-            orders.append(MethodOrder(graph, quantity, _joined(by_paper, paper), _joined(by_ours, ours)))
+    for graph in dict.fromkeys(cell.graph for cell in cells):
+        methods = _methods(cells, graph, quantity)
+        by_paper = sorted(methods, key=lambda method: -method.paper)
+        by_ours = sorted(methods, key=lambda method: -method.ours)
+        paper = [" = " if one.paper == other.paper else " > " for one, other in pairwise(by_paper)]
+        ours = [" > " if one.is_better(other) else " ~ " for one, other in pairwise(by_ours)]
+        orders.append(MethodOrder(graph, _joined(by_paper, paper), _joined(by_ours, ours)))
     return orders
 
 

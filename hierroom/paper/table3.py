@@ -58,7 +58,7 @@ class Table3:
             console = Console()
             console.print(_drawn(title, _caption(own), _headings(own), _lines(own)))
             console.print(_drawn(f"Our {STEPS_TO_PAPER}", STEPS_LEGEND, _headings(own)[1:], _steps_lines(own)))
-            console.print(_drawn("The order of the methods", LEGEND, ("", "", "methods"), _order_lines(own)))
+            console.print(_drawn("The order of the methods by success", LEGEND, ("", "", "methods"), _order_lines(own)))
             console.print(_sentences(own), highlight=False)
 
 
@@ -72,7 +72,7 @@ def markdown(cells: Sequence[ComparedCell]) -> str:
     orders = markdown_table(("", "", "methods"), _order_lines(cells))
     steps = markdown_table(_headings(cells)[1:], _steps_lines(cells))
     parts = [f"{_caption(cells)}:", numbers, f"our {STEPS_TO_PAPER} ({STEPS_LEGEND}):", steps]
-    parts += [f"the order of the methods ({LEGEND}):", orders, _sentences(cells)]
+    parts += [f"the order of the methods by success ({LEGEND}):", orders, _sentences(cells)]
     return "\n\n".join(part.strip() for part in parts)
 
 
@@ -114,13 +114,13 @@ def _steps(steps: float) -> str:
 
 def _order_lines(cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
     lines = []
-    for order in method_orders(cells):
-        lines += [(f"({order.graph}), {order.quantity}", "paper", order.paper), ("", "ours", order.ours)]
+    for order in method_orders(cells, "success"):
+        lines += [(f"({order.graph})", "paper", order.paper), ("", "ours", order.ours)]
     return lines
 
 
 def _sentences(cells: Sequence[ComparedCell]) -> str:
-    return "\n".join(f"By {quantity}: {pair_counts(cells, quantity)}" for quantity in ("success", "length"))
+    return " ".join(f"By {quantity}: {pair_counts(cells, quantity)}" for quantity in ("success", "length"))
 
 
 def _drawn(title: str, caption: str, headings: Sequence[str], lines: Sequence[Sequence[str]]) -> Table:
