@@ -70,12 +70,15 @@ def test_help_is_shown():
         (["--seed", "-1"], "a seed must be a whole number from 0"),
     ],
 )
-def test_a_bad_option_is_one_clear_line(arguments, says):
-    done = run(*arguments)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert says in done.stderr
-    assert len(done.stderr.splitlines()) == 1
+def test_a_bad_option_is_one_clear_line(arguments, says, single_file, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", [FILE.name, *arguments])
+    with pytest.raises(SystemExit) as stopped:
+        single_file.run(single_file.main)
+    assert stopped.value.code == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert says in told.err
+    assert len(told.err.splitlines()) == 1
 
 
 def networks(single_file):
