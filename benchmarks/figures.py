@@ -24,20 +24,27 @@ import matplotlib
 import numpy as np
 import tyro
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from PIL import Image
 
 from benchmarks.study import figure as study
-from benchmarks.tables import PAGES, ROOT, done_rows
+from benchmarks.tables import PAGES, ROOT
 from hierroom.cli import run
 from hierroom.compare.style import STYLE
+from hierroom.errors import InputError
 from hierroom.files import write_atomically
 from hierroom.paper.figures import Figure3, Figure4, Figure5
 from hierroom.paper.published import METHODS
 
 PLACE = re.compile(r"`python -m (benchmarks\.study\.figure|hierroom\.paper figure\d) ([^`]+)`[^`]*?!\[[^]]*\]\((\S+)\)")
-PAPER = {"figure3": Figure3, "figure4": Figure4, "figure5": Figure5}
+PAPER = {
+    "figure3": (Figure3, "abcdefg", METHODS),
+    "figure4": (Figure4, "c", METHODS),
+    "figure5": (Figure5, "abcdefg", ["hippo"]),
+}
+"""What is drawn, and the graphs and methods of the runs that it needs."""
 
 
 @dataclass(frozen=True)
@@ -69,16 +76,20 @@ class Picture:
         """The figure, from the committed rows.
 
         Raises:
-            InputError: if a run that it needs is not done.
+            InputError: if a run that it needs is not done, or the command has several sizes.
         """
         with chdir(ROOT), matplotlib.rc_context(STYLE):
             if self.program == "benchmarks.study.figure":
                 return study.figure_of(tyro.cli(study.Options, args=self.arguments))
-            figure = tyro.cli(PAPER[self.program.split()[1]], args=self.arguments)
-            (size,) = figure.runs.sizes
-            sweep = figure.runs.sweep(figure.runs.graphs, METHODS)
-            done_rows("paper", sweep.plan.runs())
-            return figure.draw(sweep, size)
+            kind, graphs, methods = PAPER[self.program.split()[1]]
+            figure = tyro.cli(kind, args=self.arguments)
+            if len(figure.runs.sizes) > 1:
+                raise InputError(f"{self.path.name} is one picture; the command on its page has several sizes")
+            sweep = figure.runs.sweep(graphs, methods)
+            done, planned = len(sweep.rows()), len(sweep.plan.runs())
+            if done < planned:
+                raise InputError(f"{done} of {planned} runs of {self.path.name} are done; it is drawn when all are")
+            return figure.draw(sweep, figure.runs.sizes[0])
 
 
 def pictures() -> list[Picture]:
@@ -91,26 +102,32 @@ def pictures() -> list[Picture]:
 
 
 def digest(figure: Figure) -> str:
-    """Of its labels and of its points, to four digits."""
+    """Of its texts and colours, and of its points to four digits."""
     told = hashlib.sha256()
+    for legend in figure.legends:
+        told.update(repr([text.get_text() for text in legend.get_texts()]).encode())
     for axes in figure.axes:
         told.update(repr([axes.get_xlabel(), axes.get_ylabel(), axes.get_title()]).encode())
         told.update(repr([text.get_text() for text in axes.texts]).encode())
-        for points in _points(axes):
+        for colour, points in _marks(axes):
+            told.update(colour.encode())
             told.update(" ".join(f"{number:.4g}" for number in np.asarray(points, dtype=float).ravel()).encode())
     return told.hexdigest()
 
 
-def _points(axes: Axes) -> Iterator[np.ndarray]:
-    """Of its lines, marks and bands."""
+def _marks(axes: Axes) -> Iterator[tuple[str, np.ndarray]]:
+    """Its lines, marks and bands, the colour and the points of each."""
     for line in axes.lines:
-        yield line.get_xydata()
+        yield to_hex(line.get_color()), line.get_xydata()
     for collection in axes.collections:
+        colour = " ".join(map(to_hex, [*collection.get_facecolor(), *collection.get_edgecolor()]))
         if isinstance(collection, LineCollection):
-            yield from collection.get_segments()
+            points = collection.get_segments()
+        elif isinstance(collection, PolyCollection):
+            points = [path.vertices for path in collection.get_paths()]
         else:
-            yield np.ma.getdata(collection.get_offsets())
-            yield from (path.vertices for path in collection.get_paths())
+            points = [np.ma.getdata(collection.get_offsets())]
+        yield from ((colour, one) for one in points)
 
 
 def main() -> int:

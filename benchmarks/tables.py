@@ -147,8 +147,9 @@ def paper_table(size: str, n_seeds: str) -> str:
     paper = PaperRuns(ROOT / out, seeds=int(n_seeds), sizes=(int(size),))
     sweep = paper.sweep(paper.graphs, METHODS)
     rows = done_rows("paper", sweep.plan.runs())
+    cells = table_3(rows, sweep.table.curves(), paper.sizes)
     command = f"python -m hierroom.paper table3 --sizes {size} --seeds {n_seeds} --out {out} --markdown"
-    return f"\n`{command}`:\n\n{markdown(table_3(rows, sweep.table.curves(), paper.sizes))}\n\n"
+    return f"\n`{command}`:\n\n{markdown(cells, paper.steps)}\n\n"
 
 
 def _plan(name: str) -> Plan:

@@ -13,6 +13,7 @@ from hierroom.paper import PAPER_TABLE_3
 from hierroom.paper.cells import ComparedCell, table_3
 from hierroom.paper.figures import _limited
 from hierroom.paper.order import PairCounts, method_orders, pair_counts
+from hierroom.paper.prediction import prediction
 from hierroom.paper.runs import PaperRuns, mean_and_interval
 from hierroom.paper.table3 import Table3, markdown
 
@@ -29,21 +30,29 @@ def test_a_mean_has_the_interval_of_student():
     assert np.isnan(mean_and_interval(np.array([[1.0, 2.0]]))[1]).all(), "one seed tells of no spread"
 
 
+def curve(*points: tuple[int, float]) -> list[dict[str, str]]:
+    return [{"steps": str(steps), "success_rate": str(rate)} for steps, rate in points]
+
+
 def test_our_cells_stand_beside_those_of_the_paper():
     rows = [row("hippo", "a", seed, success, 300) for seed, success in enumerate((0.5, 0.7))]
-    curves = {
-        f"hippoa{seed}": [{"steps": steps, "success_rate": rate} for steps, rate in (("0", "0"), ("1000", last))]
-        for seed, last in enumerate(("1.0", "0.749"))
-    }
+    curves = {"hippoa0": curve((0, 0), (1000, 1)), "hippoa1": curve((0, 0), (1000, 0.749), (2000, 0.9))}
     (cell,) = table_3([*rows, row("hippo", "a", 5, 0.1, 9) | {"size": "31"}], curves, (19,))
-    assert cell.steps_to_paper == pytest.approx((749 + 1000) / 2), "the median of a seed at 749 steps and one at 1000"
     assert (cell.paper_success, cell.paper_length) == (74.9, 48.2)
     assert (cell.success, cell.length, cell.seeds) == (pytest.approx(60), pytest.approx(30), 2)
     assert cell.success_half_width == pytest.approx(12.7062 * 10, rel=1e-4)
     assert cell.length_half_width == 0
-    never, zero = table_3([row("hippo", "a", 0, 0, 1000), row("ppo", "g", 0, 0, 1000)], {}, (19,))[::-1]
-    assert never.steps_to_paper == np.inf
-    assert np.isnan(zero.steps_to_paper), "the paper's 0.0% is there before training"
+    assert cell.steps_to_paper == pytest.approx((749 + 1000) / 2), "the median of a seed at 749 steps and one at 1000"
+    assert cell.steps_to_95 == np.inf, "one of two seeds never got there"
+
+
+def test_a_success_below_one_percent_is_not_waited_for_and_a_curve_must_be_there():
+    (cell,) = table_3([row("ppo", "c", 0, 0, 1000)], {"ppoc0": curve((0, 0), (1000, 0.99))}, (19,))
+    assert PAPER_TABLE_3["ppo", "c"].success == 0.2
+    assert np.isnan(cell.steps_to_paper)
+    assert cell.steps_to_95 == pytest.approx(0.95 / 0.99 * 1000)
+    with pytest.raises(InputError, match=r"curves\.csv has no learning curve of ppo on c with seed 0; delete its row"):
+        table_3([row("ppo", "c", 0, 0, 1000)], {}, (19,))
 
 
 def test_what_the_paper_prints_is_in_the_table():
@@ -56,7 +65,7 @@ def compared(method: str, success: float, half_width: float, length: float = 50)
     """Graph f, where the paper has HiPPO 11.2, PPO+Bonus 0.5, PPO+Sketch 0.1 and PPO 0.0% success."""
     printed = PAPER_TABLE_3[method, "f"]
     numbers = (printed.success, success, half_width, printed.length, length, half_width)
-    return ComparedCell(method, "f", 19, 3, *numbers, steps_to_paper=1000)
+    return ComparedCell(method, "f", 19, 3, *numbers, steps_to_paper=1000, steps_to_95=np.inf)
 
 
 def test_the_order_of_the_methods_is_that_of_the_means_and_intervals_tell_them_apart():
@@ -69,10 +78,10 @@ def test_the_order_of_the_methods_is_that_of_the_means_and_intervals_tell_them_a
     (by_success,), (by_length,) = (method_orders(cells, quantity) for quantity in ("success", "length"))
     assert by_success.paper == "HiPPO > PPO+Bonus > PPO+Sketch > PPO"
     assert by_success.ours == "PPO+Bonus > HiPPO > PPO+Sketch ~ PPO", "88 to 92 is apart from 78 to 82, 45 touches 46"
-    assert by_length.paper == "HiPPO > PPO+Bonus > PPO = PPO+Sketch", "its dashes are the whole limit"
+    assert by_length.paper == "HiPPO > PPO = PPO+Bonus = PPO+Sketch", "its dashes are 99.9 as well"
     # Sketch and PPO overlap; Bonus above HiPPO is the paper's other way round; the other four are as there.
     assert pair_counts(cells, "success") == PairCounts(same=4, opposite=1, open=1)
-    assert "Of 6 pairs of methods on the same graph, 4 come in the paper's order, 1 in the opp" in markdown(cells)
+    assert "Of 6 pairs of methods on the same graph, 4 come in the paper's order, 1 in the opp" in markdown(cells, 20)
     lengths = [compared("ppo", 0, 1, 90), compared("ppo-sketch", 0, 1, 20), compared("hippo", 0, 1, 80)]
     assert pair_counts(lengths, "length") == PairCounts(same=1, opposite=1, open=0), (
         "PPO and PPO+Sketch tie in the paper"
@@ -83,6 +92,25 @@ def test_one_seed_tells_no_order():
     cells = [compared("ppo", 10, np.nan), compared("hippo", 90, np.nan)]
     assert method_orders(cells, "success")[0].ours == "HiPPO ~ PPO"
     assert pair_counts(cells, "success") == PairCounts(0, 0, 1)
+    told = markdown(cells, 2_000_000)
+    assert "and our intervals do not tell 1 apart" in told
+    assert "| PPO, success | paper | 0.0 |\n|  | ours | 10.0 |\n| HiPPO, success |" in told, "no ±, and no other method"
+    assert told.startswith("Table 3, ours after 2M steps on grids of 19 (")
+
+
+def test_the_hitting_time_is_ranked_against_what_was_learned():
+    """Times of c, f, g, a in this order of difficulty: 15.1, 29.2, 27.5, 8.4."""
+    learned = {"a": (90, 10, 1e6), "c": (70, 20, 2e6), "g": (80, 30, 3e6), "f": (60, 40, np.inf)}
+    cells = [
+        ComparedCell("hippo", graph, 19, 1, 0, success, np.nan, None, length, np.nan, np.nan, steps)
+        for graph, (success, length, steps) in learned.items()
+    ]
+    told = prediction(cells)
+    assert told.startswith(
+        "Rank correlation of the paper's hitting time over 4 graphs, HiPPO: with success ours -0.80,"
+    )
+    assert "with length ours 1.00, the paper's 1.00; with our training steps until 95% 1.00." in told
+    assert prediction(cells[:3]) == ""
 
 
 def test_table_3_has_one_format(tmp_path):

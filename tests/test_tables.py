@@ -98,24 +98,34 @@ def test_each_picture_shows_the_points_of_its_rows(picture):
         assert image.info["Points"] == figures.digest(picture.draw()), "python -m benchmarks.figures draws it"
 
 
-def test_pictures_of_other_points_are_told_apart():
-    assert {picture.path.name for picture in figures.pictures()} >= {"prediction.png", "study.png"}
-    drawn = [Figure(), Figure(), Figure(), Figure()]
-    for figure, height in zip(drawn, (1.0, 1.0, 1.001, 1.0), strict=True):
+def test_all_pictures_of_trained_agents_are_compared():
+    paper = {f"paper-figure{number}.png" for number in (3, 4, 5)}
+    assert {picture.path.name for picture in figures.pictures()} == {"prediction.png", "study.png"} | paper
+
+
+def test_pictures_of_other_points_or_colours_or_names_are_told_apart():
+    def drawn(height=1.0, colour="red", name="one", has_band=False):
+        figure = Figure()
         axes = figure.subplots()
-        axes.plot([0, 1], [0, height])
+        axes.plot([0, 1], [0, height], color=colour, label=name)
         axes.scatter([0], [1.0])
-    drawn[3].axes[0].fill_between([0, 1], [0, 0], [1, 1])
-    first, again, other, banded = map(figures.digest, drawn)
-    assert first == again
-    assert len({first, other, banded}) == 3
+        if has_band:
+            axes.fill_between([0, 1], [0, 0], [1, 1])
+        figure.legend()
+        return figures.digest(figure)
+
+    assert drawn() == drawn(1.00001)
+    assert len({drawn(), drawn(1.001), drawn(colour="blue"), drawn(name="two"), drawn(has_band=True)}) == 5
 
 
-def test_a_picture_is_not_drawn_of_unfinished_runs(monkeypatch):
-    monkeypatch.setattr(tables.SweepTable, "of", lambda self, runs: [])
-    picture = figures.Picture(ROOT / "x.png", "hierroom.paper figure3", ("--seeds", "2"))
-    with pytest.raises(InputError, match="0 of 56 runs of the sweep paper are done"):
-        picture.draw()
+def test_a_picture_is_not_drawn_of_unfinished_runs():
+    def picture(*arguments):
+        return figures.Picture(ROOT / "x.png", "hierroom.paper figure4", arguments)
+
+    with pytest.raises(InputError, match=r"0 of 8 runs of x\.png are done"):
+        picture("--seeds", "2", "--out", "nowhere").draw()
+    with pytest.raises(InputError, match=r"x\.png is one picture; the command on its page has several sizes"):
+        picture("--sizes", "19", "31").draw()
 
 
 def test_when_hierarchy_pays_is_told_of_seeds_that_are_done(monkeypatch):

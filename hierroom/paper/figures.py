@@ -13,12 +13,12 @@ import tyro
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.console import Console
-from scipy.stats import spearmanr
 
 from hierroom.compare.style import COLOURS, DASHES, STYLE
 from hierroom.files import write_atomically
 from hierroom.paper.cells import LIMIT, ComparedCell, Curves, table_3
-from hierroom.paper.published import METHODS, PAPER_TABLE_2, PAPER_TABLE_3
+from hierroom.paper.prediction import prediction
+from hierroom.paper.published import METHODS, PAPER_TABLE_2
 from hierroom.paper.runs import PaperRuns, cell, mean_and_interval
 from hierroom.sweep.sweep import Sweep
 from hierroom.sweep.table import Row
@@ -92,7 +92,7 @@ class Figure5:
         sweep = self.runs.train("abcdefg", ["hippo"])
         for size in self.runs.sizes:
             _write(self.draw(sweep, size), self.runs.out / f"figure5-{size}")
-            _print_correlations(_hippo(sweep, size), size)
+            Console().print(prediction(_hippo(sweep, size)), highlight=False)
 
     def draw(self, sweep: Sweep, size: int) -> Figure:
         """The figure, from the rows that are there."""
@@ -165,20 +165,6 @@ def _draw_hitting(axes: Sequence[Axes], cells: Sequence[ComparedCell]) -> None:
                 place.annotate(graph, (x, y), textcoords="offset points", xytext=(4, -2), fontsize=7)
         place.set_ylabel("success (%)" if quantity == "success" else "length (% of 1000)")
         place.set_ylim(-2, 104)
-
-
-def _print_correlations(cells: Sequence[ComparedCell], size: int) -> None:
-    if len(cells) < 4:
-        return  # fewer can be ranked alike by chance
-    times = [PAPER_TABLE_2[one.graph].hitting_time for one in cells]
-    for quantity in ("success", "length"):
-        ours = spearmanr(times, [getattr(one, quantity) for one in cells])[0]
-        paper = spearmanr(times, [getattr(PAPER_TABLE_3["hippo", one.graph], quantity) for one in cells])[0]
-        Console().print(
-            f"rank correlation of the paper's hitting time with {quantity}, size {size}: "
-            f"ours {ours:.2f}, the paper's {paper:.2f}",
-            highlight=False,
-        )
 
 
 def _labelled(figure: Figure, axes: np.ndarray, label: str = "training steps (millions)") -> Figure:

@@ -9,7 +9,7 @@ from itertools import combinations, pairwise
 from hierroom.paper.cells import ComparedCell
 from hierroom.paper.published import METHODS
 
-LEGEND = "the best first; = the same number, ~ our intervals overlap"
+LEGEND = "the best first; = the same number, ~ not told apart by our intervals"
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class PairCounts:
     Args:
         same: our intervals lie apart, as the paper's means do.
         opposite: our intervals lie apart, the other way round.
-        open: our intervals overlap.
+        open: our intervals overlap, or are those of a single seed, which has none.
     """
 
     same: int
@@ -47,7 +47,7 @@ class PairCounts:
         n = self.same + self.opposite + self.open
         return (
             f"Of {n} pairs of methods on the same graph, {self.same} come in the paper's order, {self.opposite} in the "
-            f"opposite one, and the intervals of {self.open} overlap."
+            f"opposite one, and our intervals do not tell {self.open} apart."
         )
 
 
@@ -103,15 +103,12 @@ def _methods(cells: Sequence[ComparedCell], graph: str, quantity: str) -> list[_
     own = [cell for cell in cells if cell.graph == graph]
     if quantity == "success":
         return [_Method(METHODS[one.method], one.paper_success, one.success, one.success_half_width) for one in own]
-    return [  # the paper's dash: the exit was never reached, and each episode took the whole limit
-        _Method(
-            METHODS[one.method],
-            -(100.0 if one.paper_length is None else one.paper_length),
-            -one.length,
-            one.length_half_width,
-        )
-        for one in own
-    ]
+    return [_Method(METHODS[one.method], -_printed_length(one), -one.length, one.length_half_width) for one in own]
+
+
+def _printed_length(cell: ComparedCell) -> float:
+    """The paper's; its dash means about the whole limit, as its 99.9 does, and counts as the same number."""
+    return 99.9 if cell.paper_length is None else cell.paper_length
 
 
 def _joined(methods: Sequence[_Method], between: Sequence[str]) -> str:

@@ -51,7 +51,7 @@ class PaperCell:
     Args:
         success: average success rate over the last 10 training episodes, in percent.
         length: average episode length over them, in percent of the limit of 1000 steps; None where the paper prints a
-            dash, as the exit was never reached.
+            dash, next to success rates of at most 0.5%: about the whole limit.
     """
 
     success: float

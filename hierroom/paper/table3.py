@@ -18,12 +18,10 @@ from hierroom.complexity.tables import markdown_table
 from hierroom.errors import InputError
 from hierroom.paper.cells import ComparedCell, table_3
 from hierroom.paper.order import LEGEND, method_orders, pair_counts
+from hierroom.paper.prediction import prediction
 from hierroom.paper.published import METHODS
 from hierroom.paper.runs import PaperRuns
 from hierroom.sweep.summary import steps_text
-
-STEPS_TO_PAPER = "training steps until the paper's success rate"
-STEPS_LEGEND = "median of the seeds; 0: before training; -: not reached; empty: the paper's is zero"
 
 
 @dataclass(frozen=True)
@@ -41,7 +39,7 @@ class Table3:
             raise InputError("the table is printed as CSV or in Markdown: give --csv or --markdown, not both")
 
     def run(self) -> None:
-        """Train, and print the table and the order of the methods."""
+        """Train, and print the table, the training steps that it took, and the order of the methods."""
         sweep = self.runs.train("abcdefg")
         cells = table_3(sweep.rows(), sweep.table.curves(), self.runs.sizes)
         if self.csv:
@@ -52,58 +50,98 @@ class Table3:
         for size in self.runs.sizes:
             own = [one for one in cells if one.size == size]
             if self.markdown:
-                print(markdown(own))
+                print(markdown(own, self.runs.steps))
                 continue
-            title = f"Table 3, ours after {self.runs.steps / 1e6:g}M steps on grids of {size}"
-            console = Console()
-            console.print(_drawn(title, _caption(own), _headings(own), _lines(own)))
-            console.print(_drawn(f"Our {STEPS_TO_PAPER}", STEPS_LEGEND, _headings(own)[1:], _steps_lines(own)))
-            console.print(_drawn("The order of the methods by success", LEGEND, ("", "", "methods"), _order_lines(own)))
-            console.print(_sentences(own), highlight=False)
+            for part in _parts(own, self.runs.steps):
+                Console().print(part.drawn())
+            Console().print(_sentences(own), highlight=False)
 
 
-def markdown(cells: Sequence[ComparedCell]) -> str:
-    """The table, the order of the methods, and how often it is the paper's, in Markdown.
+def markdown(cells: Sequence[ComparedCell], steps: int) -> str:
+    """The table, the training steps that it took, and the order of the methods, in Markdown.
 
     Args:
         cells: of one grid size.
+        steps: of each run.
     """
-    numbers = markdown_table(_headings(cells), _lines(cells))
-    orders = markdown_table(("", "", "methods"), _order_lines(cells))
-    steps = markdown_table(_headings(cells)[1:], _steps_lines(cells))
-    parts = [f"{_caption(cells)}:", numbers, f"our {STEPS_TO_PAPER} ({STEPS_LEGEND}):", steps]
-    parts += [f"the order of the methods by success ({LEGEND}):", orders, _sentences(cells)]
-    return "\n\n".join(part.strip() for part in parts)
+    return "\n\n".join([*(part.markdown() for part in _parts(cells, steps)), _sentences(cells)])
 
 
-def _caption(cells: Sequence[ComparedCell]) -> str:
+@dataclass(frozen=True)
+class _Part:
+    """A table of groups of lines.
+
+    Args:
+        title: what it shows.
+        legend: how it is read.
+        headings: of the columns.
+        groups: lines that belong together, each a text for each column.
+    """
+
+    title: str
+    legend: str
+    headings: tuple[str, ...]
+    groups: list[list[tuple[str, ...]]]
+
+    def drawn(self) -> Table:
+        """For a terminal."""
+        layout = {"title": self.title, "caption": self.legend, "caption_justify": "left", "padding": (0, 1, 0, 0)}
+        table = Table(box=SIMPLE_HEAD, **layout)
+        for heading in self.headings:
+            table.add_column(heading, justify="right" if heading.startswith("(") else "left", no_wrap=True)
+        for group in self.groups:
+            for line in group:
+                table.add_row(*line, end_section=line is group[-1])
+        return table
+
+    def markdown(self) -> str:
+        """For a page."""
+        table = markdown_table(self.headings, [line for group in self.groups for line in group])
+        return f"{self.title} ({self.legend}):\n\n{table.strip()}"
+
+
+def _parts(cells: Sequence[ComparedCell], steps: int) -> list[_Part]:
+    graphs = tuple(f"({graph})" for graph in dict.fromkeys(one.graph for one in cells))
+    by_method = {
+        name: [one for one in cells if one.method == method]
+        for method, name in METHODS.items()
+        if any(one.method == method for one in cells)
+    }
     fewest = min(one.seeds for one in cells)
-    told = "one seed" if fewest == 1 else f"means of {fewest} seeds and half the width of their 95% interval"
-    return f"{told}; length in percent of 1000 steps"
+    seeds = "one seed" if fewest == 1 else f"means of {fewest} seeds, and half the width of their 95% interval"
+    numbers = [_compared(name, own, quantity) for quantity in ("success", "length") for name, own in by_method.items()]
+    lines = [_steps_lines(name, own) for name, own in by_method.items()]
+    orders = [
+        [(f"({one.graph})", "paper", one.paper), ("", "ours", one.ours)] for one in method_orders(cells, "success")
+    ]
+    title = f"Table 3, ours after {steps / 1e6:g}M steps on grids of {cells[0].size}"
+    never = "medians of the seeds; 0: before training; -: not by half or more; empty: the paper's is below 1%"
+    return [
+        _Part(title, f"{seeds}; length in percent of 1000 steps", ("", "", *graphs), numbers),
+        _Part("Our training steps until the paper's success, and until 95%", never, ("", "success", *graphs), lines),
+        _Part("The order of the methods by success", LEGEND, ("", "", "methods"), orders),
+    ]
 
 
-def _headings(cells: Sequence[ComparedCell]) -> tuple[str, ...]:
-    return ("", "", *(f"({graph})" for graph in dict.fromkeys(one.graph for one in cells)))
-
-
-def _lines(cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
-    """Two lines, the paper's and ours, for each method, first of success and then of length."""
-    lines = []
-    for quantity in ("success", "length"):
-        for method, name in METHODS.items():
-            own = [one for one in cells if one.method == method]
-            paper, ours, widths = (
-                [getattr(one, column) for one in own]
-                for column in (f"paper_{quantity}", quantity, f"{quantity}_half_width")
-            )
-            printed = ["-" if value is None else f"{value:.1f}" for value in paper]
-            lines += [(f"{name}, {quantity}", "paper", *printed), ("", "ours", *map(_with_width, ours, widths))]
+def _compared(name: str, cells: Sequence[ComparedCell], quantity: str) -> list[tuple[str, ...]]:
+    """The paper's numbers of a method, ours, and the half-widths of ours unless there is one seed."""
+    paper, ours, widths = (
+        [getattr(one, column) for one in cells] for column in (f"paper_{quantity}", quantity, f"{quantity}_half_width")
+    )
+    lines = [
+        (f"{name}, {quantity}", "paper", *("-" if value is None else f"{value:.1f}" for value in paper)),
+        ("", "ours", *(f"{value:.1f}" for value in ours)),
+    ]
+    if not np.isnan(widths).all():
+        lines.append(("", "±", *("" if np.isnan(value) else f"{value:.1f}" for value in widths)))
     return lines
 
 
-def _steps_lines(cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
-    by_method = {name: [one for one in cells if one.method == method] for method, name in METHODS.items()}
-    return [(name, *(_steps(one.steps_to_paper) for one in own)) for name, own in by_method.items()]
+def _steps_lines(name: str, cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
+    return [
+        (name, "paper's", *(_steps(one.steps_to_paper) for one in cells)),
+        ("", "95%", *(_steps(one.steps_to_95) for one in cells)),
+    ]
 
 
 def _steps(steps: float) -> str:
@@ -112,25 +150,6 @@ def _steps(steps: float) -> str:
     return "-" if np.isinf(steps) else steps_text(steps) if steps else "0"
 
 
-def _order_lines(cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
-    lines = []
-    for order in method_orders(cells, "success"):
-        lines += [(f"({order.graph})", "paper", order.paper), ("", "ours", order.ours)]
-    return lines
-
-
 def _sentences(cells: Sequence[ComparedCell]) -> str:
-    return " ".join(f"By {quantity}: {pair_counts(cells, quantity)}" for quantity in ("success", "length"))
-
-
-def _drawn(title: str, caption: str, headings: Sequence[str], lines: Sequence[Sequence[str]]) -> Table:
-    table = Table(title=title, caption=caption, caption_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    for heading in headings:
-        table.add_column(heading, justify="right" if heading.startswith("(") else "left", no_wrap=True)
-    for n, line in enumerate(lines):
-        table.add_row(*line, end_section=headings[1] == "" and n % 2 == 1)
-    return table
-
-
-def _with_width(value: float, half_width: float) -> str:
-    return f"{value:.1f}" if np.isnan(half_width) else f"{value:.1f}±{half_width:.1f}"
+    counts = [f"By {quantity}: {pair_counts(cells, quantity)}" for quantity in ("success", "length")]
+    return " ".join([*counts, prediction(cells)]).strip()
