@@ -1,6 +1,6 @@
 """Success of training runs: one row a run, for every method, graph and seed asked for.
 
-    python benchmarks/success.py --seeds 2 --steps 2_000_000 --drop-key --out benchmarks/results/drop_key.csv
+    python benchmarks/success.py --preset large --seeds 2 --steps 3_000_000 --out benchmarks/results/size31.csv
 
 Each run trains from scratch and is then evaluated apart from training, with sampled and with greedy actions. A fully
 informed controller is given the same goals in the same levels and goes the shortest way to each. Rows that the file
