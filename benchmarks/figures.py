@@ -36,15 +36,9 @@ from hierroom.compare.style import STYLE
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
 from hierroom.paper.figures import Figure3, Figure4, Figure5
-from hierroom.paper.published import METHODS
 
 PLACE = re.compile(r"`python -m (benchmarks\.study\.figure|hierroom\.paper figure\d) ([^`]+)`[^`]*?!\[[^]]*\]\((\S+)\)")
-PAPER = {
-    "figure3": (Figure3, "abcdefg", METHODS),
-    "figure4": (Figure4, "c", METHODS),
-    "figure5": (Figure5, "abcdefg", ["hippo"]),
-}
-"""What is drawn, and the graphs and methods of the runs that it needs."""
+PAPER = {"figure3": Figure3, "figure4": Figure4, "figure5": Figure5}
 
 
 @dataclass(frozen=True)
@@ -81,11 +75,10 @@ class Picture:
         with chdir(ROOT), matplotlib.rc_context(STYLE):
             if self.program == "benchmarks.study.figure":
                 return study.figure_of(tyro.cli(study.Options, args=self.arguments))
-            kind, graphs, methods = PAPER[self.program.split()[1]]
-            figure = tyro.cli(kind, args=self.arguments)
+            figure = tyro.cli(PAPER[self.program.split()[1]], args=self.arguments)
             if len(figure.runs.sizes) > 1:
                 raise InputError(f"{self.path.name} is one picture; the command on its page has several sizes")
-            sweep = figure.runs.sweep(graphs, methods)
+            sweep = figure.runs.sweep(figure.graphs, figure.methods)
             done, planned = len(sweep.rows()), len(sweep.plan.runs())
             if done < planned:
                 raise InputError(f"{done} of {planned} runs of {self.path.name} are done; it is drawn when all are")

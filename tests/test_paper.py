@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,7 @@ def test_the_hitting_time_is_ranked_against_what_was_learned():
     )
     assert "with length ours 1.00, the paper's 1.00; with our training steps until 95% 1.00." in told
     assert prediction(cells[:3]) == ""
+    assert "until 95% none (all are equal)." in prediction([replace(cell, steps_to_95=np.inf) for cell in cells])
 
 
 def test_table_3_has_one_format(tmp_path):

@@ -76,7 +76,7 @@ def table_3(rows: Sequence[Row], curves: Curves, sizes: Sequence[int]) -> list[C
                 ours: dict[str, float] = {}
                 for name, values in (("success", 100 * success), ("length", 100 * length / LIMIT)):
                     ours[name], ours[f"{name}_half_width"] = map(float, mean_and_interval(values))
-                own = [_curve(run, curves) for run in runs]
+                own = [curve_of(run, curves) for run in runs]
                 ours["steps_to_paper"] = _steps_to(printed.success, own) if printed.success >= 1 else np.nan
                 ours["steps_to_95"] = _steps_to(95, own)
                 paper = {"paper_success": printed.success, "paper_length": printed.length}
@@ -84,18 +84,24 @@ def table_3(rows: Sequence[Row], curves: Curves, sizes: Sequence[int]) -> list[C
     return cells
 
 
-def _curve(run: Row, curves: Curves) -> tuple[np.ndarray, np.ndarray]:
-    """Training steps and the success rates evaluated then."""
-    points = curves.get(run["digest"])
-    if not points:
+def curve_of(run: Row, curves: Curves) -> Sequence[Row]:
+    """The evaluations of a run.
+
+    Raises:
+        InputError: if there are none.
+    """
+    if not curves.get(run["digest"]):
         raise InputError(
             f"curves.csv has no learning curve of {run['method']} on {run['graph']} with seed {run['seed']}; "
             "delete its row from sweep.csv, and it is written again"
         )
-    steps, success = (np.array([float(point[name]) for point in points]) for name in ("steps", "success_rate"))
-    return steps, success
+    return curves[run["digest"]]
 
 
-def _steps_to(percent: float, curves: Sequence[tuple[np.ndarray, np.ndarray]]) -> float:
+def _steps_to(percent: float, curves: Sequence[Sequence[Row]]) -> float:
     """The median over seeds of the steps at which learning curves reach a success rate."""
-    return median(first_crossing(*curve, percent / 100) for curve in curves)
+    reached = []
+    for curve in curves:
+        steps, success = (np.array([float(point[name]) for point in curve]) for name in ("steps", "success_rate"))
+        reached.append(first_crossing(steps, success, percent / 100))
+    return median(reached)

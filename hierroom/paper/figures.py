@@ -6,6 +6,7 @@ import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import ClassVar
 
 import matplotlib
 import numpy as np
@@ -16,7 +17,7 @@ from rich.console import Console
 
 from hierroom.compare.style import COLOURS, DASHES, STYLE
 from hierroom.files import write_atomically
-from hierroom.paper.cells import LIMIT, ComparedCell, Curves, table_3
+from hierroom.paper.cells import LIMIT, ComparedCell, Curves, curve_of, table_3
 from hierroom.paper.prediction import prediction
 from hierroom.paper.published import METHODS, PAPER_TABLE_2
 from hierroom.paper.runs import PaperRuns, cell, mean_and_interval
@@ -29,10 +30,12 @@ class Figure3:
     """Learning curves of four methods (Figure 3), with 95% bands over seeds; trains what is missing."""
 
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
+    graphs: ClassVar[str] = "abcdefg"
+    methods: ClassVar[tuple[str, ...]] = tuple(METHODS)
 
     def run(self) -> None:
         """Train, and draw."""
-        sweep = self.runs.train("abcdefg")
+        sweep = self.runs.train(self.graphs, self.methods)
         for size in self.runs.sizes:
             _write(self.draw(sweep, size), self.runs.out / f"figure3-{size}")
 
@@ -58,10 +61,12 @@ class Figure4:
     """Steps to each intermediate goal on graph c while four methods learn (Figure 4); trains what is missing."""
 
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
+    graphs: ClassVar[str] = "c"
+    methods: ClassVar[tuple[str, ...]] = tuple(METHODS)
 
     def run(self) -> None:
         """Train, and draw."""
-        sweep = replace(self.runs, graphs=("c",)).train("c")
+        sweep = replace(self.runs, graphs=tuple(self.graphs)).train(self.graphs, self.methods)
         for size in self.runs.sizes:
             _write(self.draw(sweep, size), self.runs.out / f"figure4-{size}")
 
@@ -86,13 +91,16 @@ class Figure5:
     """The hitting time against success and length of HiPPO (Figure 5), ours and the paper's; trains what is missing."""
 
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
+    graphs: ClassVar[str] = "abcdefg"
+    methods: ClassVar[tuple[str, ...]] = ("hippo",)
 
     def run(self) -> None:
         """Train, draw, and print the rank correlations."""
-        sweep = self.runs.train("abcdefg", ["hippo"])
+        sweep = self.runs.train(self.graphs, self.methods)
         for size in self.runs.sizes:
             _write(self.draw(sweep, size), self.runs.out / f"figure5-{size}")
-            Console().print(prediction(_hippo(sweep, size)), highlight=False)
+            if told := prediction(_hippo(sweep, size)):
+                Console().print(told, highlight=False)
 
     def draw(self, sweep: Sweep, size: int) -> Figure:
         """The figure, from the rows that are there."""
@@ -139,9 +147,7 @@ def _limited(curves: Curves, goal: str) -> Curves:
 
 def _draw_curve(axes: Axes, runs: Sequence[Row], curves: Curves, name: str, scale: float, method: str) -> None:
     """Draw the mean over seeds and its 95% band; what a seed was evaluated after differs by an update at most."""
-    own = [curves[run["digest"]] for run in runs if curves.get(run["digest"])]
-    if not own:
-        return
+    own = [curve_of(run, curves) for run in runs]
     steps = np.array([float(row["steps"]) for row in own[0]])
     values = np.array(
         [np.interp(steps, [float(row["steps"]) for row in one], [float(row[name]) for row in one]) for one in own]

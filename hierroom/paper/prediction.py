@@ -28,7 +28,7 @@ def prediction(cells: Sequence[ComparedCell]) -> str:
     times = [PAPER_TABLE_2[cell.graph].hitting_time for cell in own]
 
     def correlation(values: Sequence[float]) -> str:
-        return f"{spearmanr(times, values)[0]:.2f}"
+        return f"{spearmanr(times, values)[0]:.2f}" if len(set(values)) > 1 else "none (all are equal)"
 
     told = [
         f"with {quantity} ours {correlation([getattr(cell, quantity) for cell in own])}, "

@@ -103,9 +103,8 @@ class _Part:
 def _parts(cells: Sequence[ComparedCell], steps: int) -> list[_Part]:
     graphs = tuple(f"({graph})" for graph in dict.fromkeys(one.graph for one in cells))
     by_method = {
-        name: [one for one in cells if one.method == method]
-        for method, name in METHODS.items()
-        if any(one.method == method for one in cells)
+        METHODS[method]: [one for one in cells if one.method == method]
+        for method in dict.fromkeys(one.method for one in cells)
     }
     fewest = min(one.seeds for one in cells)
     seeds = "one seed" if fewest == 1 else f"means of {fewest} seeds, and half the width of their 95% interval"
