@@ -6,23 +6,24 @@
 A table of what was trained stands between the lines `<!-- sweep NAME -->` and `<!-- end of sweep -->`. One of how well
 measures predicted it stands between `<!-- study NAME MEASURE ... -->`, all measures where none is named, and
 `<!-- end of study -->`; it is made from what `benchmarks.study.statistics` wrote. One of when hierarchy pays, by the
-first seeds of a sweep, stands between `<!-- hierarchy NAME SEEDS -->` and `<!-- end of hierarchy -->`. The paper's
-Table 3, ours on grids of one size with so many seeds, stands between `<!-- paper SIZE SEEDS -->` and
-`<!-- end of paper -->`.
+first seeds of a sweep, stands between `<!-- hierarchy NAME SEEDS -->` and `<!-- end of hierarchy -->`; one of what
+makes the difference between `<!-- factors NAME SEEDS -->` and `<!-- end of factors -->`. The paper's Table 3, ours on
+grids of one size with so many seeds, stands between `<!-- paper SIZE SEEDS -->` and `<!-- end of paper -->`.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
-from benchmarks.study import hierarchy
+from benchmarks.study import factors, hierarchy
 from benchmarks.study.correlations import Estimate
 from benchmarks.study.statistics import measure_table, seeds_text
 from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
@@ -40,7 +41,7 @@ from hierroom.sweep.table import SweepTable
 
 ROOT = Path(__file__).parents[1]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
-PLACE = re.compile(r"(<!-- (sweep|study|hierarchy|paper) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
+PLACE = re.compile(r"(<!-- (sweep|study|hierarchy|factors|paper) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -124,13 +125,34 @@ def hierarchy_table(name: str, n_seeds: str) -> str:
     Raises:
         InputError: if a run of these seeds is not done.
     """
-    done_rows(name, [run for run in _plan(name).runs() if run.config.seed < int(n_seeds)])
-    path = Path("benchmarks", "results", name, "sweep.csv")
+    path = _table_of_seeds(name, n_seeds)
     options, measured = hierarchy.Options(path, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
     found = hierarchy.compare(read_rows(ROOT / path), measured, options)
     command = f"python -m benchmarks.study.hierarchy {path} --seeds {n_seeds}"
     table = f"{hierarchy.markdown(found, options)}\n\n{hierarchy.sentence(found, measured, options)}"
     return f"\n`{command}`:\n\n{table}\n\n"
+
+
+def factors_table(name: str, n_seeds: str) -> str:
+    """What makes the difference, by a sweep's first seeds, with the command that tells it.
+
+    Args:
+        name: of the sweep.
+        n_seeds: how many seeds.
+
+    Raises:
+        InputError: if a run of these seeds is not done.
+    """
+    path = _table_of_seeds(name, n_seeds)
+    options, measured = factors.Options(path, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
+    table = factors.markdown(factors.factors(read_rows(ROOT / path), measured, options))
+    return f"\n`python -m benchmarks.study.factors {path} --seeds {n_seeds}`:\n\n{table}\n\n"
+
+
+def _table_of_seeds(name: str, n_seeds: str) -> Path:
+    """The table of a sweep, all of whose runs of seeds 0, 1, ... are done."""
+    done_rows(name, [run for run in _plan(name).runs() if run.config.seed < int(n_seeds)])
+    return Path("benchmarks", "results", name, "sweep.csv")
 
 
 def paper_table(size: str, n_seeds: str) -> str:
@@ -172,8 +194,23 @@ def done_rows(name: str, runs: Sequence[PlannedRun]) -> list[SweepRow]:
 
 def renewed(text: str) -> str:
     """A page with its tables as they are now."""
-    kinds = {"sweep": sweep_table, "study": study_table, "hierarchy": hierarchy_table, "paper": paper_table}
-    return PLACE.sub(lambda place: place[1] + kinds[place[2]](*place[3].split()) + place[4], text)
+    return PLACE.sub(lambda place: place[1] + _table(place[2], place[3].split()) + place[4], text)
+
+
+def _table(kind: str, words: Sequence[str]) -> str:
+    makers: dict[str, Callable[..., str]] = {
+        "sweep": sweep_table,
+        "study": study_table,
+        "hierarchy": hierarchy_table,
+        "factors": factors_table,
+        "paper": paper_table,
+    }
+    needed = signature(makers[kind])
+    try:
+        needed.bind(*words)
+    except TypeError as error:
+        raise InputError(f"<!-- {kind} {' '.join(words)} --> needs {', '.join(needed.parameters)}: {error}") from error
+    return makers[kind](*words)
 
 
 def main() -> int:

@@ -34,6 +34,8 @@ def test_a_table_is_put_in_its_place_and_an_unfinished_one_is_not(monkeypatch):
     )
     monkeypatch.undo()
     monkeypatch.chdir(ROOT)
+    with pytest.raises(InputError, match="<!-- paper 19 --> needs size, n_seeds: missing a required argument"):
+        tables.renewed("<!-- paper 19 -->\n<!-- end of paper -->\n")
     with pytest.raises(InputError, match="0 of 99 runs of the sweep ablation are done"):
         tables.sweep_table("ablation")
 

@@ -18,12 +18,11 @@ from pathlib import Path
 
 import numpy as np
 import tyro
-from numpy.typing import NDArray
 
 from benchmarks.study.bootstrap import Bootstrap
-from benchmarks.study.correlations import resampled
+from benchmarks.study.paired import pair
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
-from benchmarks.study.trained import Milestone, Trained, by_rule, measures_of, medians, read_trained
+from benchmarks.study.trained import Milestone, measures_of
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
@@ -31,8 +30,6 @@ from hierroom.sweep.summary import steps_text
 
 HARDEST = 0.1
 """The share of the graphs that are called the hardest."""
-ALIKE = ("steps", "size", "preset")
-"""What the runs of both methods must have in common, if the table tells it."""
 ENOUGH = 0.5
 """A method that ends above this success rate works."""
 
@@ -94,18 +91,6 @@ class Comparison:
     hierarchical_success: float
 
 
-def ratios(flat: NDArray[np.float64], hierarchical: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[G] the first by the second; 1 where both are infinite.
-
-    Args:
-        flat: [G] steps, may hold ``inf``.
-        hierarchical: [G] likewise.
-    """
-    neither = np.isinf(flat) & np.isinf(hierarchical)
-    with np.errstate(invalid="ignore"):
-        return np.where(neither, 1, flat / hierarchical)
-
-
 def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> list[Comparison]:
     """The two methods on each goal graph that both were trained on, in the order of the table.
 
@@ -115,38 +100,19 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
         options: the methods, the outcome, the seeds, and how intervals are computed.
 
     Raises:
-        InputError: as `first_seeds` or `read_trained`, or if a method is not in the table, no graph has both, or they
-            were trained in different ways.
+        InputError: as `first_seeds` or `pair`.
     """
     both, rows = (options.flat, options.hierarchical), first_seeds(rows, options.seeds)
-    for name in ALIKE:
-        if len(found := {row.get(name, "") for row in rows if row["method"] in both}) > 1:
-            raise InputError(f"the two methods were trained with different {name}: {', '.join(sorted(found))}")
-    outcome = options.outcome or _lower_milestone(rows, measured, both)
-    steps = _of_methods(read_trained(rows, measured, outcome), both)
-    failures = _of_methods(read_trained(rows, measured, "success_rate"), both)
-    graphs = [graph for graph in steps[0].graphs if graph in steps[1].graphs]
-    if not graphs:
-        raise InputError(f"no goal graph has runs of both {' and '.join(both)}")
-    flat, hierarchical = (_outcomes(trained, graphs) for trained in steps)
-    bootstrap = options.bootstrap
-    rng = np.random.default_rng(bootstrap.seed)
-    drawn = np.array(
-        [
-            ratios(medians(resampled(flat, rng)), medians(resampled(hierarchical, rng)))
-            for _ in range(bootstrap.resamples)
-        ]
-    )
-    low = np.quantile(drawn, (1 - bootstrap.level) / 2, axis=0, method="lower")  # between infinities there is no middle
-    high = np.quantile(drawn, (1 + bootstrap.level) / 2, axis=0, method="higher")
-    is_alone = np.minimum(*((~np.isnan(outcomes)).sum(axis=1) for outcomes in (flat, hierarchical))) < 2
-    low[is_alone] = high[is_alone] = np.nan
-    ends = [1 - medians(_outcomes(trained, graphs)) for trained in failures]
-    middle = medians(flat), medians(hierarchical)
+    found = pair(rows, measured, both, options.outcome, alike=("steps", "size", "preset"))
+    drawn, level = found.resampled_ratios(options.bootstrap), options.bootstrap.level
+    low = np.quantile(drawn, (1 - level) / 2, axis=0, method="lower")  # between infinities there is no middle
+    high = np.quantile(drawn, (1 + level) / 2, axis=0, method="higher")
+    low[found.is_alone] = high[found.is_alone] = np.nan
     rooms_of = {row["graph"]: int(row["rooms"]) for row in measured}
-    numbers = zip(*middle, ratios(*middle), low, high, *ends, strict=True)
+    numbers = zip(*found.medians, found.ratios, low, high, *found.success, strict=True)
     return [
-        Comparison(graph, rooms_of[graph], outcome, *map(float, of)) for graph, of in zip(graphs, numbers, strict=True)
+        Comparison(graph, rooms_of[graph], found.outcome, *map(float, of))
+        for graph, of in zip(found.graphs, numbers, strict=True)
     ]
 
 
@@ -165,7 +131,7 @@ def markdown(found: Sequence[Comparison], options: Options) -> str:
         lows = [one.low for one in of]
         pays = "-" if np.isnan(lows).any() else sum(low > 1 for low in lows)
         ratio = float(np.quantile([one.ratio for one in of], 0.5, method="lower"))
-        cells = [str(rooms), str(len(of)), *steps, _ratio(ratio), str(pays), *_working(of)]
+        cells = [str(rooms), str(len(of)), *steps, ratio_text(ratio), str(pays), *_working(of)]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 
@@ -196,29 +162,13 @@ def sentence(found: Sequence[Comparison], measured: Sequence[Row], options: Opti
     return f"{where}: {ends}."
 
 
-def _of_methods(trained: Sequence[Trained], names: Sequence[str]) -> list[Trained]:
-    by_name = {one.method: one for one in trained}
-    for name in names:
-        if name not in by_name:
-            raise InputError(f"the table's methods are {', '.join(by_name)}; there is no {name!r}")
-    return [by_name[name] for name in names]
-
-
-def _lower_milestone(rows: Sequence[Row], measured: Sequence[Row], names: Sequence[str]) -> Milestone:
-    is_lower = any(trained.method in names for trained in by_rule(rows, measured)["steps_to_50"])
-    return "steps_to_50" if is_lower else "steps_to_95"
-
-
-def _outcomes(trained: Trained, graphs: Sequence[str]) -> NDArray[np.float64]:
-    return trained.outcomes[[trained.graphs.index(graph) for graph in graphs]]
-
-
 def _steps(values: Sequence[float]) -> str:
     middle = float(np.quantile(values, 0.5, method="higher"))
     return steps_text(middle) if np.isfinite(middle) else "-"
 
 
-def _ratio(value: float) -> str:
+def ratio_text(value: float) -> str:
+    """A ratio as tables show it."""
     return f"{value:.1f}" if np.isfinite(value) else "∞"
 
 

@@ -143,11 +143,9 @@ def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome)
     unknown = sorted({row["graph"] for row in rows} - twin_of.keys())
     if unknown:
         raise InputError(f"{len(unknown)} graphs are in no row of the measures, such as {unknown[0]!r}")
-    varied = _varied(rows)
     found: dict[str, dict[str, dict[str, float]]] = {}
     lengths: dict[str, set[str]] = {}
-    for row in rows:
-        method = " ".join([row["method"], *(row[name] for name in varied[row["method"]] if row.get(name))])
+    for row, method in zip(rows, method_names(rows), strict=True):
         seeds = found.setdefault(method, {}).setdefault(row["graph"], {})
         if row["seed"] in seeds:
             raise InputError(f"seed {row['seed']} of {method} on {row['graph']} stands in the table twice")
@@ -157,6 +155,27 @@ def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome)
         if len(steps) > 1:
             raise InputError(f"runs of {method} are of different lengths: {', '.join(sorted(steps))} steps")
     return [_trained(method, graphs, twin_of) for method, graphs in found.items()]
+
+
+def method_names(rows: Sequence[Row]) -> list[str]:
+    """What each row's method is called: the name of the method, and the settings that tell its rows from others.
+
+    A setting whose rows the ones before it tell apart already is left out: a variant that changes the size is called as
+    the variant.
+
+    Args:
+        rows: of a table of training runs.
+    """
+    names = [row["method"] for row in rows]
+    for setting in SETTINGS:
+        values: dict[str, set[str]] = {}
+        for name, row in zip(names, rows, strict=True):
+            values.setdefault(name, set()).add(row.get(setting, ""))
+        names = [
+            f"{name} {row[setting]}" if len(values[name]) > 1 and row.get(setting) else name
+            for name, row in zip(names, rows, strict=True)
+        ]
+    return names
 
 
 def measures_of(graphs: Sequence[str], measured: Sequence[Row]) -> dict[str, NDArray[np.float64]]:
@@ -177,15 +196,6 @@ def measures_of(graphs: Sequence[str], measured: Sequence[Row]) -> dict[str, NDA
             values = sign * np.array([float(f"{float(text):.9g}") for text in texts])
             if len(np.unique(values)) > 1:
                 found[name] = values
-    return found
-
-
-def _varied(rows: Sequence[Row]) -> dict[str, list[str]]:
-    """For each method the settings in which its rows differ."""
-    found = {}
-    for method in {row["method"] for row in rows}:
-        own = [row for row in rows if row["method"] == method]
-        found[method] = [name for name in SETTINGS if len({row.get(name) for row in own}) > 1]
     return found
 
 

@@ -1,0 +1,147 @@
+"""What of a method makes the difference? Each method of a table beside one of them, on the same goal graphs.
+
+    python -m benchmarks.study.factors TABLE.csv --reference "hippo as it is"
+
+TABLE.csv is a table of training runs as `benchmarks.study.statistics` takes it. On each graph the median steps of a
+method are divided by those of the reference, and of these ratios the median over the graphs is taken; the interval is
+of resamples of the graphs, and of the seeds of each. Above 1 the reference is faster. Where only the other method never
+gets there the ratio is infinite, where only the reference does not it is 0; where neither does it counts as 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import tyro
+
+from benchmarks.study.bootstrap import Bootstrap
+from benchmarks.study.correlations import Estimate
+from benchmarks.study.hierarchy import ENOUGH, ratio_text
+from benchmarks.study.paired import Paired, pair
+from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
+from benchmarks.study.trained import Milestone, method_names
+from hierroom.cli import run
+from hierroom.errors import InputError
+
+
+@dataclass(frozen=True)
+class Options:
+    """Hold the methods of a table against one of them.
+
+    Args:
+        table: the training runs.
+        reference: the method that the others are held against.
+        measures: the measures of the goal graphs, which know which of them are twins.
+        outcome: the milestone whose steps are compared; by default, for each method, steps_to_95, or steps_to_50 if it
+            or the reference never got there on more than a third of the graphs.
+        seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
+        bootstrap: how intervals are computed.
+    """
+
+    table: tyro.conf.Positional[Path]
+    reference: str = "hippo as it is"
+    measures: Path = MEASURES_PATH
+    outcome: Milestone | None = None
+    seeds: int | None = None
+    bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A method beside the reference.
+
+    Args:
+        method: its name.
+        outcome: the milestone.
+        graphs: on how many goal graphs both were trained.
+        slower: on how many of them its median steps are more than the reference's.
+        ratio: median over the graphs of its steps by the reference's, above 1 where the reference is faster; None for
+            the reference.
+        success: median over the graphs of the success rate at the end of training, 0 to 1.
+        works: on how many graphs that is above 50%.
+    """
+
+    method: str
+    outcome: Milestone
+    graphs: int
+    slower: int
+    ratio: Estimate | None
+    success: float
+    works: int
+
+
+def factors(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> list[Factor]:
+    """Each method of a table, the reference first, beside the reference.
+
+    Args:
+        rows: of the table of training runs.
+        measured: of the table of measures.
+        options: the reference, the outcome, the seeds, and how intervals are computed.
+
+    Raises:
+        InputError: as `first_seeds` or `pair`.
+    """
+    rows, reference = first_seeds(rows, options.seeds), options.reference
+    names = dict.fromkeys(method_names(rows))
+    if reference not in names:
+        raise InputError(f"the table's methods are {', '.join(names)}; there is no {reference!r}")
+    found = []
+    for name in dict.fromkeys([reference, *names]):
+        both = pair(rows, measured, (name, reference), options.outcome)
+        success = both.success[0]
+        found.append(
+            Factor(
+                name,
+                both.outcome,
+                len(both.graphs),
+                int((both.ratios > 1).sum()),
+                None if name == reference else _median_ratio(both, options.bootstrap),
+                float(np.median(success)),
+                int((success > ENOUGH).sum()),
+            )
+        )
+    return found
+
+
+def _median_ratio(both: Paired, bootstrap: Bootstrap) -> Estimate:
+    drawn = both.resampled_ratios(bootstrap)
+    graphs = np.random.default_rng(bootstrap.seed + 1).integers(drawn.shape[1], size=drawn.shape)
+    medians = _middle(np.take_along_axis(drawn, graphs, axis=1))
+    low = np.quantile(medians, (1 - bootstrap.level) / 2, method="lower")  # between infinities there is no middle
+    high = np.quantile(medians, (1 + bootstrap.level) / 2, method="higher")
+    return Estimate(float(_middle(both.ratios)), float(low), float(high))
+
+
+def _middle(ratios: np.ndarray) -> np.ndarray:
+    """The median over the graphs; where there is no middle graph the smaller ratio."""
+    return np.quantile(ratios, 0.5, axis=-1, method="lower")
+
+
+def markdown(found: Sequence[Factor]) -> str:
+    """A row for each method."""
+    header = ["method", "compared by", "steps / reference's", "slower on", "success", f"above {ENOUGH:.0%} on"]
+    lines = [f"| {' | '.join(header)} |", "|" + "---|" * len(header)]
+    for one in found:
+        beside = ["-", "-", "-"]
+        if one.ratio is not None:
+            value, low, high = map(ratio_text, one.ratio)
+            outcome = one.outcome.replace("_", " ") + "%"
+            beside = [outcome, f"{value} [{low}, {high}]", f"{one.slower} of {one.graphs}"]
+        cells = [one.method, *beside, f"{one.success:.1%}", f"{one.works} of {one.graphs}"]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def main() -> int:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__)
+    found = factors(read_rows(options.table), known_measures(options.measures), options)
+    print(markdown(found))
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)

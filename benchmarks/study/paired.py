@@ -1,0 +1,120 @@
+"""Two methods on the same goal graphs, seed by seed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.study.bootstrap import Bootstrap
+from benchmarks.study.correlations import resampled
+from benchmarks.study.tables import Row
+from benchmarks.study.trained import Milestone, Trained, by_rule, medians, method_names, read_trained
+from hierroom.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class Paired:
+    """Two methods on the G goal graphs that both were trained on.
+
+    Args:
+        outcome: the milestone whose steps are compared.
+        graphs: [G] names, in the order of the table.
+        steps: of each method, [G, S]: ``inf`` where a seed never got there, ``nan`` after a graph's last seed.
+        success: of each method, [G]: the median success rate at the end of training, 0 to 1.
+    """
+
+    outcome: Milestone
+    graphs: tuple[str, ...]
+    steps: tuple[NDArray[np.float64], NDArray[np.float64]]
+    success: tuple[NDArray[np.float64], NDArray[np.float64]]
+
+    @property
+    def medians(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """[G] of each method, the median steps."""
+        first, second = self.steps
+        return medians(first), medians(second)
+
+    @property
+    def ratios(self) -> NDArray[np.float64]:
+        """[G] the median steps of the first method by those of the second."""
+        return ratios(*self.medians)
+
+    @property
+    def is_alone(self) -> NDArray[np.bool_]:
+        """[G] where a method has a single seed, of which resamples tell nothing."""
+        return np.minimum(*((~np.isnan(steps)).sum(axis=1) for steps in self.steps)) < 2
+
+    def resampled_ratios(self, bootstrap: Bootstrap) -> NDArray[np.float64]:
+        """[R, G] the ratios of so many resamples of the seeds of both."""
+        rng = np.random.default_rng(bootstrap.seed)
+        first, second = self.steps
+        several = range(bootstrap.resamples)
+        return np.array([ratios(medians(resampled(first, rng)), medians(resampled(second, rng))) for _ in several])
+
+
+def ratios(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[G] the first by the second; 1 where both are infinite.
+
+    Args:
+        first: [G] steps, may hold ``inf``.
+        second: [G] likewise.
+    """
+    neither = np.isinf(first) & np.isinf(second)
+    with np.errstate(invalid="ignore"):
+        return np.where(neither, 1, first / second)
+
+
+def pair(
+    rows: Sequence[Row],
+    measured: Sequence[Row],
+    methods: tuple[str, str],
+    outcome: Milestone | None = None,
+    *,
+    alike: Sequence[str] = ("steps",),
+) -> Paired:
+    """Two methods of a table of training runs.
+
+    Args:
+        rows: of the table.
+        measured: of the table of measures.
+        methods: their names, as `method_names` gives them.
+        outcome: the milestone; by default the lower of those that docs/study.md's rules give the two.
+        alike: what the runs of both must have in common, columns of the table if it has them.
+
+    Raises:
+        InputError: as `read_trained`, or if a method is not in the table, no graph has both, or they were trained in
+            different ways.
+    """
+    own = [row for row, name in zip(rows, method_names(rows), strict=True) if name in methods]
+    for name in alike:
+        if len(found := {row.get(name, "") for row in own}) > 1:
+            raise InputError(f"the two methods were trained with different {name}: {', '.join(sorted(found))}")
+    outcome = outcome or _lower_milestone(rows, measured, methods)
+    steps = _of_methods(read_trained(rows, measured, outcome), methods)
+    failures = _of_methods(read_trained(rows, measured, "success_rate"), methods)
+    graphs = tuple(graph for graph in steps[0].graphs if graph in steps[1].graphs)
+    if not graphs:
+        raise InputError(f"no goal graph has runs of both {' and '.join(methods)}")
+    one, other = (_outcomes(trained, graphs) for trained in steps)
+    ends = [1 - medians(_outcomes(trained, graphs)) for trained in failures]
+    return Paired(outcome, graphs, (one, other), (ends[0], ends[1]))
+
+
+def _of_methods(trained: Sequence[Trained], names: Sequence[str]) -> list[Trained]:
+    by_name = {one.method: one for one in trained}
+    for name in names:
+        if name not in by_name:
+            raise InputError(f"the table's methods are {', '.join(by_name)}; there is no {name!r}")
+    return [by_name[name] for name in names]
+
+
+def _lower_milestone(rows: Sequence[Row], measured: Sequence[Row], names: Sequence[str]) -> Milestone:
+    is_lower = any(trained.method in names for trained in by_rule(rows, measured)["steps_to_50"])
+    return "steps_to_50" if is_lower else "steps_to_95"
+
+
+def _outcomes(trained: Trained, graphs: Sequence[str]) -> NDArray[np.float64]:
+    return trained.outcomes[[trained.graphs.index(graph) for graph in graphs]]

@@ -1,0 +1,96 @@
+"""The study's table of what makes the difference, on tables whose answers are known."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from study_tables import measured_rows, run_rows, write_tables
+
+from hierroom.errors import InputError
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from benchmarks.study import factors, trained  # noqa: E402
+
+GRAPHS = ("one", "two", "three")
+MEASURES = measured_rows(GRAPHS, rooms=(2, 3, 4), goals=(2, 4, 6), settings=(0, 0, 0))
+STEPS = {
+    "as it is": {"one": [100, 120], "two": [200, 220], "three": [300, 330]},
+    "slower": {"one": [200, 240], "two": [400, 440], "three": [900, 990]},
+    "never": {"one": [100, 120], "two": [None, None], "three": [None, None]},
+}
+
+
+def rows_of(*variants):
+    return [
+        {**row, "variant": name, "steps_to_50": row["steps_to_95"] or "40", "success_rate": success}
+        for name in variants
+        for row in run_rows(STEPS[name])
+        for success in [str(1.0 if row["steps_to_95"] else 0.25)]
+    ]
+
+
+def options(**changed):
+    return factors.Options(Path("runs.csv"), **changed)
+
+
+def test_a_ratio_is_the_median_over_the_graphs_and_its_interval_is_of_graphs_and_seeds():
+    reference, slower = factors.factors(rows_of("as it is", "slower"), MEASURES, options())
+    assert reference.ratio is None
+    assert slower.ratio.value == pytest.approx(2.0)
+    assert 200 / 120 <= slower.ratio.low < 2.0  # two graphs, whose seeds are 10 to 20% apart, have a ratio of 2
+    assert 2.5 < slower.ratio.high <= 990 / 300  # the third has 3
+    assert (slower.slower, slower.graphs, slower.works, slower.success) == (3, 3, 3, 1.0)
+
+
+def test_one_seed_has_an_interval_of_the_graphs():
+    found = factors.factors(rows_of("as it is", "slower"), MEASURES, options(seeds=1))
+    assert [one.ratio for one in found] == [None, (2.0, 2.0, 3.0)]
+
+
+def test_a_method_that_never_gets_to_95_is_compared_by_the_steps_to_50():
+    _, never = factors.factors(rows_of("as it is", "never"), MEASURES, options())
+    assert never.outcome == "steps_to_50"
+    _, never = factors.factors(rows_of("as it is", "never"), MEASURES, options(outcome="steps_to_95"))
+    assert never.ratio.value == float("inf")
+    assert (never.slower, never.works, never.success) == (2, 1, 0.25)
+
+
+def test_the_table(monkeypatch, capsys, tmp_path):
+    write_tables(tmp_path, runs=rows_of("slower", "as it is"), measures=MEASURES)
+    words = [f"{tmp_path}/runs.csv", "--measures", f"{tmp_path}/measures.csv", "--seeds", "1"]
+    monkeypatch.setattr(sys, "argv", ["factors", *words])
+    assert factors.main() == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "| method | compared by | steps / reference's | slower on | success | above 50% on |",
+        "|---|---|---|---|---|---|",
+        "| hippo as it is | - | - | - | 100.0% | 3 of 3 |",
+        "| hippo slower | steps to 95% | 2.0 [2.0, 3.0] | 3 of 3 | 100.0% | 3 of 3 |",
+    ]
+
+
+def test_an_unknown_reference_is_refused():
+    with pytest.raises(InputError, match="the table's methods are hippo as it is, hippo slower; there is no 'ppo'"):
+        factors.factors(rows_of("as it is", "slower"), MEASURES, options(reference="ppo"))
+
+
+def test_runs_of_different_lengths_are_not_compared():
+    rows = [{**row, "steps": "1" if row["variant"] == "slower" else "2"} for row in rows_of("as it is", "slower")]
+    with pytest.raises(InputError, match="the two methods were trained with different steps: 1, 2"):
+        factors.factors(rows, MEASURES, options())
+
+
+def test_a_method_is_called_by_the_settings_that_tell_its_rows_apart():
+    rows = [
+        {"method": "hippo", "variant": "as it is", "meta": "fixed-dfs", "size": "19"},
+        {"method": "hippo", "variant": "larger", "meta": "fixed-dfs", "size": "31"},
+        {"method": "hippo", "variant": "larger", "meta": "random", "size": "31"},
+        {"method": "ppo", "variant": "", "meta": "", "size": "31"},
+    ]
+    assert trained.method_names(rows) == [
+        "hippo as it is",
+        "hippo larger fixed-dfs",
+        "hippo larger random",
+        "ppo",
+    ]
