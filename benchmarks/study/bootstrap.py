@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from hierroom.errors import InputError, require_number
 
 
@@ -28,3 +31,8 @@ class Bootstrap:
         require_number("resamples", self.resamples, 2, 10**6, is_whole=True)
         if not 0 < self.level < 1:
             raise InputError(f"the level must be between 0 and 1, not {self.level}")
+
+    def interval(self, drawn: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The lower and upper ends of the middle part of resamples [R, ...]; between infinities there is no middle."""
+        low = np.quantile(drawn, (1 - self.level) / 2, axis=0, method="lower")
+        return low, np.quantile(drawn, (1 + self.level) / 2, axis=0, method="higher")

@@ -109,9 +109,7 @@ def factors(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
 def _median_ratio(both: Paired, bootstrap: Bootstrap) -> Estimate:
     drawn = both.resampled_ratios(bootstrap)
     graphs = np.random.default_rng(bootstrap.seed + 1).integers(drawn.shape[1], size=drawn.shape)
-    medians = _middle(np.take_along_axis(drawn, graphs, axis=1))
-    low = np.quantile(medians, (1 - bootstrap.level) / 2, method="lower")  # between infinities there is no middle
-    high = np.quantile(medians, (1 + bootstrap.level) / 2, method="higher")
+    low, high = bootstrap.interval(_middle(np.take_along_axis(drawn, graphs, axis=1)))
     return Estimate(float(_middle(both.ratios)), float(low), float(high))
 
 

@@ -104,9 +104,7 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     """
     both, rows = (options.flat, options.hierarchical), first_seeds(rows, options.seeds)
     found = pair(rows, measured, both, options.outcome, alike=("steps", "size", "preset"))
-    drawn, level = found.resampled_ratios(options.bootstrap), options.bootstrap.level
-    low = np.quantile(drawn, (1 - level) / 2, axis=0, method="lower")  # between infinities there is no middle
-    high = np.quantile(drawn, (1 + level) / 2, axis=0, method="higher")
+    low, high = options.bootstrap.interval(found.resampled_ratios(options.bootstrap))
     low[found.is_alone] = high[found.is_alone] = np.nan
     rooms_of = {row["graph"]: int(row["rooms"]) for row in measured}
     numbers = zip(*found.medians, found.ratios, low, high, *found.success, strict=True)
