@@ -210,6 +210,9 @@ def _table(kind: str, words: Sequence[str]) -> str:
         needed.bind(*words)
     except TypeError as error:
         raise InputError(f"<!-- {kind} {' '.join(words)} --> needs {', '.join(needed.parameters)}: {error}") from error
+    numbers = [word for name, word in zip(needed.parameters, words, strict=False) if name in ("size", "n_seeds")]
+    if unfit := [word for word in numbers if not word.isdecimal()]:
+        raise InputError(f"<!-- {kind} {' '.join(words)} --> needs a whole number, not {unfit[0]!r}")
     return makers[kind](*words)
 
 

@@ -63,11 +63,29 @@ def test_the_table(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(sys, "argv", ["factors", *words])
     assert factors.main() == 0
     assert capsys.readouterr().out.splitlines() == [
-        "| method | compared by | steps / reference's | slower on | success | above 50% on |",
-        "|---|---|---|---|---|---|",
-        "| hippo as it is | - | - | - | 100.0% | 3 of 3 |",
-        "| hippo slower | steps to 95% | 2.0 [2.0, 3.0] | 3 of 3 | 100.0% | 3 of 3 |",
+        "| method | compared by | steps / reference's | is | slower on | success | above 50% on |",
+        "|---|---|---|---|---|---|---|",
+        "| hippo as it is | - | - | - | - | 100.0% | 3 of 3 |",
+        "| hippo slower | steps to 95% | 2.00 [2.00, 3.00] | slower | 3 of 3 | 100.0% | 3 of 3 |",
     ]
+
+
+def test_slower_and_faster_are_told_by_the_interval():
+    def told(first, second):
+        found = factors.factors(
+            rows_of(first, second), MEASURES, options(reference=f"hippo {first}", outcome="steps_to_95", seeds=1)
+        )
+        return factors.markdown(found).splitlines()[-1].split(" | ")[2:4]
+
+    assert told("as it is", "slower")[1] == "slower"
+    assert told("slower", "as it is")[1] == "faster"
+    assert told("as it is", "never") == ["∞ [1.00, ∞]", "not told apart"]
+    assert told("never", "as it is") == ["0.00 [0.00, 1.00]", "not told apart"]
+
+
+def test_half_is_not_above_half():
+    rows = [{**row, "success_rate": "0.5"} for row in rows_of("as it is", "slower")]
+    assert [one.works for one in factors.factors(rows, MEASURES, options())] == [0, 0]
 
 
 def test_an_unknown_reference_is_refused():
@@ -94,3 +112,15 @@ def test_a_method_is_called_by_the_settings_that_tell_its_rows_apart():
         "hippo larger random",
         "ppo",
     ]
+
+
+def test_methods_that_cannot_be_told_apart_by_name_are_refused():
+    rows = [
+        {"method": "hippo", "variant": "", "meta": "random"},
+        {"method": "hippo", "variant": "", "meta": "fixed-dfs"},
+        {"method": "hippo", "variant": "random", "meta": "fixed-dfs"},
+    ]
+    with pytest.raises(InputError, match="are both called hippo random"):
+        trained.method_names(rows)
+    with pytest.raises(InputError, match="each row of a table of training runs needs a method"):
+        trained.method_names([{"graph": "a"}])

@@ -57,11 +57,6 @@ def printed(hierarchy, tables, monkeypatch, capsys, *words):
     return capsys.readouterr().out.splitlines()
 
 
-def test_ratios_where_one_or_both_never_get_there(hierarchy):
-    flat, hierarchical = np.array([4.0, np.inf, 4, np.inf]), np.array([2.0, 2, np.inf, np.inf])
-    assert importlib.import_module("benchmarks.study.paired").ratios(flat, hierarchical).tolist() == [2, np.inf, 0, 1]
-
-
 def test_each_graph_has_its_ratio_and_what_its_seeds_leave_open(hierarchy, tables, monkeypatch, capsys):
     printed(hierarchy, tables, monkeypatch, capsys, "--out", f"{tables}/out.csv")
     rows = {row["graph"]: row for row in csv.DictReader((tables / "out.csv").open())}

@@ -36,6 +36,8 @@ def test_a_table_is_put_in_its_place_and_an_unfinished_one_is_not(monkeypatch):
     monkeypatch.chdir(ROOT)
     with pytest.raises(InputError, match="<!-- paper 19 --> needs size, n_seeds: missing a required argument"):
         tables.renewed("<!-- paper 19 -->\n<!-- end of paper -->\n")
+    with pytest.raises(InputError, match="<!-- factors study ten --> needs a whole number, not 'ten'"):
+        tables.renewed("<!-- factors study ten -->\n<!-- end of factors -->\n")
     with pytest.raises(InputError, match="0 of 99 runs of the sweep ablation are done"):
         tables.sweep_table("ablation")
 
@@ -130,11 +132,14 @@ def test_a_picture_is_not_drawn_of_unfinished_runs():
         picture("--sizes", "19", "31").draw()
 
 
-def test_when_hierarchy_pays_is_told_of_seeds_that_are_done(monkeypatch):
+@pytest.mark.parametrize(
+    ("make", "sweep", "runs"), [(tables.hierarchy_table, "study", 158), (tables.factors_table, "study_factors", 144)]
+)
+def test_a_table_of_seeds_is_of_seeds_that_are_done(monkeypatch, make, sweep, runs):
     monkeypatch.setattr(tables.SweepTable, "of", lambda self, runs: [])
-    for n_seeds in (1, 10):
-        with pytest.raises(InputError, match=f"^0 of {n_seeds * 158} runs of the sweep study are done"):
-            tables.hierarchy_table("study", str(n_seeds))
+    for n_seeds in (1, 3):
+        with pytest.raises(InputError, match=f"^0 of {n_seeds * runs} runs of the sweep {sweep} are done"):
+            make(sweep, str(n_seeds))
 
 
 def test_the_table_of_hindsight_is_what_its_rows_say(capsys):

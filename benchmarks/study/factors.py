@@ -19,12 +19,11 @@ import tyro
 
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate
-from benchmarks.study.hierarchy import ENOUGH, ratio_text
-from benchmarks.study.paired import Paired, pair
+from benchmarks.study.hierarchy import ENOUGH
+from benchmarks.study.paired import pair
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, method_names
 from hierroom.cli import run
-from hierroom.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -84,12 +83,8 @@ def factors(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     Raises:
         InputError: as `first_seeds` or `pair`.
     """
-    rows, reference = first_seeds(rows, options.seeds), options.reference
-    names = dict.fromkeys(method_names(rows))
-    if reference not in names:
-        raise InputError(f"the table's methods are {', '.join(names)}; there is no {reference!r}")
-    found = []
-    for name in dict.fromkeys([reference, *names]):
+    rows, reference, found = first_seeds(rows, options.seeds), options.reference, []
+    for name in dict.fromkeys([reference, *method_names(rows)]):
         both = pair(rows, measured, (name, reference), options.outcome)
         success = both.success[0]
         found.append(
@@ -98,7 +93,7 @@ def factors(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
                 both.outcome,
                 len(both.graphs),
                 int((both.ratios > 1).sum()),
-                None if name == reference else _median_ratio(both, options.bootstrap),
+                None if name == reference else both.median_ratio(options.bootstrap),
                 float(np.median(success)),
                 int((success > ENOUGH).sum()),
             )
@@ -106,28 +101,17 @@ def factors(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     return found
 
 
-def _median_ratio(both: Paired, bootstrap: Bootstrap) -> Estimate:
-    drawn = both.resampled_ratios(bootstrap)
-    graphs = np.random.default_rng(bootstrap.seed + 1).integers(drawn.shape[1], size=drawn.shape)
-    low, high = bootstrap.interval(_middle(np.take_along_axis(drawn, graphs, axis=1)))
-    return Estimate(float(_middle(both.ratios)), float(low), float(high))
-
-
-def _middle(ratios: np.ndarray) -> np.ndarray:
-    """The median over the graphs; where there is no middle graph the smaller ratio."""
-    return np.quantile(ratios, 0.5, axis=-1, method="lower")
-
-
 def markdown(found: Sequence[Factor]) -> str:
-    """A row for each method."""
-    header = ["method", "compared by", "steps / reference's", "slower on", "success", f"above {ENOUGH:.0%} on"]
+    """A row for each method; the reference is compared with none."""
+    header = ["method", "compared by", "steps / reference's", "is", "slower on", "success", f"above {ENOUGH:.0%} on"]
     lines = [f"| {' | '.join(header)} |", "|" + "---|" * len(header)]
     for one in found:
-        beside = ["-", "-", "-"]
+        beside = ["-"] * 4
         if one.ratio is not None:
-            value, low, high = map(ratio_text, one.ratio)
+            value, low, high = (f"{number:.2f}" if np.isfinite(number) else "∞" for number in one.ratio)
+            is_told = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "not told apart"
             outcome = one.outcome.replace("_", " ") + "%"
-            beside = [outcome, f"{value} [{low}, {high}]", f"{one.slower} of {one.graphs}"]
+            beside = [outcome, f"{value} [{low}, {high}]", is_told, f"{one.slower} of {one.graphs}"]
         cells = [one.method, *beside, f"{one.success:.1%}", f"{one.works} of {one.graphs}"]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)

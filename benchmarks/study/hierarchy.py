@@ -105,7 +105,7 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     both, rows = (options.flat, options.hierarchical), first_seeds(rows, options.seeds)
     found = pair(rows, measured, both, options.outcome, alike=("steps", "size", "preset"))
     low, high = options.bootstrap.interval(found.resampled_ratios(options.bootstrap))
-    low[found.is_alone] = high[found.is_alone] = np.nan
+    low[found.has_single_seed] = high[found.has_single_seed] = np.nan
     rooms_of = {row["graph"]: int(row["rooms"]) for row in measured}
     numbers = zip(*found.medians, found.ratios, low, high, *found.success, strict=True)
     return [
@@ -129,7 +129,7 @@ def markdown(found: Sequence[Comparison], options: Options) -> str:
         lows = [one.low for one in of]
         pays = "-" if np.isnan(lows).any() else sum(low > 1 for low in lows)
         ratio = float(np.quantile([one.ratio for one in of], 0.5, method="lower"))
-        cells = [str(rooms), str(len(of)), *steps, ratio_text(ratio), str(pays), *_working(of)]
+        cells = [str(rooms), str(len(of)), *steps, _ratio(ratio), str(pays), *_working(of)]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 
@@ -165,8 +165,7 @@ def _steps(values: Sequence[float]) -> str:
     return steps_text(middle) if np.isfinite(middle) else "-"
 
 
-def ratio_text(value: float) -> str:
-    """A ratio as tables show it."""
+def _ratio(value: float) -> str:
     return f"{value:.1f}" if np.isfinite(value) else "∞"
 
 

@@ -1,4 +1,4 @@
-"""Two methods on the same goal graphs, seed by seed."""
+"""Two methods on the same goal graphs, graph by graph."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.study.bootstrap import Bootstrap
-from benchmarks.study.correlations import resampled
+from benchmarks.study.correlations import Estimate, resampled
 from benchmarks.study.tables import Row
 from benchmarks.study.trained import Milestone, Trained, by_rule, medians, method_names, read_trained
 from hierroom.errors import InputError
@@ -43,28 +43,36 @@ class Paired:
         return ratios(*self.medians)
 
     @property
-    def is_alone(self) -> NDArray[np.bool_]:
+    def has_single_seed(self) -> NDArray[np.bool_]:
         """[G] where a method has a single seed, of which resamples tell nothing."""
         return np.minimum(*((~np.isnan(steps)).sum(axis=1) for steps in self.steps)) < 2
 
     def resampled_ratios(self, bootstrap: Bootstrap) -> NDArray[np.float64]:
         """[R, G] the ratios of so many resamples of the seeds of both."""
         rng = np.random.default_rng(bootstrap.seed)
-        first, second = self.steps
-        several = range(bootstrap.resamples)
-        return np.array([ratios(medians(resampled(first, rng)), medians(resampled(second, rng))) for _ in several])
+        return np.array([self._resampled(rng, slice(None)) for _ in range(bootstrap.resamples)])
+
+    def median_ratio(self, bootstrap: Bootstrap) -> Estimate:
+        """The median ratio over the graphs; its interval is of resamples of the graphs, and of the seeds of each."""
+        rng, n = np.random.default_rng(bootstrap.seed), len(self.graphs)
+        drawn = np.array([self._resampled(rng, rng.integers(n, size=n)) for _ in range(bootstrap.resamples)])
+        low, high = bootstrap.interval(medians(drawn))
+        return Estimate(float(medians(self.ratios[None])[0]), float(low), float(high))
+
+    def _resampled(self, rng: np.random.Generator, graphs: NDArray[np.int64] | slice) -> NDArray[np.float64]:
+        first, second = (medians(resampled(steps[graphs], rng)) for steps in self.steps)
+        return ratios(first, second)
 
 
 def ratios(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
-    """[G] the first by the second; 1 where both are infinite.
+    """[G] the first by the second; 1 where both are infinite, or both 0.
 
     Args:
         first: [G] steps, may hold ``inf``.
         second: [G] likewise.
     """
-    neither = np.isinf(first) & np.isinf(second)
-    with np.errstate(invalid="ignore"):
-        return np.where(neither, 1, first / second)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(first == second, 1, first / second)
 
 
 def pair(
@@ -82,7 +90,8 @@ def pair(
         measured: of the table of measures.
         methods: their names, as `method_names` gives them.
         outcome: the milestone; by default the lower of those that docs/study.md's rules give the two.
-        alike: what the runs of both must have in common, columns of the table if it has them.
+        alike: what the runs of both must have in common, columns of the table if it has them. A variant may change
+            the grid's size or the preset on purpose, the number of steps never.
 
     Raises:
         InputError: as `read_trained`, or if a method is not in the table, no graph has both, or they were trained in

@@ -158,14 +158,19 @@ def read_trained(rows: Sequence[Row], measured: Sequence[Row], outcome: Outcome)
 
 
 def method_names(rows: Sequence[Row]) -> list[str]:
-    """What each row's method is called: the name of the method, and the settings that tell its rows from others.
+    """What each row's method is called: the name of the method, and the settings in which its rows differ.
 
-    A setting whose rows the ones before it tell apart already is left out: a variant that changes the size is called as
-    the variant.
+    A setting is added only to a name that rows of several values of it share: a variant that changes the size is called
+    as the variant.
 
     Args:
         rows: of a table of training runs.
+
+    Raises:
+        InputError: if a row has no method, or methods with other settings would have the same name.
     """
+    if not all(row.get("method") for row in rows):
+        raise InputError("each row of a table of training runs needs a method")
     names = [row["method"] for row in rows]
     for setting in SETTINGS:
         values: dict[str, set[str]] = {}
@@ -175,6 +180,13 @@ def method_names(rows: Sequence[Row]) -> list[str]:
             f"{name} {row[setting]}" if len(values[name]) > 1 and row.get(setting) else name
             for name, row in zip(names, rows, strict=True)
         ]
+    settings_of: dict[str, tuple[str, ...]] = {}
+    for name, row in zip(names, rows, strict=True):
+        settings = (row["method"], *(row.get(setting, "") for setting in SETTINGS))
+        if settings_of.setdefault(name, settings) != settings:
+            raise InputError(
+                f"runs of {' '.join(settings)} and of {' '.join(settings_of[name])} are both called {name}"
+            )
     return names
 
 

@@ -168,7 +168,7 @@ def _draw_hitting(axes: Sequence[Axes], cells: Sequence[ComparedCell]) -> None:
                 [x for x, _, _ in points], [y for _, y, _ in points], s=14, color=COLOURS[number], label=label
             )
             for x, y, graph in points:
-                is_above = quantity == "length"  # ours are at its lower end, and at the upper one of the success
+                is_above = quantity == "length"  # ours lie at the bottom of its axis, and at the top of the success'
                 offset = {"xytext": (0, 4 if is_above else -4), "va": "bottom" if is_above else "top"}
                 place.annotate(graph, (x, y), textcoords="offset points", ha="center", fontsize=7, **offset)
         place.set_ylabel("success (%)" if quantity == "success" else "length (% of 1000)")

@@ -1,0 +1,80 @@
+"""Two methods on the same goal graphs, on tables whose answers are known."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from study_tables import measured_rows, run_rows
+
+from hierroom.errors import InputError
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from benchmarks.study.bootstrap import Bootstrap  # noqa: E402
+from benchmarks.study.paired import pair, ratios  # noqa: E402
+
+GRAPHS = ("one", "two", "three", "four")
+MEASURES = measured_rows(GRAPHS, twins=("one",), rooms=(2, 3, 4, 5))
+
+
+def rows_of(**steps):
+    return [
+        {**row, "steps_to_50": row["steps_to_95"] or "40", "success_rate": "1" if row["steps_to_95"] else "0.25"}
+        for method, of_graphs in steps.items()
+        for row in run_rows(of_graphs, method)
+    ]
+
+
+def everywhere(steps):
+    return {graph: [steps] for graph in GRAPHS}
+
+
+def test_ratios_where_one_or_both_never_get_there_or_are_there_before_training():
+    first = np.array([4.0, np.inf, 4, np.inf, 0, 0, 4])
+    second = np.array([2.0, 2, np.inf, np.inf, 0, 4, 0])
+    assert ratios(first, second).tolist() == [2, np.inf, 0, 1, 1, 0, np.inf]
+
+
+def test_only_graphs_that_both_were_trained_on_are_compared_and_no_twins():
+    rows = rows_of(
+        ppo={"one": [100], "two": [200], "one-twin": [1]},
+        hippo={"one": [50], "three": [70], "one-twin": [100]},
+    )
+    both = pair(rows, MEASURES, ("ppo", "hippo"))
+    assert both.graphs == ("one",)
+    assert both.ratios.tolist() == [2.0]
+    with pytest.raises(InputError, match="no goal graph has runs of both ppo and hippo"):
+        pair(rows_of(ppo={"one": [100]}, hippo={"two": [50]}), MEASURES, ("ppo", "hippo"))
+
+
+def test_the_lower_milestone_of_the_two_is_taken_whatever_others_need():
+    rows = rows_of(one=everywhere(100), other=everywhere(100), hopeless=everywhere(None))
+    assert pair(rows, MEASURES, ("one", "other")).outcome == "steps_to_95"
+    assert pair(rows, MEASURES, ("one", "hopeless")).outcome == "steps_to_50"
+    assert pair(rows, MEASURES, ("hopeless", "one")).outcome == "steps_to_50"
+
+
+def test_the_median_ratio_of_an_even_number_of_graphs_lies_between_the_middle_ones():
+    steps = [110, 120, 180, 400]
+    rows = rows_of(ppo=dict(zip(GRAPHS, ([n] for n in steps), strict=True)), hippo=everywhere(100))
+    forth, back = (
+        pair(rows, MEASURES, names).median_ratio(Bootstrap()) for names in (("ppo", "hippo"), ("hippo", "ppo"))
+    )
+    assert forth.value == pytest.approx(1.5)
+    assert (forth.low, forth.high) == (1.1, 4.0)  # of four graphs the interval is from the least to the greatest
+    assert (back.low, back.high) == (pytest.approx(1 / 4.0), pytest.approx(1 / 1.1))
+
+
+def test_each_copy_of_a_graph_in_a_resample_has_its_own_seeds():
+    rows = rows_of(ppo={"one": [1, 100]}, hippo={"one": [1, 1]})
+    rows += [{**row, "graph": graph} for row in rows for graph in GRAPHS[1:]]
+    both = pair(rows, MEASURES, ("ppo", "hippo"))
+    drawn = [both.median_ratio(Bootstrap(resamples=2, seed=seed)) for seed in range(200)]
+    assert {high for _, _, high in drawn} - {1, 50.5, 100}, "the median of four equal graphs is between their draws"
+
+
+def test_a_method_with_a_single_seed_is_noticed():
+    both = pair(rows_of(ppo={"one": [100, 110]}, hippo={"one": [50]}), MEASURES, ("ppo", "hippo"))
+    assert both.has_single_seed.tolist() == [True]
