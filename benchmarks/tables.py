@@ -7,8 +7,8 @@ A table of what was trained stands between the lines `<!-- sweep NAME -->` and `
 measures predicted it stands between `<!-- study NAME MEASURE ... -->`, all measures where none is named, and
 `<!-- end of study -->`; it is made from what `benchmarks.study.statistics` wrote. One of when hierarchy pays, by the
 first seeds of a sweep, stands between `<!-- hierarchy NAME SEEDS -->` and `<!-- end of hierarchy -->`; one of what
-makes the difference between `<!-- factors NAME SEEDS -->` and `<!-- end of factors -->`. The paper's Table 3, ours on
-grids of one size with so many seeds, stands between `<!-- paper SIZE SEEDS -->` and `<!-- end of paper -->`.
+makes the difference between `<!-- factors NAME SEEDS REFERENCE -->` and `<!-- end of factors -->`. The paper's Table 3,
+ours on grids of one size with so many seeds, stands between `<!-- paper SIZE SEEDS -->` and `<!-- end of paper -->`.
 """
 
 from __future__ import annotations
@@ -133,20 +133,22 @@ def hierarchy_table(name: str, n_seeds: str) -> str:
     return f"\n`{command}`:\n\n{table}\n\n"
 
 
-def factors_table(name: str, n_seeds: str) -> str:
+def factors_table(name: str, n_seeds: str, *reference: str) -> str:
     """What makes the difference, by a sweep's first seeds, with the command that tells it.
 
     Args:
         name: of the sweep.
         n_seeds: how many seeds.
+        reference: the words of the name of the method that the others are held against.
 
     Raises:
-        InputError: if a run of these seeds is not done.
+        InputError: if a run of these seeds is not done, or there is no such method.
     """
-    path = _table_of_seeds(name, n_seeds)
-    options, measured = factors.Options(path, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
+    path, of = _table_of_seeds(name, n_seeds), " ".join(reference)
+    options, measured = factors.Options(path, reference=of, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
     table = factors.markdown(factors.factors(read_rows(ROOT / path), measured, options))
-    return f"\n`python -m benchmarks.study.factors {path} --seeds {n_seeds}`:\n\n{table}\n\n"
+    command = f'python -m benchmarks.study.factors {path} --reference "{of}" --seeds {n_seeds}'
+    return f"\n`{command}`:\n\n{table}\n\n"
 
 
 def _table_of_seeds(name: str, n_seeds: str) -> Path:
