@@ -109,9 +109,9 @@ def markdown(found: Sequence[Factor]) -> str:
         beside = ["-"] * 4
         if one.ratio is not None:
             value, low, high = (f"{number:.2f}" if np.isfinite(number) else "∞" for number in one.ratio)
-            is_told = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "not told apart"
+            verdict = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "not told apart"
             outcome = one.outcome.replace("_", " ") + "%"
-            beside = [outcome, f"{value} [{low}, {high}]", is_told, f"{one.slower} of {one.graphs}"]
+            beside = [outcome, f"{value} [{low}, {high}]", verdict, f"{one.slower} of {one.graphs}"]
         cells = [one.method, *beside, f"{one.success:.1%}", f"{one.works} of {one.graphs}"]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
