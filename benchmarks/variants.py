@@ -1,4 +1,4 @@
-"""Rewards and networks of the variants of the sweeps `differences`, `differences_flat` and `study_factors`."""
+"""Rewards and networks of the variants of the sweeps called `differences` and of `study_factors`."""
 
 from __future__ import annotations
 
