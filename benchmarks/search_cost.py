@@ -2,8 +2,8 @@
 
     python benchmarks/search_cost.py --episodes 1000
 
-Both are given the same goals in the levels of `success.py`; see `searching.py` for the one that has to look for them.
-The table has mean lengths, first that of the shortest ways to the exit, for which no goals are given.
+Both are given the same goals in the levels in which runs are evaluated; see `searching.py` for the one that has to look
+for them. The table has mean lengths, first that of the shortest ways to the exit, for which no goals are given.
 """
 
 from __future__ import annotations
@@ -11,19 +11,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import tyro
+from informed import Informed
 from rich.console import Console
 from rich.progress import track
 from searching import Searching
-from success import Informed
 
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.goals import spec_names
 from hierroom.meta import make_meta
-from hierroom.training.assembly import make_turns
+from hierroom.training.assembly import evaluation_seed, make_turns
 from hierroom.training.config import TrainConfig
 from hierroom.training.evaluation import evaluate
 from hierroom.training.presets import find_preset
+from hierroom.training.trainer import MAX_EVALUATION_ENVS
 
 
 @dataclass(frozen=True)
@@ -39,12 +40,13 @@ class Options:
     size: int = 19
     """Cells of the grid's side."""
     seed: int = 0
-    """The levels are those that `success.py` evaluates a run of this seed in."""
+    """The levels are those in which a run of this seed is evaluated."""
 
 
 def row_of(config: TrainConfig, episodes: int) -> str:
     """The table's row for the environments of a config."""
-    num_envs, seed, meta = min(100, episodes), config.seed, config.resolved_method.meta
+    num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), evaluation_seed(config.seed)
+    meta = config.resolved_method.meta
     turns = make_turns(config, num_envs, seed, levels="evaluation", measure_shortest=True)
     informed = evaluate(Informed(make_meta(meta), num_envs), turns, episodes)
     turns = make_turns(config, num_envs, seed, levels="evaluation")

@@ -18,21 +18,16 @@ from itertools import product
 from pathlib import Path
 from statistics import median
 
-import numpy as np
 import tyro
+from informed import Informed
 from run_table import fill, in_millions, train
 
 from hierroom.cli import run
 from hierroom.errors import InputError
-from hierroom.goals import EXIT_GOAL, NO_GOAL
-from hierroom.meta import MetaController, make_meta
-from hierroom.options import META
-from hierroom.step import Step
+from hierroom.meta import make_meta
 from hierroom.training.config import TrainConfig
 from hierroom.training.evaluation import evaluate
 from hierroom.training.presets import find_preset
-from hierroom.turns import Turns
-from hierroom.world.oracle import shortest_actions
 
 KEYS = ("preset", "method", "meta", "graph", "size", "drop_key", "seed", "steps")
 
@@ -88,28 +83,6 @@ def key_of(options: Options, config: TrainConfig) -> dict[str, str]:
     """What tells a row from the others, as text."""
     entries = {**config.entries, "preset": options.preset, "meta": config.resolved_method.meta}
     return {key: str(entries[key]) for key in KEYS}
-
-
-class Informed:
-    """Goes the shortest way to each goal it is given, and to the exit without one; it sees the whole level.
-
-    Args:
-        meta: gives the goals; only such that can be reached.
-        num_envs: how many environments it plays in.
-    """
-
-    def __init__(self, meta: MetaController, num_envs: int) -> None:
-        self._meta = meta
-        self._plans: list[list[int]] = [[] for _ in range(num_envs)]
-
-    def step(self, turns: Turns) -> Step:
-        """Take the turns that are due, and one primitive step in every environment."""
-        due = turns.due(META)
-        turns.ask(self._meta)
-        for env in due:
-            goal = EXIT_GOAL if turns.goals[env] == NO_GOAL else int(turns.goals[env])
-            self._plans[env] = shortest_actions(turns.world.get_state([int(env)]), goal).tolist()
-        return turns.step(np.array([plan.pop(0) for plan in self._plans]))
 
 
 def train_and_evaluate(config: TrainConfig, episodes: int) -> dict[str, object]:
