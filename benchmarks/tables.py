@@ -6,9 +6,10 @@
 A table of what was trained stands between the lines `<!-- sweep NAME -->` and `<!-- end of sweep -->`. One of how well
 measures predicted it stands between `<!-- study NAME MEASURE ... -->`, all measures where none is named, and
 `<!-- end of study -->`; it is made from what `benchmarks.study.statistics` wrote. One of when hierarchy pays, by the
-first seeds of a sweep, stands between `<!-- hierarchy NAME SEEDS -->` and `<!-- end of hierarchy -->`; one of what
-makes the difference between `<!-- factors NAME SEEDS REFERENCE -->` and `<!-- end of factors -->`. The paper's Table 3,
-ours on grids of one size with so many seeds, stands between `<!-- paper SIZE SEEDS -->` and `<!-- end of paper -->`.
+first seeds of a sweep, stands between `<!-- hierarchy NAME SEEDS -->`, with a milestone such as `steps_to_95` where it
+is not that of the rules, and `<!-- end of hierarchy -->`; one of what makes the difference between
+`<!-- factors NAME SEEDS REFERENCE -->` and `<!-- end of factors -->`. The paper's Table 3, ours on grids of one size
+with so many seeds, stands between `<!-- paper SIZE SEEDS -->` and `<!-- end of paper -->`.
 """
 
 from __future__ import annotations
@@ -19,14 +20,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from inspect import signature
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, get_args
 
 import tyro
 
 from benchmarks.study import factors, hierarchy
 from benchmarks.study.correlations import Estimate
-from benchmarks.study.statistics import measure_table, seeds_text
+from benchmarks.study.statistics import measure_table, reliability_text, seeds_text
 from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
+from benchmarks.study.trained import Milestone
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
@@ -109,26 +111,34 @@ def _study_table(method: str, rows: Sequence[Row], shown: Sequence[str]) -> str:
     n_seeds = seeds_text(int(rows[0]["seeds_min"]), int(rows[0]["seeds_max"]))
     header = f"**{method}**, {outcome}{unit}, {rows[0]['graphs']} goal graphs, {n_seeds}:"
     lines = [header, "", measure_table(estimates, shown or best)]
-    for measure, statistic, what in (("seeds", "halves", "halves of the seeds"), ("twins", "spearman", "twins")):
-        if not math.isnan(estimates[measure, statistic].value):
-            lines += ["", f"{what}: {estimates[measure, statistic]}"]
+    halves, twins = estimates["seeds", "halves"], estimates["twins", "spearman"]
+    if not math.isnan(halves.value):
+        lines += ["", reliability_text(halves)]
+    if not math.isnan(twins.value):
+        lines += ["", f"twins: {twins}"]
     return "\n".join(lines)
 
 
-def hierarchy_table(name: str, n_seeds: str) -> str:
+def hierarchy_table(name: str, n_seeds: str, outcome: str | None = None) -> str:
     """When hierarchy pays, by a sweep's first seeds, with the command that tells it.
 
     Args:
         name: of the sweep.
         n_seeds: how many seeds.
+        outcome: the milestone, by default that of the study's rules.
 
     Raises:
-        InputError: if a run of these seeds is not done.
+        InputError: if a run of these seeds is not done, or there is no such milestone.
     """
+    milestone = next((known for known in get_args(Milestone) if known == outcome), None)
+    if milestone != outcome:
+        raise InputError(f"a milestone must be one of {', '.join(get_args(Milestone))}, not {outcome!r}")
     path = _table_of_seeds(name, n_seeds)
-    options, measured = hierarchy.Options(path, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
+    options = hierarchy.Options(path, outcome=milestone, seeds=int(n_seeds))
+    measured = known_measures(ROOT / MEASURES_PATH)
     found = hierarchy.compare(read_rows(ROOT / path), measured, options)
     command = f"python -m benchmarks.study.hierarchy {path} --seeds {n_seeds}"
+    command += "" if outcome is None else f" --outcome {outcome}"
     table = f"{hierarchy.markdown(found, options)}\n\n{hierarchy.sentence(found, measured, options)}"
     return f"\n`{command}`:\n\n{table}\n\n"
 

@@ -159,16 +159,34 @@ def test_seeds_are_drawn_of_their_own_graph_and_none_is_made_up(module):
         assert set(drawn[2, :2]) <= {5, 6}
 
 
-def test_noise_of_halves(module):
+def test_split_half(module):
     sure = trained_of(module, {f"g{i}": [i + 1] * 4 for i in range(10)})
-    assert module("correlations").noise_of_halves(sure, n_splits=20) == pytest.approx((1, 1, 1))
+    assert module("correlations").split_half(sure, n_splits=20) == pytest.approx((1, 1, 1))
     rng = np.random.default_rng(4)
     noise = trained_of(module, {f"g{i}": rng.random(4).tolist() for i in range(200)})
-    value, low, high = module("correlations").noise_of_halves(noise, n_splits=50)
+    value, low, high = module("correlations").split_half(noise, n_splits=50)
     assert abs(value) < 0.15
     assert low < 0 < high
     single = trained_of(module, {f"g{i}": [i + 1] for i in range(10)})
-    assert np.isnan(module("correlations").noise_of_halves(single).value)
+    assert np.isnan(module("correlations").split_half(single).value)
+
+
+def test_the_ceiling_is_what_a_measure_without_noise_reaches(module):
+    """By Spearman and Brown's formula, and where the measure is the true difficulty of 400 graphs with noisy seeds."""
+    ceiling, estimate = module("correlations").ceiling, module("correlations").Estimate
+    assert ceiling(estimate(0.6, -0.2, 1.0)) == pytest.approx((0.75**0.5, 0, 1))
+    assert np.isnan(ceiling(estimate(np.nan, np.nan, np.nan))).all()
+    rng = np.random.default_rng(5)
+    truth = rng.normal(size=400)
+    noisy = {f"g{i}": (truth[i] + rng.normal(size=10) * 2 + 20).tolist() for i in range(400)}
+    trained = trained_of(module, noisy)
+    halves = module("correlations").split_half(trained, n_splits=50)
+    of_truth = np.array([truth[int(graph[1:])] for graph in trained.graphs])
+    found = module("correlations").rank_correlations(
+        np.column_stack([of_truth, module("trained").medians(trained.outcomes)])
+    )[0, 1]
+    assert halves.value < found - 0.1
+    assert ceiling(halves).value == pytest.approx(found, abs=0.03)
 
 
 def test_noise_of_twins(module):

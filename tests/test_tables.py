@@ -66,7 +66,9 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
         ["| goals", "0.50"],
         ["| width", "0.25"],
     ]
-    assert lines[-3] == "halves of the seeds: 0.75 [0.50, 1.00]"
+    assert (
+        lines[-3] == "split-half reliability: 0.75 [0.50, 1.00]; a measure without noise could have: 0.93 [0.82, 1.00]"
+    )
     plan.write_text("seeds = 10\n")
     (command,) = (line for line in tables.study_table("one").splitlines() if line.startswith("`"))
     assert command.endswith("/one/sweep.csv --seeds 3 --out benchmarks/results/one/correlations.csv`:")
@@ -133,13 +135,15 @@ def test_a_picture_is_not_drawn_of_unfinished_runs():
 
 
 @pytest.mark.parametrize(
-    ("make", "sweep", "runs"), [(tables.hierarchy_table, "study", 158), (tables.factors_table, "study_factors", 144)]
+    ("make", "sweep", "runs"), [(tables.hierarchy_table, "study", 158), (tables.factors_table, "study_factors", 168)]
 )
 def test_a_table_of_seeds_is_of_seeds_that_are_done(monkeypatch, make, sweep, runs):
     monkeypatch.setattr(tables.SweepTable, "of", lambda self, runs: [])
     for n_seeds in (1, 3):
         with pytest.raises(InputError, match=f"^0 of {n_seeds * runs} runs of the sweep {sweep} are done"):
             make(sweep, str(n_seeds))
+    with pytest.raises(InputError, match=r"a milestone must be one of steps_to_50, .*, not 'steps_to_60'"):
+        tables.hierarchy_table("study", "1", "steps_to_60")
 
 
 def test_the_table_of_hindsight_is_what_its_rows_say(capsys):

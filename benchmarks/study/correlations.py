@@ -132,11 +132,10 @@ def resampled(outcomes: NDArray[np.float64], rng: np.random.Generator) -> NDArra
     return np.where(np.isnan(outcomes), np.nan, np.take_along_axis(outcomes, seeds, axis=1))
 
 
-def noise_of_halves(trained: Trained, *, n_splits: int = 1000, level: float = 0.95, seed: int = 0) -> Estimate:
-    """Spearman's correlation between the medians of two halves of the seeds: how far graphs can be ranked at all.
+def split_half(trained: Trained, *, n_splits: int = 1000, level: float = 0.95, seed: int = 0) -> Estimate:
+    """Split-half reliability: Spearman's correlation between the medians of two halves of the seeds.
 
-    The value is the mean over random halves; the interval is over halves and graphs drawn with replacement. The medians
-    of all seeds are steadier than those of halves, so this is a cautious bound.
+    The value is the mean over random halves; the interval is over halves and graphs drawn with replacement.
 
     Args:
         trained: the outcomes of one method; ``nan`` is returned if a graph has a single seed.
@@ -156,6 +155,19 @@ def noise_of_halves(trained: Trained, *, n_splits: int = 1000, level: float = 0.
         found.append(rank_correlations(pair)[0, 1])
         drawn.append(rank_correlations(pair[graphs])[0, 1])
     return interval(float(np.nanmean(found)) if not np.isnan(found).all() else np.nan, drawn, level)
+
+
+def ceiling(reliability: Estimate) -> Estimate:
+    """The correlation that a measure would have if only the noise of the seeds kept it from 1.
+
+    All seeds have the reliability R = 2 r / (1 + r), where halves of them have r (Spearman, Brown, 1910), and what is
+    free of noise correlates with them by sqrt(R) (Spearman, 1904). It is 0 where r is not positive.
+
+    Args:
+        reliability: r with its interval, as `split_half` gives it.
+    """
+    r = np.maximum(reliability, 0.0)  # nan stays nan
+    return Estimate(*map(float, np.sqrt(2 * r / (1 + r))))
 
 
 def noise_of_twins(trained: Trained, *, n_resamples: int = 2000, level: float = 0.95, seed: int = 0) -> Estimate:

@@ -115,21 +115,23 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
 
 
 def markdown(found: Sequence[Comparison], options: Options) -> str:
-    """A row for each number of rooms: medians over its graphs, and on how many hierarchy pays, if that can be told.
+    """A row for each number of rooms: medians over its graphs, and counts of them.
 
-    Where there is no middle graph, the median is the larger number of steps, and the smaller ratio.
+    Where hierarchy pays cannot be told of single seeds. Where there is no middle graph, the median is the larger number
+    of steps, and the smaller ratio.
     """
     both = options.hierarchical, options.flat
     header = ["rooms", "graphs", *(f"{name}: {found[0].outcome}" for name in both), "ratio", "pays on"]
-    header += [f"{name}: above {ENOUGH:.0%} on" for name in both]
+    header += [f"{name}: reached on" for name in both] + [f"{name}: above {ENOUGH:.0%} on" for name in both]
     lines = [f"| {' | '.join(header)} |", "|" + "---|" * len(header)]
     for rooms in sorted({one.rooms for one in found}):
         of = [one for one in found if one.rooms == rooms]
-        steps = [_steps([one.hierarchical for one in of]), _steps([one.flat for one in of])]
+        steps = [one.hierarchical for one in of], [one.flat for one in of]
         lows = [one.low for one in of]
         pays = "-" if np.isnan(lows).any() else sum(low > 1 for low in lows)
         ratio = float(np.quantile([one.ratio for one in of], 0.5, method="lower"))
-        cells = [str(rooms), str(len(of)), *steps, _ratio(ratio), str(pays), *_working(of)]
+        reached = [str(np.isfinite(several).sum()) for several in steps]
+        cells = [str(rooms), str(len(of)), *map(_steps, steps), _ratio(ratio), str(pays), *reached, *_working(of)]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 

@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from benchmarks.study.bootstrap import Bootstrap
-from benchmarks.study.correlations import Estimate, estimates, noise_of_halves, noise_of_twins, twin_factor
+from benchmarks.study.correlations import Estimate, ceiling, estimates, noise_of_twins, split_half, twin_factor
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, among, by_rule, measures_of, read_trained
 from hierroom.cli import run
@@ -63,7 +63,7 @@ class Result:
         outcome: what says how hard a graph was.
         trained: its outcomes.
         estimates: by measure and statistic.
-        halves: the correlation of halves of the seeds.
+        halves: the split-half reliability of the seeds.
         twins: the correlation of graphs and their twins.
         factor: by which these differ.
     """
@@ -124,7 +124,7 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
                 progress=lambda done, task=task: bar.update(task, completed=done),
             )
             settings = {"level": options.bootstrap.level, "seed": options.bootstrap.seed}
-            halves = noise_of_halves(trained, n_splits=options.bootstrap.resamples, **settings)
+            halves = split_half(trained, n_splits=options.bootstrap.resamples, **settings)
             twins = noise_of_twins(trained, n_resamples=options.bootstrap.resamples, **settings)
             results.append(Result(outcome, trained, found, halves, twins, twin_factor(trained)))
     return results
@@ -136,10 +136,15 @@ def markdown(result: Result) -> str:
     if result.outcome != "success_rate":
         of += f", never reached by half of the seeds on {result.trained.never}"
     lines = [f"**{result.trained.method}**: {of}", "", measure_table(result.estimates, result.measures)]
-    lines += ["", f"halves of the seeds: {result.halves}; {len(result.trained.twins)} twins: {result.twins}"]
+    lines += ["", f"{reliability_text(result.halves)}; {len(result.trained.twins)} twins: {result.twins}"]
     if not np.isnan(result.factor):
         lines[-1] += f", which differ by a factor of {result.factor:.2f}"
     return "\n".join(lines)
+
+
+def reliability_text(halves: Estimate) -> str:
+    """How far the noise of the seeds lets graphs be ranked at all."""
+    return f"split-half reliability: {halves}; a measure without noise could have: {ceiling(halves)}"
 
 
 def seeds_text(fewest: int, most: int) -> str:
