@@ -41,7 +41,8 @@ def folder(tmp_path_factory) -> Path:
     for name in ("RUN", "first"):
         shutil.copytree(folder / "runs" / "hippo-fixed-dfs-c-seed0", folder / name)
     (folder / "own.toml").write_text("seed = 1\n")
-    shutil.copytree(ROOT / "benchmarks" / "sweeps", folder / "benchmarks" / "sweeps")
+    for name in ("sweeps", "graphs"):
+        shutil.copytree(ROOT / "benchmarks" / name, folder / "benchmarks" / name)
     return folder
 
 

@@ -135,7 +135,7 @@ def test_a_picture_is_not_drawn_of_unfinished_runs():
 
 
 @pytest.mark.parametrize(
-    ("make", "sweep", "runs"), [(tables.hierarchy_table, "study", 158), (tables.factors_table, "study_factors", 180)]
+    ("make", "sweep", "runs"), [(tables.hierarchy_table, "study", 158), (tables.factors_table, "study_factors", 204)]
 )
 def test_a_table_of_seeds_is_of_seeds_that_are_done(monkeypatch, make, sweep, runs):
     monkeypatch.setattr(tables.SweepTable, "of", lambda self, runs: [])
