@@ -78,8 +78,19 @@ def test_factors_are_changed_on_the_graphs_with_the_fewest_the_median_and_the_mo
     runs = plan("study_factors").runs()
     chosen = {graphs[place] for graphs in by_expected_steps() for place in (0, len(graphs) // 2, -1)}
     assert {run.identity["graph"] for run in runs} == chosen
-    tuned = {run.config.ppo for run in plan("study").runs() if run.identity["method"] == "hippo"}
-    assert {run.config.ppo for run in runs if run.identity["method"] == "hippo"} == tuned
+    as_it_is = {
+        (run.identity["graph"], run.config.seed): run.config for run in runs if run.identity["variant"] == "as it is"
+    }
+    assert {config.ppo for config in as_it_is.values()} == {
+        run.config.ppo for run in plan("study").runs() if run.identity["method"] == "hippo"
+    }
+    changes = {
+        (run.identity["variant"], len(run.config.differences(as_it_is[run.identity["graph"], run.config.seed])))
+        for run in runs
+        if run.identity["method"] == "hippo"
+    }
+    assert len(changes) == 1 + 9
+    assert changes - {("as it is", 0)} == {(variant, 1) for variant, _ in changes if variant != "as it is"}
 
 
 def test_levels_are_changed_in_one_thing_each_on_the_graphs_with_the_median_expected_steps():
