@@ -115,7 +115,7 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
 
 
 def markdown(found: Sequence[Comparison], options: Options) -> str:
-    """A row for each number of rooms: medians over its graphs, and counts of them.
+    """A row for each number of rooms: medians over its graphs, and on how many hierarchy pays and each method works.
 
     Where hierarchy pays cannot be told of single seeds. Where there is no middle graph, the median is the larger number
     of steps, and the smaller ratio.
