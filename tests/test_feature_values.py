@@ -53,6 +53,9 @@ def test_what_is_shown_is_what_is_there():
         now = {name: FEATURES[name].encode(observation).tolist() for name in CONTROLLERS}
         assert now["direction"] == [[level.direction] for level in observation.levels]
         assert now["previous-action"] == [[action] for action in last]
+        given = [replace(observation, goals=np.full(N_ENVS, goal)) for goal in range(N_GOALS)]
+        of_each = np.concatenate([FEATURES["goal-place"].encode(one) for one in given], axis=1)
+        assert now["object-places"] == of_each.tolist()
         assert now["view"] == now["view-ids"] == observation.tiles.reshape(N_ENVS, VIEW * VIEW).tolist()
         for n, (level, goal, tiles) in enumerate(zip(observation.levels, observation.goals, now["view"], strict=True)):
             assert now["goal"][n] == object_and_colour(goal)
@@ -106,6 +109,7 @@ CARDINALITIES = {
     "goal": (4, 7),
     "goal-in-view": (50,),
     "goal-place": (14,) * 2,
+    "object-places": (14,) * 26,
     "doorway-places": (14,) * 4,
     "frontier-places": (14,) * 4,
     "symbol": (14,),

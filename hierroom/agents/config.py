@@ -17,6 +17,7 @@ FeatureName = Literal[
     "goal",
     "goal-in-view",
     "goal-place",
+    "object-places",
     "doorway-places",
     "frontier-places",
     "symbol",

@@ -13,7 +13,7 @@ from hierroom.controller import Observation
 from hierroom.errors import InputError
 from hierroom.learners.distillation import RandomNetworkDistillation
 
-NOT_OF_THE_LEVEL = (*GOAL_FEATURES, "doorway-places", "frontier-places", "previous-action")
+NOT_OF_THE_LEVEL = (*GOAL_FEATURES, "object-places", "doorway-places", "frontier-places", "previous-action")
 
 
 class Curiosity:

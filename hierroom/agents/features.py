@@ -68,7 +68,13 @@ def _goal_cells(observation: Observation) -> NDArray:
 
 def _goal_place(observation: Observation) -> NDArray:
     """[M, 2] `_places` of the goal where it was seen last: nothing moves unseen; a key in hand stays where it lay."""
-    return _places(observation.levels, _seen_at(observation.levels, observation.goals))
+    return _places(observation.levels, _seen_at(observation.levels, observation.goals[:, None]))
+
+
+def _object_places(observation: Observation) -> NDArray:
+    """[M, 26] likewise of every goal, by id, whichever the controller has."""
+    goals = np.broadcast_to(_GOAL_IDS, (len(observation.levels), N_GOALS))
+    return _places(observation.levels, _seen_at(observation.levels, goals))
 
 
 def _doorway_places(observation: Observation) -> NDArray:
@@ -83,18 +89,18 @@ def _frontier_places(observation: Observation) -> NDArray:
 
 @njit(cache=True)
 def _seen_at(levels, goals):
-    """[M, 1, 2] (row, col) of the goals that were seen this episode, zeros for the others and for no goal."""
-    cells = np.zeros((len(goals), 1, 2), np.int64)
-    for m in range(len(goals)):
-        goal = goals[m]
+    """[M, G, 2] (row, col) of those goals [M, G] that were seen this episode, zeros for the others and for no goal."""
+    cells = np.zeros((*goals.shape, 2), np.int64)
+    for m, g in np.ndindex(goals.shape):
+        goal = goals[m, g]
         if goal != NO_GOAL and (levels[m].seen >> goal) & 1:
             branch = levels[m].branches[goal % N_COLOURS]
             if goal < FIRST_DOOR_GOAL:
-                cells[m, 0] = levels[m].keys_at[branch]
+                cells[m, g] = levels[m].keys_at[branch]
             elif goal < EXIT_GOAL:
-                cells[m, 0] = levels[m].doors_at[branch]
+                cells[m, g] = levels[m].doors_at[branch]
             else:
-                cells[m, 0] = levels[m].exit_at
+                cells[m, g] = levels[m].exit_at
     return cells
 
 
@@ -152,6 +158,7 @@ FEATURES: Mapping[str, Feature] = {
     "goal": Feature(lambda _: (4, 1 + N_COLOURS), lambda observation: _GOAL_CATEGORIES[observation.goals]),
     "goal-in-view": Feature(lambda _: (N_CELLS + 1,), _goal_cells),
     "goal-place": Feature(lambda _: (_PLACE,) * 2, _goal_place),
+    "object-places": Feature(lambda _: (_PLACE,) * 2 * N_GOALS, _object_places),
     "doorway-places": Feature(lambda _: (_PLACE,) * 4, _doorway_places, memories=("doorways",)),
     "frontier-places": Feature(lambda _: (_PLACE,) * 4, _frontier_places, memories=("explored",)),
     "symbol": Feature(lambda _: (N_GOALS + 1,), lambda observation: (observation.goals % (N_GOALS + 1))[:, None]),
@@ -163,11 +170,12 @@ FEATURES: Mapping[str, Feature] = {
 }
 """view: the tile of each cell of the view; view-ids: likewise, read as its object id, colour id and open bit; goal:
 object and colour; goal-in-view: the cell of the view that holds the goal; goal-place: about how far ahead of the agent
-and to its right the goal is, once it was seen this episode; doorway-places: likewise for the two doors that were opened
-or walked through last; frontier-places: likewise for floor beside what was not seen yet, the nearest in the agent's
-room and the nearest elsewhere; symbol: the goal as one of 14, no goal the last; direction; keys: those held, by colour;
-previous-action: the last action taken; goal-status: whether each goal was seen or achieved this episode; goal-outcome:
-how the last option ended. A meta-controller's goal is the one it gave last."""
+and to its right the goal is, once it was seen this episode; object-places: likewise for each goal id, whichever the
+goal; doorway-places: likewise for the two doors that were opened or walked through last; frontier-places: likewise for
+floor beside what was not seen yet, the nearest in the agent's room and the nearest elsewhere; symbol: the goal as one
+of 14, no goal the last; direction; keys: those held, by colour; previous-action: the last action taken; goal-status:
+whether each goal was seen or achieved this episode; goal-outcome: how the last option ended. A meta-controller's goal
+is the one it gave last."""
 
 GOAL_FEATURES = ("goal", "goal-in-view", "goal-place", "symbol")
 """Features of the goal: left out by methods whose controller does not see it."""
