@@ -3,12 +3,14 @@
     python -m benchmarks.tables            # renew
     python -m benchmarks.tables --check    # exit code 1 where one differs
 
-A table of what was trained stands between the lines `<!-- sweep NAME -->` and `<!-- end of sweep -->`. One of how well
+A table of what was trained stands between the lines `<!-- sweep NAME -->`, with a number of seeds where it is of the
+first ones only, and `<!-- end of sweep -->`. One of how well
 measures predicted it stands between `<!-- study NAME MEASURE ... -->`, all measures where none is named, and
 `<!-- end of study -->`; it is made from what `benchmarks.study.statistics` wrote. One of when hierarchy pays, by the
 first seeds of a sweep, stands between `<!-- hierarchy NAME SEEDS -->`, with a milestone such as `steps_to_95` where it
 is not that of the rules, and `<!-- end of hierarchy -->`; one of what makes the difference between
-`<!-- factors NAME SEEDS REFERENCE -->` and `<!-- end of factors -->`. The paper's Table 3, ours on grids of one size
+`<!-- factors NAME SEEDS REFERENCE -->` and `<!-- end of factors -->`, and on other levels between
+`<!-- levels NAME SEEDS -->` and `<!-- end of levels -->`. The paper's Table 3, ours on grids of one size
 with so many seeds, stands between `<!-- paper SIZE SEEDS -->` and `<!-- end of paper -->`.
 """
 
@@ -17,14 +19,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from inspect import signature
 from pathlib import Path
 from typing import Annotated, get_args
 
 import tyro
 
-from benchmarks.study import factors, hierarchy
+from benchmarks.study import factors, hierarchy, levels
 from benchmarks.study.correlations import Estimate
 from benchmarks.study.statistics import measure_table, reliability_text, seeds_text
 from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
@@ -43,7 +45,8 @@ from hierroom.sweep.table import SweepTable
 
 ROOT = Path(__file__).parents[1]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
-PLACE = re.compile(r"(<!-- (sweep|study|hierarchy|factors|paper) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
+KINDS = "sweep|study|hierarchy|factors|levels|paper"
+PLACE = re.compile(rf"(<!-- ({KINDS}) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
 
 
 @dataclass(frozen=True)
@@ -57,16 +60,23 @@ class Options:
     check: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 
 
-def sweep_table(name: str) -> str:
+def sweep_table(name: str, n_seeds: str | None = None) -> str:
     """The table of a sweep in Markdown, with the command that makes its rows.
+
+    Args:
+        name: of the sweep.
+        n_seeds: how many seeds, by default all of the plan.
 
     Raises:
         InputError: if there is no such sweep, or a run of it is not done.
     """
     plan = _plan(name)
+    if n_seeds is not None:
+        plan = replace(plan, seeds=int(n_seeds))
     runs = plan.runs()
     rows = done_rows(name, runs)
-    command = f"python -m hierroom.sweep benchmarks/sweeps/{name}.toml --out benchmarks/results/{name}"
+    only = "" if n_seeds is None else f" --seeds {n_seeds}"
+    command = f"python -m hierroom.sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
     return f"\n`{command}` ({CAPTION}):\n\n{summarise(runs, rows, plan.metas).markdown()}\n\n"
 
 
@@ -161,6 +171,22 @@ def factors_table(name: str, n_seeds: str, *reference: str) -> str:
     return f"\n`{command}`:\n\n{table}\n\n"
 
 
+def levels_table(name: str, n_seeds: str) -> str:
+    """Whether hierarchy pays on other levels, by a sweep's first seeds, with the command that tells it.
+
+    Args:
+        name: of the sweep.
+        n_seeds: how many seeds.
+
+    Raises:
+        InputError: if a run of these seeds is not done, or a variant does not tell its levels.
+    """
+    path = _table_of_seeds(name, n_seeds)
+    options, measured = levels.Options(path, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
+    table = levels.markdown(levels.levels(read_rows(ROOT / path), measured, options))
+    return f"\n`python -m benchmarks.study.levels {path} --seeds {n_seeds}`:\n\n{table}\n\n"
+
+
 def _table_of_seeds(name: str, n_seeds: str) -> Path:
     """The table of a sweep, all of whose runs of seeds 0, 1, ... are done."""
     done_rows(name, [run for run in _plan(name).runs() if run.config.seed < int(n_seeds)])
@@ -215,6 +241,7 @@ def _table(kind: str, words: Sequence[str]) -> str:
         "study": study_table,
         "hierarchy": hierarchy_table,
         "factors": factors_table,
+        "levels": levels_table,
         "paper": paper_table,
     }
     needed = signature(makers[kind])

@@ -38,8 +38,8 @@ def test_a_table_is_put_in_its_place_and_an_unfinished_one_is_not(monkeypatch):
         tables.renewed("<!-- paper 19 -->\n<!-- end of paper -->\n")
     with pytest.raises(InputError, match="<!-- factors study ten --> needs a whole number, not 'ten'"):
         tables.renewed("<!-- factors study ten -->\n<!-- end of factors -->\n")
-    with pytest.raises(InputError, match="0 of 99 runs of the sweep ablation are done"):
-        tables.sweep_table("ablation")
+    with pytest.raises(InputError, match=r"\d+ of 700 runs of the sweep hippo are done"):
+        tables.sweep_table("hippo", "100")
 
 
 def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch):
@@ -135,13 +135,20 @@ def test_a_picture_is_not_drawn_of_unfinished_runs():
 
 
 @pytest.mark.parametrize(
-    ("make", "sweep", "runs"), [(tables.hierarchy_table, "study", 158), (tables.factors_table, "study_factors", 204)]
+    ("make", "sweep", "runs"),
+    [
+        (tables.hierarchy_table, "study", 158),
+        (tables.factors_table, "study_factors", 204),
+        (tables.levels_table, "study_levels", 24),
+    ],
 )
 def test_a_table_of_seeds_is_of_seeds_that_are_done(monkeypatch, make, sweep, runs):
     monkeypatch.setattr(tables.SweepTable, "of", lambda self, runs: [])
     for n_seeds in (1, 3):
         with pytest.raises(InputError, match=f"^0 of {n_seeds * runs} runs of the sweep {sweep} are done"):
             make(sweep, str(n_seeds))
+    with pytest.raises(InputError, match=f"^0 of {2 * 7} runs of the sweep hippo are done"):
+        tables.sweep_table("hippo", "2")
     with pytest.raises(InputError, match=r"a milestone must be one of steps_to_50, .*, not 'steps_to_60'"):
         tables.hierarchy_table("study", "1", "steps_to_60")
 

@@ -25,6 +25,11 @@ from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measu
 from benchmarks.study.trained import Milestone, method_names
 from hierroom.cli import run
 
+HEADER = (
+    *("method", "compared by", "steps / reference's", "verdict", "slower on", "success"),
+    f"above {ENOUGH:.0%} on",
+)
+
 
 @dataclass(frozen=True)
 class Options:
@@ -103,19 +108,24 @@ def factors(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
 
 def markdown(found: Sequence[Factor]) -> str:
     """A row for each method; the reference is compared with none."""
-    header = ["method", "compared by", "steps / reference's", "verdict", "slower on"]
-    header += ["success", f"above {ENOUGH:.0%} on"]
-    lines = [f"| {' | '.join(header)} |", "|" + "---|" * len(header)]
-    for one in found:
-        beside = ["-"] * 4
-        if one.ratio is not None:
-            value, low, high = (f"{number:.2f}" if np.isfinite(number) else "∞" for number in one.ratio)
-            verdict = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "not told apart"
-            outcome = one.outcome.replace("_", " ") + "%"
-            beside = [outcome, f"{value} [{low}, {high}]", verdict, f"{one.slower} of {one.graphs}"]
-        cells = [one.method, *beside, f"{one.success:.1%}", f"{one.works} of {one.graphs}"]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+    return table(HEADER, [cells(one) for one in found])
+
+
+def cells(one: Factor) -> list[str]:
+    """What a table says of a method, under `HEADER`."""
+    beside = ["-"] * 4
+    if one.ratio is not None:
+        value, low, high = (f"{number:.2f}" if np.isfinite(number) else "∞" for number in one.ratio)
+        verdict = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "not told apart"
+        outcome = one.outcome.replace("_", " ") + "%"
+        beside = [outcome, f"{value} [{low}, {high}]", verdict, f"{one.slower} of {one.graphs}"]
+    return [one.method, *beside, f"{one.success:.1%}", f"{one.works} of {one.graphs}"]
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Rows of cells in Markdown."""
+    lines = [f"| {' | '.join(line)} |" for line in (header, *rows)]
+    return "\n".join([lines[0], "|" + "---|" * len(header), *lines[1:]])
 
 
 def main() -> int:

@@ -1,0 +1,85 @@
+"""Does hierarchy pay on other levels? Two methods beside each other on each kind of levels, on the same goal graphs.
+
+    python -m benchmarks.study.levels benchmarks/results/study_levels/sweep.csv
+
+The table is one of training runs as `benchmarks.study.factors` takes it. A variant is called as its levels, a comma and
+its method: what stands before the comma, such as `larger grid`, tells which runs are held against each other, and each
+ratio and its interval are those of `benchmarks.study.factors`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import tyro
+
+from benchmarks.study import factors
+from benchmarks.study.bootstrap import Bootstrap
+from benchmarks.study.factors import Factor
+from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
+from benchmarks.study.trained import Milestone
+from hierroom.cli import run
+from hierroom.errors import InputError
+
+
+@dataclass(frozen=True)
+class Options:
+    """Hold the methods against one of them, on each kind of levels.
+
+    Args:
+        table: the training runs.
+        reference: the method that the others are held against.
+        measures: the measures of the goal graphs.
+        outcome: the milestone, as for `benchmarks.study.factors`.
+        seeds: only seeds 0, 1, ..., so many of them; all by default.
+        bootstrap: how intervals are computed.
+    """
+
+    table: tyro.conf.Positional[Path]
+    reference: str = "hippo"
+    measures: Path = MEASURES_PATH
+    outcome: Milestone | None = None
+    seeds: int | None = None
+    bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
+
+
+def levels(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> dict[str, list[Factor]]:
+    """For each kind of levels the methods, the reference first, beside the reference.
+
+    Args:
+        rows: of the table of training runs.
+        measured: of the table of measures.
+        options: the reference, the outcome, the seeds, and how intervals are computed.
+
+    Raises:
+        InputError: if a variant does not tell its levels, or as `factors.factors`.
+    """
+    kinds: dict[str, list[Row]] = {}
+    for row in rows:
+        kind, comma, _ = row.get("variant", "").partition(", ")
+        if not comma:
+            raise InputError(f"a variant is called as its levels, a comma and its method, not {row.get('variant')!r}")
+        kinds.setdefault(kind, []).append(row)
+    own = factors.Options(
+        options.table, options.reference, options.measures, options.outcome, options.seeds, options.bootstrap
+    )
+    return {kind: factors.factors(of, measured, own) for kind, of in kinds.items()}
+
+
+def markdown(found: Mapping[str, Sequence[Factor]]) -> str:
+    """A row for each kind of levels and each method."""
+    rows = [[kind, *factors.cells(one)] for kind, several in found.items() for one in several]
+    return factors.table(["levels", *factors.HEADER], rows)
+
+
+def main() -> int:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__)
+    print(markdown(levels(read_rows(options.table), known_measures(options.measures), options)))
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)
