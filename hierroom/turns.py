@@ -189,18 +189,9 @@ class Turns:
         uniforms = np.empty(masks.shape)
         masks.setflags(write=False)
         turn_uniforms(levels, meta_turns, uniforms)
-        return Situation(
-            envs,
-            self.world.outcomes["tiles"][envs],
-            levels,
-            ledger.last_goals[envs],
-            ledger.previous_actions[envs],
-            ledger.last_outcomes[envs],
-            masks,
-            self.world.state.grids[envs],
-            meta_turns,
-            uniforms,
-        )
+        tiles, grids = self.world.outcomes["tiles"][envs], self.world.state.grids[envs]
+        told = ledger.last_goals[envs], ledger.previous_actions[envs], ledger.last_outcomes[envs]
+        return Situation(envs, tiles, levels, *told, masks, grids, meta_turns, uniforms)
 
     def choose(self, situation: Situation, actions: ArrayLike) -> None:
         """Take the meta-controller's turn; in environments where it is not its turn, nothing happens.
@@ -339,6 +330,14 @@ class Turns:
         self.world.set_graphs(self.sampler.graphs)
         self.ledger.put(ledger)
         self.last_step = None
+
+    def part(self, envs: NDArray[np.integer]) -> Turns:
+        """Some of these environments [M], apart from the others: they go on from here as they would beside them."""
+        part = Turns(self.config, len(envs), autoreset=self._autoreset, measure_shortest=self._measure_shortest)
+        state = self.get_state()
+        shared = {"curriculum": state.pop("curriculum")}
+        part.set_state({name: array[envs] for name, array in state.items()} | shared)
+        return part
 
     def _observation(self, envs: NDArray[np.integer]) -> Observation:
         where = slice(None) if len(envs) == len(self) else envs

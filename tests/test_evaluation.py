@@ -7,10 +7,16 @@ import pytest
 from turns_helpers import make
 
 from hierroom import evaluate as command
+from hierroom.agents.player import play
+from hierroom.agents.recorder import record
+from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.learners.config import PPOConfig
+from hierroom.measure import measure
+from hierroom.meta import META_CONTROLLERS, make_meta
+from hierroom.training.assembly import freeze
 from hierroom.training.config import TrainConfig
 from hierroom.training.evaluation import evaluate
 from hierroom.training.run_folder import RunFolder
@@ -99,3 +105,43 @@ def test_another_meta_controller_gives_other_goals(evaluated):
             evaluated("--meta", wrong)
     with pytest.raises(InputError, match="invalid choice 'all' for argument '--goal-mask'"):
         evaluated("--goal-mask", "all")
+
+
+class Whole:
+    """A pair in disguise, of which `play` cannot leave environments out."""
+
+    def __init__(self, pair):
+        self.step = pair.step
+
+
+@pytest.mark.parametrize("is_greedy", [False, True])
+@pytest.mark.parametrize("meta", [*META_CONTROLLERS])
+def test_leaving_out_environments_that_have_played_their_episodes_changes_nothing(run, meta, is_greedy):
+    trainer = Trainer(RunFolder.open(run).config())
+    trainer.load_state_dict(RunFolder.open(run).load_checkpoint())
+
+    def player(disguise):
+        return disguise(freeze(ScriptedAgent(make_meta(meta)), trainer.controller, 24, seed=3, is_greedy=is_greedy))
+
+    def told(disguise):
+        several, one = (lambda graph=graph: trainer.fresh_turns(24, 3, graph=(graph,)) for graph in ("rooms:3", "b"))
+        sizes = [len(step.turns) for step in play(several(), player(disguise), 60)]
+        episodes = [episode.to_dict() for episode in record(several(), player(disguise), 60)]
+        chain = measure(one(), player(disguise), 60).to_dict()
+        return sizes, (repr(evaluate(player(disguise), several(), 60)), episodes, str(chain))
+
+    (whole_sizes, whole), (sizes, ours) = told(Whole), told(lambda pair: pair)
+    assert ours == whole
+    assert {*whole_sizes} == {24}
+    assert len(sizes) == len(whole_sizes)
+    assert sizes[0] == 24
+    assert sizes[-1] <= 12
+
+
+def test_a_meta_controller_that_may_remember_is_asked_everywhere(run):
+    class Own(META_CONTROLLERS["fixed-dfs"]):
+        pass
+
+    trainer = Trainer(RunFolder.open(run).config())
+    pair = freeze(ScriptedAgent(Own()), trainer.controller, 24, seed=3)
+    assert {len(step.turns) for step in play(trainer.fresh_turns(24, 3), pair, 24)} == {24}

@@ -10,8 +10,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.agents.ppo_agent import FrozenAgent
+from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.errors import InputError
-from hierroom.options import Transition
+from hierroom.options import CONTROLLER, META, Transition
 from hierroom.step import Step
 from hierroom.turns import Turns
 from hierroom.world.oracle import shortest_actions
@@ -67,6 +69,16 @@ class Pair:
             self.agents[name].record(transition, turns)
         return next(iter(transitions.values())).step
 
+    def part(self, envs: NDArray[np.integer]) -> Pair | None:
+        """The same pair in some of its environments [M], acting there as if it still played in all; None if it cannot.
+
+        A meta-controller cannot that remembers or draws: what it does depends on where else it is asked.
+        """
+        meta, controller = self.agents.get(META), self.agents.get(CONTROLLER)
+        if isinstance(meta, ScriptedAgent) and meta.has_no_memory and isinstance(controller, FrozenAgent):
+            return Pair({META: meta, CONTROLLER: controller.part(envs)})
+        return None
+
 
 class RandomPlayer:
     """Every action of the controller with the same chance.
@@ -117,19 +129,27 @@ def make_player(name: str, seed: int) -> Player:
     raise InputError(f"the players without training are random and oracle; there is no {name!r}")
 
 
+SHARE_KEPT = 0.75
+"""Environments are left out of play when no more than this share of them is still counted: to part takes time, too."""
+
+
 @dataclass(frozen=True)
 class PlayedStep:
     """A primitive step of episodes that are counted.
 
     Args:
-        step: what it did, in all N environments.
-        envs: [C] int, the environments whose episodes count.
+        turns: the M environments that were stepped: all N at first, fewer once others have played what they are to.
+        step: what it did in them.
+        envs: [M] int, which of the N environments they are.
+        counted: [C] int, the rows, of M, whose episodes count.
         ended: [E] int, those of them whose episode it ended.
-        played: [N] int, episodes that each environment had played before it.
+        played: [M] int, episodes that each environment had played before it.
     """
 
+    turns: Turns
     step: Step
     envs: NDArray[np.integer]
+    counted: NDArray[np.integer]
     ended: NDArray[np.integer]
     played: NDArray[np.integer]
 
@@ -139,7 +159,8 @@ def play(
 ) -> Iterator[PlayedStep]:
     """Let a player play the first episodes of each environment: how many is fixed beforehand (`quotas`).
 
-    The first episodes to end would be the short ones rather than the long.
+    The first episodes to end would be the short ones rather than the long. An environment that has played its own is
+    left out sooner or later where the player can do without it; what is played in the others does not depend on that.
 
     Args:
         turns: N fresh environments, which begin their next episode by themselves.
@@ -154,12 +175,17 @@ def play(
         InputError: if fewer than one episode is asked for.
     """
     quota, played = quotas(episodes, len(turns)), np.zeros(len(turns), np.int64)
-    while len(envs := np.flatnonzero(played < quota)):
+    envs, counted = np.arange(len(turns)), np.flatnonzero(quota)
+    while len(counted):
+        if len(counted) <= SHARE_KEPT * len(envs) and isinstance(player, Pair) and (part := player.part(counted)):
+            player, turns, envs = part, turns.part(counted), envs[counted]
+            counted = np.arange(len(envs))
         step = player.step(turns)
-        ended = envs[step.episode_ended[envs]]
-        yield PlayedStep(step, envs, ended, played.copy())
-        played[ended] += 1
+        ended = counted[step.episode_ended[counted]]
+        yield PlayedStep(turns, step, envs, counted, ended, played[envs])
         if len(ended):
+            played[envs[ended]] += 1
+            counted = np.flatnonzero(played[envs] < quota[envs])
             progress(int(played.sum()))
 
 

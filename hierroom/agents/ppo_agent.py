@@ -201,7 +201,7 @@ class FrozenAgent:
 
     def __init__(self, features: Features, policy: Policy, *, is_greedy: bool = False) -> None:
         self.features = features
-        self._policy = policy
+        self._policy, self._is_greedy = policy, is_greedy
         self._act = policy.act_greedily if is_greedy else policy.act
 
     @property
@@ -218,3 +218,7 @@ class FrozenAgent:
         ended = transition.envs[transition.episode_ended]
         if len(ended):
             self._policy.reset(ended)
+
+    def part(self, envs: NDArray[np.integer]) -> FrozenAgent:
+        """The same agent in some of its environments [M], which takes its place; see `Policy.part`."""
+        return FrozenAgent(self.features, self._policy.part(envs), is_greedy=self._is_greedy)

@@ -44,8 +44,8 @@ def record(
     """
     tape, finished, n_yielded, n = _Tape(turns), {}, 0, len(turns)
     for played in play(turns, player, episodes, progress):
-        for env, episode in tape.add(played):
-            finished[int(played.played[env]), env] = episode
+        for number, env, episode in tape.add(played):
+            finished[number, env] = episode
         while (place := divmod(n_yielded, n)) in finished:
             yield finished.pop(place)
             n_yielded += 1
@@ -59,33 +59,33 @@ class _Tape:
     """
 
     def __init__(self, turns: Turns) -> None:
-        self._turns = turns
-        self._envs = np.arange(len(turns))
+        self._sampler = turns.sampler
         self._steps = np.zeros((64, len(turns)), STEP)
         self._starts: list[State] = [turns.world.get_state(env) for env in range(len(turns))]
 
-    def add(self, played: PlayedStep) -> Iterator[tuple[int, Episode]]:
-        """Note a step of every environment; yields the counted episodes that it ended, with their environments."""
-        step, row = played.step, played.step.lengths - 1
-        if row.max() >= len(self._steps):
+    def add(self, played: PlayedStep) -> Iterator[tuple[int, int, Episode]]:
+        """Note a step; yields the counted episodes that it ended, with their number and environment."""
+        step, envs, at = played.step, played.envs, played.step.lengths - 1
+        if at.max() >= len(self._steps):
             self._steps = np.concatenate([self._steps, np.zeros_like(self._steps)])
-        noted = np.zeros(len(row), STEP)
+        noted = np.zeros(len(envs), STEP)
         noted["actions"], noted["goals"], noted["achieved"] = step.actions, step.goals, step.events
         noted["rewards"], noted["extrinsic"] = step.rewards, step.extrinsic
         noted["outcomes"] = np.where(step.option_ended, step.outcomes, NO_OUTCOME)
-        self._steps[row, self._envs] = noted
-        for env in played.ended.tolist():
-            steps = self._steps[: step.lengths[env], env]
+        self._steps[at, envs] = noted
+        for row in played.ended.tolist():
+            steps, start = self._steps[: step.lengths[row], envs[row]], self._starts[envs[row]]
             yield (
-                env,
+                int(played.played[row]),
+                int(envs[row]),
                 Episode(
-                    start=self._starts[env],
-                    graph=self._turns.sampler.graphs_of(self._starts[env].levels)[0],
-                    terminated=bool(step.terminated[env]),
-                    truncated=bool(step.truncated[env]) and not step.terminated[env],
-                    shortest=int(step.shortest[env]),
+                    start=start,
+                    graph=self._sampler.graphs_of(start.levels)[0],
+                    terminated=bool(step.terminated[row]),
+                    truncated=bool(step.truncated[row]) and not step.terminated[row],
+                    shortest=int(step.shortest[row]),
                     **{name: np.ascontiguousarray(steps[name]) for name in STEP.names or ()},
                 ),
             )
-        for env in np.flatnonzero(step.episode_ended).tolist():
-            self._starts[env] = self._turns.world.get_state(env)
+        for row in np.flatnonzero(step.episode_ended).tolist():
+            self._starts[envs[row]] = played.turns.world.get_state(row)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Protocol
 
 import numpy as np
@@ -44,6 +45,7 @@ class Policy:
         self._space = space
         self._random = np.random.default_rng(seed)
         self._states = stepper.initial_states(num_envs)
+        self._n_left_out, self._kept = 0, slice(None)
         self.decision: Decision | None = None
 
     def act(
@@ -51,7 +53,8 @@ class Policy:
     ) -> NDArray[np.int64]:
         """Sample actions [M] int64 as in training; arguments as in `Learner.act`."""
         logits = self._logits(envs, features, masks)
-        return sample_actions(logits, masks, self._random.random(len(envs)))[0]
+        uniforms = self._random.random(len(envs) + self._n_left_out)[self._kept]
+        return sample_actions(logits, masks, uniforms)[0]
 
     def act_greedily(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
@@ -62,6 +65,17 @@ class Policy:
     def reset(self, envs: NDArray[np.integer]) -> None:
         """Restore the initial recurrent state of ``envs`` [M], whose episodes have ended."""
         self._states[envs] = self._stepper.initial_states(len(envs))
+
+    def part(self, envs: NDArray[np.integer]) -> Policy:
+        """The same policy in some of its environments [M], which takes this one's place.
+
+        It acts in all of them whenever it acts, as before, and draws there what it would have drawn beside the others.
+        """
+        part = copy(self)
+        n_drawn = len(self._states) + self._n_left_out
+        part._states, part._kept = self._states[envs], np.arange(n_drawn)[self._kept][envs]
+        part._n_left_out = n_drawn - len(envs)
+        return part
 
     def _logits(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]

@@ -96,18 +96,18 @@ def count_transitions(
     nodes, keys, triples = node_of(turns.world.state.levels, np.zeros(n, bool)), [], []
     before = np.full(n, -1)  # the node before the present one, in the same episode
     for played in play(turns, player, episodes, progress):
-        step, counted, ended = played.step, played.envs, played.ended
-        levels = np.where(step.episode_ended, turns.world.finals, turns.world.state.levels)
-        after = node_of(levels, step.terminated)
-        episode = first + played.played
-        keys.append((episode[counted] * n_nodes + nodes[counted]) * n_nodes + after[counted])
-        remembered = counted[before[counted] >= 0]
-        triples.append((before[remembered] * n_nodes + nodes[remembered]) * n_nodes + after[remembered])
+        step, envs, world, counted, ended = played.step, played.envs, played.turns.world, played.counted, played.ended
+        levels = np.where(step.episode_ended, world.finals, world.state.levels)
+        last, at, after = before[envs], nodes[envs], node_of(levels, step.terminated)
+        episode = first[envs] + played.played
+        keys.append((episode[counted] * n_nodes + at[counted]) * n_nodes + after[counted])
+        remembered = counted[last[counted] >= 0]
+        triples.append((last[remembered] * n_nodes + at[remembered]) * n_nodes + after[remembered])
         truncated = ended[~step.terminated[ended]]
         keys.append((episode[truncated] * n_nodes + after[truncated]) * n_nodes + augmented.start)
         lengths[episode[ended]], escaped[episode[ended]] = step.lengths[ended], step.terminated[ended]
-        before = np.where(step.episode_ended, -1, nodes)
-        nodes = np.where(step.episode_ended, augmented.start, after)
+        before[envs] = np.where(step.episode_ended, -1, at)
+        nodes[envs] = np.where(step.episode_ended, augmented.start, after)
     return counts_of(np.concatenate(keys), n_nodes, lengths, escaped, np.concatenate(triples))
 
 

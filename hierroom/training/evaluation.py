@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from hierroom.agents.player import Player, play
 from hierroom.complexity.observed import wilson_interval
 from hierroom.goals import EXIT_GOAL, N_COLOURS, ROOM_GOAL_NAMES, room_goals
+from hierroom.step import Step
 from hierroom.turns import Turns
 
 
@@ -94,15 +95,22 @@ def evaluate(
     firsts = np.zeros((len(turns), len(ROOM_GOAL_NAMES)), np.int64)
     parts = []
     for played in play(turns, player, episodes, progress):
-        step, counted = played.step, played.ended
-        returns += step.rewards
-        _note_goals(firsts, levels["branches"], step.events, step.lengths)
+        step, envs, counted = played.step, played.envs, played.ended
+        returns[envs] += step.rewards
+        _note_goals(firsts, envs, levels["branches"], step)
         if len(counted):
-            graphs = np.array(turns.sampler.names(levels[counted]))
-            told = (levels["n_rooms"], step.terminated, step.lengths, step.shortest, returns, firsts)
-            parts.append((graphs, *(values[counted] for values in told)))
-        ended = np.flatnonzero(step.episode_ended)
-        firsts[ended], returns[ended], levels[ended] = 0, 0.0, turns.world.state.levels[ended]
+            ended = envs[counted]
+            told = (
+                step.terminated[counted],
+                step.lengths[counted],
+                step.shortest[counted],
+                returns[ended],
+                firsts[ended],
+            )
+            parts.append((np.array(turns.sampler.names(levels[ended])), levels["n_rooms"][ended], *told))
+        begun = np.flatnonzero(step.episode_ended)
+        firsts[envs[begun]], returns[envs[begun]] = 0, 0.0
+        levels[envs[begun]] = played.turns.world.state.levels[begun]
     played_episodes = _Episodes._make(map(np.concatenate, zip(*parts, strict=True)))
     names = [graph.name for graph in turns.sampler.everything]
     return Evaluation(
@@ -130,12 +138,15 @@ def _score(episodes: _Episodes) -> Score:
     )
 
 
-def _note_goals(firsts: NDArray, branches: NDArray, events: NDArray, lengths: NDArray) -> None:
+def _note_goals(firsts: NDArray, stepped: NDArray[np.integer], branches: NDArray, step: Step) -> None:
     """Write the step at which each goal was first achieved into ``firsts`` [N, 13]: keys, doors by room, then exit."""
-    envs = np.flatnonzero(events >= 0)
-    goals = room_goals(events[envs], branches[envs])
+    rows = np.flatnonzero(step.events >= 0)
+    if not len(rows):
+        return
+    envs, lengths = stepped[rows], step.lengths[rows]
+    goals = room_goals(step.events[rows], branches[envs])
     is_first = firsts[envs, goals] == 0
-    firsts[envs[is_first], goals[is_first]] = lengths[envs[is_first]]
+    firsts[envs[is_first], goals[is_first]] = lengths[is_first]
 
 
 def _goal_table(firsts: NDArray, n_rooms: int) -> dict[str, GoalSteps]:
