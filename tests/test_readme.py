@@ -1,6 +1,5 @@
 """The README is true: its Python runs, its commands parse, its table of complexity is what the package computes."""
 
-import importlib
 import re
 import shlex
 from dataclasses import fields
@@ -12,6 +11,7 @@ from hierroom.agents.features import FEATURES
 from hierroom.complexity import analyze
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.learners.config import PPOConfig
+from hierroom.sweep.plan import read_plan
 from hierroom.training.presets import PRESETS
 
 ROOT = Path(__file__).parents[1]
@@ -69,14 +69,20 @@ def test_the_table_of_complexity_is_computed(letter):
     assert row in README
 
 
-def test_the_ablation_is_what_its_committed_rows_say(capsys, monkeypatch):
-    monkeypatch.syspath_prepend(ROOT / "benchmarks")
-    rows = importlib.import_module("run_table").read(ROOT / "benchmarks" / "results" / "ablation.csv")
-    importlib.import_module("ablation").print_medians(rows)
-    before, found, after = PRESETS_PAGE.partition(capsys.readouterr().out)
-    assert found
-    assert not before.splitlines()[-1].startswith("|")
-    assert not after.startswith("|")
+def test_each_run_of_the_ablation_differs_from_the_default_in_what_its_name_says():
+    default = PRESETS["default"]
+    runs = [run for run in read_plan(ROOT / "benchmarks" / "sweeps" / "ablation.toml").runs() if run.config.seed == 0]
+    assert {run.identity["variant"] for run in runs} >= {f"without {name}" for name in default.agents.features[2:]}
+    as_it_is = runs[0].config
+    for run in runs:
+        kind, _, value = run.identity["variant"].partition(" ")
+        changed = {name for name, entry in as_it_is.entries.items() if run.config.entries[name] != entry}
+        if kind == "without":
+            assert set(as_it_is.agents.features) - set(run.config.agents.features) == {value}
+            kind = "features"
+        else:
+            assert value == "it is" or str(run.config.entries[kind]).lower() == value
+        assert changed - {"env", "agents", "ppo"} == {kind} - {"as"}
 
 
 def test_the_presets_are_documented_value_by_value():
