@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
-from hierroom.learners.networks.actor_critic import AgentSpace
+from hierroom.agents.features import Features
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.rewards import Bonus, Intrinsic
 from hierroom.step import Step
 from hierroom.world.tiles import TRIPLES
@@ -36,6 +37,22 @@ class RepeatedBonus(Bonus):
     def rewards(self, step: Step) -> NDArray[np.float64]:
         """[N] whether something was achieved."""
         return (step.events >= 0).astype(np.float64)
+
+
+def usual_weights(space: AgentSpace, hidden_size: int) -> RecurrentActorCritic:
+    """The network of preset `paper`, with the weights that torch's own linear layers and LSTM would begin with.
+
+    Args:
+        space: of the features view-ids and goal.
+        hidden_size: units.
+    """
+    network = RecurrentActorCritic(space, hidden_size, Features(("view-ids", "goal"), space.n_actions).vectors)
+    n_inputs = len(network.encoder.weight)
+    for module in (network.encoder, network.core, network.policy_head, network.value_head):
+        bound = (n_inputs if module is network.encoder else hidden_size) ** -0.5
+        for parameter in module.parameters():
+            nn.init.uniform_(parameter, -bound, bound)
+    return network
 
 
 class PlainLSTM(nn.Module):

@@ -6,8 +6,10 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import torch
+from torch import nn
 
-from hierroom.learners.networks.actor_critic import AgentSpace
+from hierroom.agents.features import Features
+from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.sweep.plan import read_plan
 from hierroom.world.constants import DROP, FORWARD, LEFT, PICKUP, RIGHT
 
@@ -32,6 +34,21 @@ def test_a_sequence_of_the_plain_network_is_its_steps_with_resets():
     logits, values = network.sequence(features, first, resets)
     torch.testing.assert_close(logits, torch.stack([one[0] for one in steps]))
     torch.testing.assert_close(values, torch.stack([one[1] for one in steps]))
+
+
+def test_the_usual_weights_are_those_of_torch_s_layers():
+    space = AgentSpace(Features(("view-ids", "goal"), 5).cardinalities, 5)
+    torch.manual_seed(0)
+    network, layers = variants.usual_weights(space, 64), (nn.LSTM(64, 64), nn.Linear(64, 5), nn.Linear(64, 1))
+    assert type(network) is RecurrentActorCritic  # which is computed by the compiled kernels
+    for ours, theirs in zip((network.core, network.policy_head, network.value_head), layers, strict=True):
+        weights, usual = (
+            ours.weight,
+            dict(theirs.named_parameters()).get("weight", getattr(theirs, "weight_hh_l0", None)),
+        )
+        assert 0.9 < float((weights.abs().max() / usual.abs().max()).detach()) < 1.1
+    encoder = nn.Linear(len(network.encoder.weight), 64).weight
+    assert 0.9 < float((network.encoder.weight.std() / encoder.std()).detach()) < 1.1
 
 
 def test_a_bonus_is_repeated_for_keys_picked_up_again_and_for_nothing_else():
