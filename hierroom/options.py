@@ -67,19 +67,19 @@ def transitions(
         step: the primitive step.
         last_observation: from an agent and some environments to what it observed last in the turns that ended there.
     """
-    envs, episode_ended = np.arange(len(step.actions)), step.episode_ended
-    options = np.flatnonzero(step.option_ended)
+    options, (envs, ones, no_goals) = np.flatnonzero(step.option_ended), _everywhere(len(step.records))
+    of_options = step.records[options]
     return {
         META: Transition(
             step,
             options,
-            step.goals[options],
-            step.meta_rewards[options],
-            step.meta_elapsed[options],
-            step.terminated[options],
-            step.truncated[options] & ~step.terminated[options],
-            episode_ended[options],
-            step.achieved_instead[options],
+            of_options["goals"],
+            of_options["meta_rewards"],
+            of_options["meta_elapsed"],
+            of_options["terminated"],
+            of_options["truncated"] & ~of_options["terminated"],
+            of_options["episode_ended"],
+            of_options["achieved_instead"],
             lambda rows: last_observation(META, options[rows]),
         ),
         CONTROLLER: Transition(
@@ -87,14 +87,23 @@ def transitions(
             envs,
             step.goals,
             step.rewards,
-            np.ones(len(envs), np.int64),
+            ones,
             step.return_terminated,
             step.return_truncated,
-            episode_ended,
-            np.full(len(envs), NO_GOAL),
+            step.episode_ended,
+            no_goals,
             lambda rows: last_observation(CONTROLLER, envs[rows]),
         ),
     }
+
+
+@cache
+def _everywhere(num_envs: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """[N] read-only arrays of what is the same at every step: the environments, ones, and no goals."""
+    arrays = np.arange(num_envs), np.ones(num_envs, np.int64), np.full(num_envs, NO_GOAL)
+    for array in arrays:
+        array.setflags(write=False)
+    return arrays
 
 
 LEDGER = np.dtype(

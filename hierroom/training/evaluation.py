@@ -108,9 +108,10 @@ def evaluate(
                 firsts[ended],
             )
             parts.append((np.array(turns.sampler.names(levels[ended])), levels["n_rooms"][ended], *told))
-        begun = np.flatnonzero(step.episode_ended)
-        firsts[envs[begun]], returns[envs[begun]] = 0, 0.0
-        levels[envs[begun]] = played.turns.world.state.levels[begun]
+        if played.turns.n_ended:
+            begun = np.flatnonzero(step.episode_ended)
+            firsts[envs[begun]], returns[envs[begun]] = 0, 0.0
+            levels[envs[begun]] = played.turns.world.state.levels[begun]
     played_episodes = _Episodes._make(map(np.concatenate, zip(*parts, strict=True)))
     names = [graph.name for graph in turns.sampler.everything]
     return Evaluation(
