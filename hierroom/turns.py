@@ -271,10 +271,7 @@ class Turns:
         return step
 
     def begin_instead(self, envs: NDArray[np.integer]) -> None:
-        """Begin the next episode in environments [M] whose last one had ended before the last step.
-
-        The last step tells then that nothing was done there; its action is ignored.
-        """
+        """Begin the next episode in environments [M] that had ended before the last step, which then tells of nothing."""
         assert self.last_step is not None
         self.reset(None, envs)
         self.last_step.clear(envs, self.world.n_actions, self.ledger.shortest[envs])
@@ -331,8 +328,13 @@ class Turns:
         self.ledger.put(ledger)
         self.last_step = None
 
+    @property
+    def can_part(self) -> bool:
+        """Whether no environment depends on others, by stages of a curriculum or a reward of the user's own."""
+        return not self._has_stages and self._kernel_reward != OWN_REWARD
+
     def part(self, envs: NDArray[np.integer]) -> Turns:
-        """Some of these environments [M], apart from the others: they go on from here as they would beside them."""
+        """Some of these environments [M] alone; they go on from here as beside the others where `can_part`."""
         part = Turns(self.config, len(envs), autoreset=self._autoreset, measure_shortest=self._measure_shortest)
         state = self.get_state()
         shared = {"curriculum": state.pop("curriculum")}

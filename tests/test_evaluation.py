@@ -2,13 +2,14 @@
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from turns_helpers import make
 
 from hierroom import evaluate as command
-from hierroom.agents.player import play
+from hierroom.agents.player import Pair, play
 from hierroom.agents.recorder import record
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.env_config import EnvConfig
@@ -17,11 +18,13 @@ from hierroom.goals import NAMED_GRAPHS
 from hierroom.learners.config import PPOConfig
 from hierroom.measure import count_transitions
 from hierroom.meta import META_CONTROLLERS, make_meta
+from hierroom.rewards import Intrinsic
 from hierroom.training.assembly import freeze
 from hierroom.training.config import TrainConfig
 from hierroom.training.evaluation import evaluate
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.trainer import Trainer
+from hierroom.turns import Turns
 
 
 class Turning:
@@ -140,10 +143,28 @@ def test_leaving_out_environments_that_have_played_their_episodes_changes_nothin
     assert sizes[-1] <= 12
 
 
-def test_a_meta_controller_that_may_remember_is_asked_everywhere(run):
-    class Own(META_CONTROLLERS["fixed-dfs"]):
+def test_whoever_may_depend_on_the_other_environments_plays_in_all(run):
+    class OwnMeta(META_CONTROLLERS["fixed-dfs"]):
         pass
 
+    class OwnPair(Pair):
+        pass
+
+    def first(level):
+        return next(iter(level.legal_goals), None)
+
     trainer = Trainer(RunFolder.open(run).config())
-    pair = freeze(ScriptedAgent(Own()), trainer.controller, 24, seed=3)
-    assert {len(step.turns) for step in play(trainer.fresh_turns(24, 3), pair, 24)} == {24}
+    trainer.load_state_dict(RunFolder.open(run).load_checkpoint())
+
+    def sizes(meta, turns, kind=Pair):
+        pair = kind(freeze(ScriptedAgent(make_meta(meta)), trainer.controller, 24, seed=3).agents)
+        return {len(step.turns) for step in play(turns, pair, 24)}
+
+    def turns(**settings):
+        return Turns(replace(trainer.config.env, **settings), 24, seed=3, memories=trainer.controller.features.memories)
+
+    assert min(sizes("fixed-dfs", turns())) < 24
+    assert sizes("fixed-dfs", turns(), OwnPair) == {24}
+    assert sizes(OwnMeta(), turns()) == sizes(first, turns()) == {24}
+    assert sizes("fixed-dfs", turns(graph=("a", "rooms:3"), curriculum_stages=3)) == {24}
+    assert sizes("fixed-dfs", turns(reward=Intrinsic())) == {24}  # as a user's own, which may remember

@@ -47,8 +47,11 @@ def test_the_usual_weights_are_those_of_torch_s_layers():
             dict(theirs.named_parameters()).get("weight", getattr(theirs, "weight_hh_l0", None)),
         )
         assert 0.9 < float((weights.abs().max() / usual.abs().max()).detach()) < 1.1
-    encoder = nn.Linear(len(network.encoder.weight), 64).weight
-    assert 0.9 < float((network.encoder.weight.std() / encoder.std()).detach()) < 1.1
+        bias, usual_bias = ours.bias, dict(theirs.named_parameters()).get("bias", getattr(theirs, "bias_hh_l0", None))
+        assert 0 < bias.detach().abs().max() <= 1.3 * usual_bias.detach().abs().max()
+    n_inputs = 49 * 3 + 4 + 7  # three numbers for each cell of the view, the goal's object and colour one-hot
+    assert 0.95 / n_inputs**0.5 < network.encoder.weight.detach().abs().max() <= 1 / n_inputs**0.5
+    assert 0.5 / n_inputs**0.5 < network.encoder.bias.detach().abs().max() <= 1 / n_inputs**0.5
 
 
 def test_a_bonus_is_repeated_for_keys_picked_up_again_and_for_nothing_else():

@@ -72,10 +72,11 @@ class Pair:
     def part(self, envs: NDArray[np.integer]) -> Pair | None:
         """The same pair in some of its environments [M], acting there as if it still played in all; None if it cannot.
 
-        A meta-controller cannot that remembers or draws: what it does depends on where else it is asked.
+        It can if the meta-controller is one that ships and learns nothing, and the controller is frozen; what others do
+        may depend on which environments they are asked about.
         """
         meta, controller = self.agents.get(META), self.agents.get(CONTROLLER)
-        if isinstance(meta, ScriptedAgent) and meta.has_no_memory and isinstance(controller, FrozenAgent):
+        if type(meta) is ScriptedAgent and meta.is_known_memoryless and type(controller) is FrozenAgent:
             return Pair({META: meta, CONTROLLER: controller.part(envs)})
         return None
 
@@ -129,8 +130,8 @@ def make_player(name: str, seed: int) -> Player:
     raise InputError(f"the players without training are random and oracle; there is no {name!r}")
 
 
-SHARE_KEPT = 0.75
-"""Environments are left out of play when no more than this share of them is still counted: to part takes time, too."""
+SHARE_KEPT = 0.5
+"""Environments are left out of play when no more than this share of them is still counted: leaving out takes time."""
 
 
 @dataclass(frozen=True)
@@ -138,12 +139,12 @@ class PlayedStep:
     """A primitive step of episodes that are counted.
 
     Args:
-        turns: the M environments that were stepped: all N at first, fewer once others have played what they are to.
+        turns: the M environments that were stepped: all N at first, fewer once some have played all their episodes.
         step: what it did in them.
         envs: [M] int, which of the N environments they are.
         counted: [C] int, the rows, of M, whose episodes count.
         ended: [E] int, those of them whose episode it ended.
-        played: [M] int, episodes that each environment had played before it.
+        played: [M] int, counted episodes that each environment had ended before it.
     """
 
     turns: Turns
@@ -177,7 +178,8 @@ def play(
     quota, played = quotas(episodes, len(turns)), np.zeros(len(turns), np.int64)
     envs, counted = np.arange(len(turns)), np.flatnonzero(quota)
     while len(counted):
-        if len(counted) <= SHARE_KEPT * len(envs) and isinstance(player, Pair) and (part := player.part(counted)):
+        may_part = type(player) is Pair and turns.can_part and len(counted) <= SHARE_KEPT * len(envs)
+        if may_part and (part := player.part(counted)):
             player, turns, envs = part, turns.part(counted), envs[counted]
             counted = np.arange(len(envs))
         step = player.step(turns)

@@ -67,7 +67,7 @@ class ScriptedAgent:
             ) from error
 
     @property
-    def has_no_memory(self) -> bool:
+    def is_known_memoryless(self) -> bool:
         """Whether what it chooses depends on the situation alone, as is known of those that ship."""
         return type(self.meta) in META_CONTROLLERS.values()
 

@@ -67,9 +67,10 @@ class Policy:
         self._states[envs] = self._stepper.initial_states(len(envs))
 
     def part(self, envs: NDArray[np.integer]) -> Policy:
-        """The same policy in some of its environments [M], which takes this one's place.
+        """The same policy in some of its environments [M], where it draws what it would have drawn beside the others.
 
-        It acts in all of them whenever it acts, as before, and draws there what it would have drawn beside the others.
+        Its `act` must be called with all M environments, as this one's must have been. They share the generator of
+        random numbers, so this one is not to be used any more.
         """
         part = copy(self)
         n_drawn = len(self._states) + self._n_left_out

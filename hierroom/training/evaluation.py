@@ -95,19 +95,14 @@ def evaluate(
     firsts = np.zeros((len(turns), len(ROOM_GOAL_NAMES)), np.int64)
     parts = []
     for played in play(turns, player, episodes, progress):
-        step, envs, counted = played.step, played.envs, played.ended
+        step, envs, rows = played.step, played.envs, played.ended
         returns[envs] += step.rewards
         _note_goals(firsts, envs, levels["branches"], step)
-        if len(counted):
-            ended = envs[counted]
-            told = (
-                step.terminated[counted],
-                step.lengths[counted],
-                step.shortest[counted],
-                returns[ended],
-                firsts[ended],
-            )
-            parts.append((np.array(turns.sampler.names(levels[ended])), levels["n_rooms"][ended], *told))
+        if len(rows):
+            ended = envs[rows]
+            graphs = np.array(turns.sampler.names(levels[ended]))
+            told = (values[rows] for values in (step.terminated, step.lengths, step.shortest))
+            parts.append((graphs, levels["n_rooms"][ended], *told, returns[ended], firsts[ended]))
         if played.turns.n_ended:
             begun = np.flatnonzero(step.episode_ended)
             firsts[envs[begun]], returns[envs[begun]] = 0, 0.0
