@@ -271,7 +271,7 @@ class Turns:
         return step
 
     def begin_instead(self, envs: NDArray[np.integer]) -> None:
-        """Begin the next episode in environments [M] that had ended before the last step, which then tells of nothing."""
+        """Begin the next episode in environments [M] that had ended before the last step, which then tells of none."""
         assert self.last_step is not None
         self.reset(None, envs)
         self.last_step.clear(envs, self.world.n_actions, self.ledger.shortest[envs])

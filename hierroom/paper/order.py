@@ -9,7 +9,7 @@ from itertools import combinations, pairwise
 from hierroom.paper.cells import ComparedCell
 from hierroom.paper.published import METHODS
 
-LEGEND = "the best first; = the same number, ~ not told apart by our intervals"
+LEGEND = "the best first; = the same number, ~ not told apart by our intervals, of which one seed has none"
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class PairCounts:
         n = self.same + self.opposite + self.open
         return (
             f"Of {n} pairs of methods on the same graph, {self.same} come in the paper's order, {self.opposite} in the "
-            f"opposite one, and our intervals do not tell {self.open} apart."
+            f"opposite one, and {self.open} are not told apart."
         )
 
 
