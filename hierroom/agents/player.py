@@ -178,8 +178,8 @@ def play(
     quota, played = quotas(episodes, len(turns)), np.zeros(len(turns), np.int64)
     envs, counted = np.arange(len(turns)), np.flatnonzero(quota)
     while len(counted):
-        may_part = type(player) is Pair and turns.can_part and len(counted) <= SHARE_KEPT * len(envs)
-        if may_part and (part := player.part(counted)):
+        pair = player if type(player) is Pair and turns.can_part else None
+        if pair and len(counted) <= SHARE_KEPT * len(envs) and (part := pair.part(counted)):
             player, turns, envs = part, turns.part(counted), envs[counted]
             counted = np.arange(len(envs))
         step = player.step(turns)
