@@ -89,7 +89,7 @@ def test_factors_are_changed_on_the_graphs_with_the_fewest_the_median_and_the_mo
         for run in runs
         if run.identity["method"] == "hippo"
     }
-    assert len(changes) == 1 + 9
+    assert len(changes) == 1 + 10
     assert changes - {("as it is", 0)} == {(variant, 1) for variant, _ in changes if variant != "as it is"}
 
 

@@ -10,7 +10,6 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.agents.ppo_agent import FrozenAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.errors import InputError
 from hierroom.options import CONTROLLER, META, Transition
@@ -75,6 +74,10 @@ class Pair:
         It can if the meta-controller is one that ships and learns nothing, and the controller is frozen; what others do
         may depend on which environments they are asked about.
         """
+        from hierroom.agents.ppo_agent import (
+            FrozenAgent,  # it brings torch along, which commands that explain do without
+        )
+
         meta, controller = self.agents.get(META), self.agents.get(CONTROLLER)
         if type(meta) is ScriptedAgent and meta.is_known_memoryless and type(controller) is FrozenAgent:
             return Pair({META: meta, CONTROLLER: controller.part(envs)})
