@@ -74,9 +74,8 @@ class Pair:
         It can if the meta-controller is one that ships and learns nothing, and the controller is frozen; what others do
         may depend on which environments they are asked about.
         """
-        from hierroom.agents.ppo_agent import (
-            FrozenAgent,  # it brings torch along, which commands that explain do without
-        )
+        # It brings torch along, which commands that explain themselves do without.
+        from hierroom.agents.ppo_agent import FrozenAgent
 
         meta, controller = self.agents.get(META), self.agents.get(CONTROLLER)
         if type(meta) is ScriptedAgent and meta.is_known_memoryless and type(controller) is FrozenAgent:
