@@ -58,13 +58,15 @@ def test_the_sweeps_train_the_study_s_graphs_and_their_twins_alike(module):
     assert {graph.name for own in wanted for graph in own} == {row["graph"] for row in committed("study/measures.csv")}
 
 
-def test_the_study_with_the_paper_s_features_differs_in_nothing_else():
-    own, papers = (plan(name).runs() for name in ("study", "study_paper_features"))
-    features = PRESETS["paper"].agents.features
-    expected = {replace(run.config, agents=replace(run.config.agents, features=features)) for run in own}
-    assert {run.config for run in papers} <= expected
-    assert {run.identity["graph"] for run in papers} == {run.identity["graph"] for run in own}
-    assert {run.identity["seed"] for run in papers} == {"0", "1", "2"}
+@pytest.mark.parametrize("name", ["study", "study_levels", "study_unseen"])
+def test_a_sweep_with_the_paper_s_features_differs_in_nothing_else(name):
+    papers_name = "study_paper_features" if name == "study" else f"{name}_paper_features"
+    own, papers = (plan(each).runs() for each in (name, papers_name))
+    features, seeds = PRESETS["paper"].agents.features, {run.config.seed for run in papers}
+    asked = [run for run in own if run.config.seed in seeds]
+    expected = {replace(run.config, agents=replace(run.config.agents, features=features)) for run in asked}
+    assert {run.config for run in papers} == expected
+    assert len(seeds) == (5 if name == "study_unseen" else 3)
 
 
 def by_expected_steps():
