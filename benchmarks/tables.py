@@ -256,16 +256,22 @@ def _table(kind: str, words: Sequence[str]) -> str:
 
 
 def main() -> int:
-    """The command."""
-    options, n_other = tyro.cli(Options, description=__doc__), 0
+    """The command. A page with a table that cannot be made is left as it is, and the others are renewed."""
+    options, n_other, refusals = tyro.cli(Options, description=__doc__), 0, []
     for page in PAGES:
-        before = page.read_text()
-        after = renewed(before)
+        before, name = page.read_text(), page.relative_to(ROOT)
+        try:
+            after = renewed(before)
+        except InputError as error:
+            refusals.append(f"{name} is left as it is: {error}")
+            continue
         if before != after:
             n_other += 1
-            print(f"{'differs' if options.check else 'renewed'}: {page.relative_to(ROOT)}")
+            print(f"{'differs' if options.check else 'renewed'}: {name}")
             if not options.check:
                 write_atomically(page, after.encode())
+    if refusals:
+        raise InputError("; ".join(refusals))
     return 1 if options.check and n_other else 0
 
 

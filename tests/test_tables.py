@@ -42,6 +42,27 @@ def test_a_table_is_put_in_its_place_and_an_unfinished_one_is_not(monkeypatch):
         tables.sweep_table("hippo", "100")
 
 
+def test_a_page_with_an_unfinished_table_does_not_keep_the_others(monkeypatch, tmp_path, capsys):
+    pages = [tmp_path / name for name in ("first.md", "second.md")]
+    for page, name in zip(pages, ("unfinished", "whole"), strict=True):
+        page.write_text(f"<!-- sweep {name} -->\nold\n<!-- end of sweep -->\n")
+
+    def table(name):
+        if name == "unfinished":
+            raise InputError("1 of 2 runs are done")
+        return "new\n"
+
+    monkeypatch.setattr(tables, "sweep_table", table)
+    monkeypatch.setattr(tables, "ROOT", tmp_path)
+    monkeypatch.setattr(tables, "PAGES", tuple(pages))
+    for argument, printed, second in (("--check", "differs: second.md\n", "old"), ("", "renewed: second.md\n", "new")):
+        monkeypatch.setattr(sys, "argv", ["tables", *argument.split()])
+        with pytest.raises(InputError, match=r"^first\.md is left as it is: 1 of 2 runs are done$"):
+            tables.main()
+        assert capsys.readouterr().out == printed
+        assert [page.read_text().splitlines()[1] for page in pages] == ["old", second]
+
+
 def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch):
     monkeypatch.setattr(tables, "ROOT", tmp_path)
     folder = tmp_path / "benchmarks" / "results" / "one"
