@@ -3,6 +3,7 @@
 import csv
 import importlib
 import math
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -134,6 +135,18 @@ def test_the_study_takes_the_settings_with_the_largest_area_under_the_curve():
     runs = plan("study").runs()
     taken = {(run.identity["method"], (run.config.ppo.learning_rate, run.config.ppo.gamma)) for run in runs}
     assert taken == {*best.items()}
+
+
+def test_the_other_methods_are_tuned_with_as_many_settings_on_the_same_graphs_and_seed():
+    own, others = plan("tuning").runs(), plan("tuning_others").runs()
+    assert {(run.identity["graph"], run.config.seed, run.config.steps) for run in others} == {
+        (run.identity["graph"], run.config.seed, run.config.steps) for run in own
+    }
+    budgets = Counter(run.identity["method"] for run in (*own, *others))
+    factors = {run.identity["method"] for run in plan("study_factors").runs()}
+    assert budgets == dict.fromkeys(factors, 6 * 3)
+    weights = {run.config.env.novelty_bonus for run in others} | {run.config.agents.curiosity_weight for run in others}
+    assert weights == {0.01, 0.03, 0.1, 0.015, 0.05, 0.15}
 
 
 def committed(name):
