@@ -27,9 +27,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator
 from PIL import Image
 
-from benchmarks.study import figure as study
+from benchmarks.study import figure, forest
 from benchmarks.tables import PAGES, ROOT
 from hierroom.cli import run
 from hierroom.compare.style import STYLE
@@ -37,7 +38,9 @@ from hierroom.errors import InputError
 from hierroom.files import write_atomically
 from hierroom.paper.figures import Figure3, Figure4, Figure5
 
-PLACE = re.compile(r"`python -m (benchmarks\.study\.figure|hierroom\.paper figure\d) ([^`]+)`[^`]*?!\[[^]]*\]\((\S+)\)")
+PLACE = re.compile(
+    r"`python -m (benchmarks\.study\.(?:figure|forest)|hierroom\.paper figure\d) ([^`]+)`[^`]*?!\[[^]]*\]\((\S+)\)"
+)
 PAPER = {"figure3": Figure3, "figure4": Figure4, "figure5": Figure5}
 
 
@@ -74,15 +77,17 @@ class Picture:
         """
         with chdir(ROOT), matplotlib.rc_context(STYLE):
             if self.program == "benchmarks.study.figure":
-                return study.figure_of(tyro.cli(study.Options, args=self.arguments))
-            figure = tyro.cli(PAPER[self.program.split()[1]], args=self.arguments)
-            if len(figure.runs.sizes) > 1:
+                return figure.figure_of(tyro.cli(figure.Options, args=self.arguments))
+            if self.program == "benchmarks.study.forest":
+                return forest.figure_of(tyro.cli(forest.Options, args=self.arguments))
+            paper = tyro.cli(PAPER[self.program.split()[1]], args=self.arguments)
+            if len(paper.runs.sizes) > 1:
                 raise InputError(f"{self.path.name} is one picture; the command on its page has several sizes")
-            sweep = figure.runs.sweep(figure.graphs, figure.methods)
+            sweep = paper.runs.sweep(paper.graphs, paper.methods)
             done, planned = len(sweep.rows()), len(sweep.plan.runs())
             if done < planned:
                 raise InputError(f"{done} of {planned} runs of {self.path.name} are done; it is drawn when all are")
-            return figure.draw(sweep, figure.runs.sizes[0])
+            return paper.draw(sweep, paper.runs.sizes[0])
 
 
 def pictures() -> list[Picture]:
@@ -102,6 +107,8 @@ def digest(figure: Figure) -> str:
     for axes in figure.axes:
         told.update(repr([axes.get_xlabel(), axes.get_ylabel(), axes.get_title()]).encode())
         told.update(repr([text.get_text() for text in axes.texts]).encode())
+        if isinstance(axes.yaxis.get_major_locator(), FixedLocator):  # names, not numbers that matplotlib chose
+            told.update(repr([label.get_text() for label in axes.get_yticklabels()]).encode())
         for colour, points in _marks(axes):
             told.update(colour.encode())
             told.update(" ".join(f"{number:.4g}" for number in np.asarray(points, dtype=float).ravel()).encode())
@@ -127,8 +134,8 @@ def main() -> int:
     """The command."""
     options, n_other = tyro.cli(Options, description=__doc__), 0
     for picture in pictures():
-        figure = picture.draw()
-        now = digest(figure)
+        drawn = picture.draw()
+        now = digest(drawn)
         if picture.path.exists() and Image.open(picture.path).info.get("Points") == now:
             continue
         n_other += 1
@@ -136,7 +143,7 @@ def main() -> int:
         if not options.check:
             data = io.BytesIO()
             with matplotlib.rc_context(STYLE):
-                figure.savefig(data, format="png", dpi=150, metadata={"Points": now})
+                drawn.savefig(data, format="png", dpi=150, metadata={"Points": now})
             write_atomically(picture.path, data.getvalue())
     return 1 if options.check and n_other else 0
 

@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from study_tables import measured_rows, run_rows, write_tables
 
@@ -11,7 +12,7 @@ from hierroom.errors import InputError
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks.study import factors, trained  # noqa: E402
+from benchmarks.study import factors, forest, trained  # noqa: E402
 
 GRAPHS = ("one", "two", "three")
 MEASURES = measured_rows(GRAPHS, rooms=(2, 3, 4), goals=(2, 4, 6), settings=(0, 0, 0))
@@ -124,3 +125,30 @@ def test_methods_that_cannot_be_told_apart_by_name_are_refused():
         trained.method_names(rows)
     with pytest.raises(InputError, match="each row of a table of training runs needs a method"):
         trained.method_names([{"graph": "a"}])
+
+
+def test_a_figure_has_a_line_for_each_method_and_an_arrow_where_it_is_infinite():
+    found = factors.factors(rows_of("as it is", "slower", "never"), MEASURES, options(outcome="steps_to_95"))
+    (axes,) = forest.draw(found).axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["hippo slower", "hippo never"]
+    assert axes.yaxis_inverted()
+    lines = {(line.get_marker(), *np.ravel(line.get_xydata()).round(3).tolist()) for line in axes.lines[1:]}
+    _, slower, never = (one.ratio for one in found)
+    edge = forest.MARGIN * max(slower.high, never.low)
+    assert lines == {
+        ("None", round(slower.low, 3), 0, round(slower.high, 3), 0),
+        ("o", 2, 0),
+        ("None", round(never.low, 3), 1, round(edge, 3), 1),
+        (">", round(edge, 3), 1),
+    }
+    with pytest.raises(InputError, match="there is no method beside hippo"):
+        forest.draw(found[:1])
+
+
+def test_the_command_draws_a_picture(monkeypatch, capsys, tmp_path):
+    write_tables(tmp_path, runs=rows_of("as it is", "slower"), measures=MEASURES)
+    words = [f"{tmp_path}/runs.csv", "--measures", f"{tmp_path}/measures.csv", "--out", f"{tmp_path}/new/f.png"]
+    monkeypatch.setattr(sys, "argv", ["forest", *words])
+    assert forest.main() == 0
+    assert (tmp_path / "new" / "f.png").read_bytes().startswith(b"\x89PNG")
+    assert capsys.readouterr().out == f"drawn: {tmp_path}/new/f.png\n"

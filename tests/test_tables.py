@@ -127,22 +127,27 @@ def test_each_picture_shows_the_points_of_its_rows(picture):
 
 def test_all_pictures_of_trained_agents_are_compared():
     paper = {f"paper-figure{number}.png" for number in (3, 4, 5)}
-    assert {picture.path.name for picture in figures.pictures()} == {"prediction.png", "study.png"} | paper
+    assert {picture.path.name for picture in figures.pictures()} == paper | {
+        *("prediction.png", "study.png", "study-paper-features.png", "factors.png")
+    }
 
 
 def test_pictures_of_other_points_or_colours_or_names_are_told_apart():
-    def drawn(height=1.0, colour="red", name="one", has_band=False):
+    def drawn(height=1.0, colour="red", name="one", has_band=False, lines=()):
         figure = Figure()
         axes = figure.subplots()
         axes.plot([0, 1], [0, height], color=colour, label=name)
         axes.scatter([0], [1.0])
         if has_band:
             axes.fill_between([0, 1], [0, 0], [1, 1])
+        if lines:
+            axes.set_yticks([0, 1], lines)
         figure.legend()
         return figures.digest(figure)
 
     assert drawn() == drawn(1.00001)
-    assert len({drawn(), drawn(1.001), drawn(colour="blue"), drawn(name="two"), drawn(has_band=True)}) == 5
+    others = drawn(1.001), drawn(colour="blue"), drawn(name="two"), drawn(has_band=True), drawn(lines=("a", "b"))
+    assert len({drawn(), *others, drawn(lines=("b", "a"))}) == 7
 
 
 def test_a_picture_is_not_drawn_of_unfinished_runs():

@@ -119,17 +119,25 @@ def _draw_method(axes: Axes, values: NDArray[np.float64], method: Trained, numbe
                 axes.annotate(graph, (x, y), textcoords="offset points", xytext=(4, -2), fontsize=7)
 
 
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure, into a new folder if need be, and say so.
+
+    Raises:
+        InputError: if it cannot be written, or not in the format of this ending.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=150)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot draw to {path}: {error}") from error
+    print(f"drawn: {path}")
+
+
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
     with matplotlib.rc_context(STYLE):
-        figure = figure_of(options)
-        try:
-            options.out.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(options.out, dpi=150)
-        except (OSError, ValueError) as error:
-            raise InputError(f"cannot draw to {options.out}: {error}") from error
-    print(f"drawn: {options.out}")
+        save(figure_of(options), options.out)
     return 0
 
 

@@ -1,0 +1,110 @@
+"""Draw what of a method makes the difference: each method's ratio to one of them, with its interval.
+
+    python -m benchmarks.study.forest TABLE.csv --reference "hippo as it is" --out docs/pictures/factors.png
+
+The numbers are those of `benchmarks.study.factors`. A line for each method, on it a mark at the ratio and its interval;
+right of the line at 1 the reference is faster. What is infinite, or 0, ends in an arrow at the edge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import tyro
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator, NullLocator
+
+from benchmarks.study import factors
+from benchmarks.study.factors import Factor
+from benchmarks.study.figure import MARKS, save
+from benchmarks.study.tables import known_measures, read_rows
+from hierroom.cli import run
+from hierroom.compare.style import COLOURS, STYLE
+from hierroom.errors import InputError
+
+MARGIN = 1.6
+"""The edge is this factor beyond the last finite number."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options(factors.Options):
+    """Draw the methods of a table beside one of them.
+
+    Args:
+        out: the picture; its ending says of which format.
+    """
+
+    out: Path
+
+
+def draw(found: Sequence[Factor]) -> Figure:
+    """The figure.
+
+    Args:
+        found: each method beside the reference, the reference first.
+
+    Raises:
+        InputError: if there is no other method.
+    """
+    reference, *others = found
+    if not others:
+        raise InputError(f"there is no method beside {reference.method}")
+    ratios = np.array([one.ratio for one in others], float)  # [methods, (value, low, high)]
+    finite = ratios[np.isfinite(ratios) & (ratios > 0)]
+    left, right = min([1.0, *finite]) / MARGIN, max([1.0, *finite]) * MARGIN
+    outcomes = list(dict.fromkeys(one.outcome for one in others))
+    figure = Figure(figsize=(8, 0.7 + 0.19 * len(others)), layout="constrained")
+    axes = figure.subplots()
+    axes.axvline(1.0, color="black", linewidth=0.6)
+    for line, (one, ratio) in enumerate(zip(others, np.clip(ratios, left, right), strict=True)):
+        colour, mark = COLOURS[outcomes.index(one.outcome)], MARKS[outcomes.index(one.outcome)]
+        value, low, high = ratio
+        axes.plot([low, high], [line, line], color=colour, linewidth=1)
+        for end, arrow in ((left, "<"), (right, ">")):
+            if end in (low, high):
+                axes.plot([end], [line], color=colour, marker=arrow, markersize=4)
+        if left < value < right:
+            axes.plot([value], [line], color=colour, marker=mark, markersize=4)
+    axes.set_xscale("log")
+    axes.set_xlim(left / 1.1, right * 1.1)
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xlabel(f"training steps / those of {reference.method}")
+    axes.set_yticks(range(len(others)), [one.method for one in others])
+    axes.invert_yaxis()
+    axes.grid(axis="x", alpha=0.25, linewidth=0.5)
+    handles = [
+        Line2D([], [], color=COLOURS[number], marker=MARKS[number], markersize=4, linewidth=1)
+        for number in range(len(outcomes))
+    ]
+    figure.legend(
+        handles, [f"{outcome.replace('_', ' ')}%" for outcome in outcomes], loc="outside upper right", ncols=4
+    )
+    return figure
+
+
+def figure_of(options: Options) -> Figure:
+    """The figure of a table's rows.
+
+    Raises:
+        InputError: as `draw` or `factors.factors` do, or if a table cannot be read.
+    """
+    return draw(factors.factors(read_rows(options.table), known_measures(options.measures), options))
+
+
+def main() -> int:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__)
+    with matplotlib.rc_context(STYLE):
+        save(figure_of(options), options.out)
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)
