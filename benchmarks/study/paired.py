@@ -89,7 +89,7 @@ def pair(
         rows: of the table.
         measured: of the table of measures.
         methods: their names, as `method_names` gives them.
-        outcome: the milestone; by default the lower of those that docs/study.md's rules give the two.
+        outcome: the milestone; by default the lower of those that docs/study-rules.md gives the two.
         alike: what the runs of both must have in common, columns of the table if it has them. A variant may change
             the grid's size or the preset on purpose, the number of steps never.
 

@@ -4,7 +4,7 @@
 
 TABLE.csv is a tidy table of training runs, one a row: graph, method, seed, steps_to_95 and the like (empty: never
 reached), as `python -m hierroom.sweep` writes it. `python -m benchmarks.study.measures_table` makes the measures.
-`benchmarks/study/correlations.py` says what each number is, docs/study.md what would refute which claim.
+`benchmarks/study/correlations.py` says what each number is, docs/study-rules.md what would refute which claim.
 """
 
 from __future__ import annotations

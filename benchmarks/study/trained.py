@@ -81,7 +81,7 @@ class Trained:
 
 
 def by_rule(rows: Sequence[Row], measured: Sequence[Row]) -> dict[Milestone, list[Trained]]:
-    """The rows of a table of training runs, method by method, each by the milestone that docs/study.md's rules give it.
+    """The rows of a table of training runs, method by method, each by the milestone that docs/study-rules.md gives it.
 
     Args:
         rows: as for `read_trained`, with ``steps_to_50`` if a method needs it.
