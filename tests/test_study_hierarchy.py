@@ -42,7 +42,8 @@ def tables(tmp_path):
         for seed, n in enumerate(several)
     ]
     measures = [
-        {"graph": graph, "twin_of": "", "rooms": 2 + i // 2, "goals": 3, "settings": "", "expected_steps": 10 * i}
+        {"graph": graph, "twin_of": "", "rooms": 9, "goals": 3, "settings": "", "expected_steps": 10 * i}
+        | {"exit_depth": 2 + i // 2}
         for i, graph in enumerate(STEPS)
     ]
     write_tables(tmp_path, runs=runs, measures=measures)
@@ -73,9 +74,11 @@ def test_each_graph_has_its_ratio_and_what_its_seeds_leave_open(hierarchy, table
     assert [float(rows[graph]["flat_success"]) for graph in STEPS] == pytest.approx([1, 1, 0.1, 0.1])
 
 
-def test_the_table_counts_graphs_by_rooms(hierarchy, tables, monkeypatch, capsys):
+def test_the_table_counts_graphs_by_exit_depth(hierarchy, tables, monkeypatch, capsys):
     lines = printed(hierarchy, tables, monkeypatch, capsys)
-    assert lines[0].startswith("| rooms | graphs | hippo: steps_to_95 | ppo-bonus: steps_to_95 | ratio | pays on |")
+    assert lines[0].startswith(
+        "| exit depth | graphs | hippo: steps_to_95 | ppo-bonus: steps_to_95 | ratio | pays on |"
+    )
     assert lines[2] == "| 2 | 2 | 210k | 420k | 1.0 | 1 | 2 | 2 | 2 | 2 |"
     assert lines[3] == "| 3 | 2 | - | - | 1.0 | 0 | 1 | 0 | 1 | 0 |"
     assert lines[5] == (

@@ -69,6 +69,7 @@ class Comparison:
     Args:
         graph: its name.
         rooms: its number of rooms.
+        exit_depth: the number of its goals that must be achieved before the exit can be reached.
         outcome: the milestone.
         flat: median steps of the method without a hierarchy, ``inf`` where half of its seeds never got there.
         hierarchical: those of the method with one.
@@ -81,6 +82,7 @@ class Comparison:
 
     graph: str
     rooms: int
+    exit_depth: int
     outcome: Milestone
     flat: float
     hierarchical: float
@@ -106,32 +108,32 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     found = pair(rows, measured, both, options.outcome, alike=("steps", "size", "preset"))
     low, high = options.bootstrap.interval(found.resampled_ratios(options.bootstrap))
     low[found.has_single_seed] = high[found.has_single_seed] = np.nan
-    rooms_of = {row["graph"]: int(row["rooms"]) for row in measured}
+    counts_of = {row["graph"]: (int(row["rooms"]), int(row["exit_depth"])) for row in measured}
     numbers = zip(*found.medians, found.ratios, low, high, *found.success, strict=True)
     return [
-        Comparison(graph, rooms_of[graph], found.outcome, *map(float, of))
+        Comparison(graph, *counts_of[graph], found.outcome, *map(float, of))
         for graph, of in zip(found.graphs, numbers, strict=True)
     ]
 
 
 def markdown(found: Sequence[Comparison], options: Options) -> str:
-    """A row for each number of rooms: medians over its graphs, and on how many hierarchy pays and each method works.
+    """A row for each exit depth: medians over its graphs, and on how many hierarchy pays and each method works.
 
     Where hierarchy pays cannot be told of single seeds. Where there is no middle graph, the median is the larger number
     of steps, and the smaller ratio.
     """
     both = options.hierarchical, options.flat
-    header = ["rooms", "graphs", *(f"{name}: {found[0].outcome}" for name in both), "ratio", "pays on"]
+    header = ["exit depth", "graphs", *(f"{name}: {found[0].outcome}" for name in both), "ratio", "pays on"]
     header += [f"{name}: reached on" for name in both] + [f"{name}: above {ENOUGH:.0%} on" for name in both]
     lines = [f"| {' | '.join(header)} |", "|" + "---|" * len(header)]
-    for rooms in sorted({one.rooms for one in found}):
-        of = [one for one in found if one.rooms == rooms]
+    for depth in sorted({one.exit_depth for one in found}):
+        of = [one for one in found if one.exit_depth == depth]
         steps = [one.hierarchical for one in of], [one.flat for one in of]
         lows = [one.low for one in of]
         pays = "-" if np.isnan(lows).any() else sum(low > 1 for low in lows)
         ratio = float(np.quantile([one.ratio for one in of], 0.5, method="lower"))
         reached = [str(np.isfinite(several).sum()) for several in steps]
-        cells = [str(rooms), str(len(of)), *map(_steps, steps), _ratio(ratio), str(pays), *reached, *_working(of)]
+        cells = [str(depth), str(len(of)), *map(_steps, steps), _ratio(ratio), str(pays), *reached, *_working(of)]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
 
