@@ -149,6 +149,17 @@ def test_the_other_methods_are_tuned_with_as_many_settings_on_the_same_graphs_an
     assert weights == {0.01, 0.03, 0.1, 0.015, 0.05, 0.15}
 
 
+def test_novelty_is_run_again_with_the_settings_with_the_largest_area_under_the_curve():
+    areas = Counter()
+    for row in committed("tuning_others/sweep.csv"):
+        if row["method"] == "ppo-novelty":
+            areas[float(row["novelty_bonus"]), float(row["gamma"])] += float(row["area_under_curve"])
+    assert len(areas) == 6
+    runs = [run.config for run in plan("study_factors").runs() if run.identity["method"] == "ppo-novelty"]
+    untuned = (PRESETS["default"].env.novelty_bonus, 0.98)
+    assert {(config.env.novelty_bonus, config.ppo.gamma) for config in runs} == {max(areas, key=areas.get), untuned}
+
+
 def committed(name):
     with (ROOT / "benchmarks" / "results" / name).open() as file:
         return list(csv.DictReader(file))

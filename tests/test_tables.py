@@ -164,7 +164,7 @@ def test_a_picture_is_not_drawn_of_unfinished_runs():
     ("make", "sweep", "runs"),
     [
         (tables.hierarchy_table, "study", 158),
-        (tables.factors_table, "study_factors", 252),
+        (tables.factors_table, "study_factors", 288),
         (tables.levels_table, "study_levels", 24),
     ],
 )

@@ -53,7 +53,7 @@ def rho(measure: NDArray, outcomes: NDArray) -> float:
 
 def main(options: Options) -> None:
     rng, console = np.random.default_rng(options.seed), Console(stderr=True)
-    print("| r | noise | truth | held | mean width |\n|---|---|---|---|---|")
+    print("| r | noise | truth | covered | mean width |\n|---|---|---|---|---|")
     for r, noise in CASES:
         truth, held, widths = rho(*draw(r, noise, N_POPULATION, rng)), 0, []
         for _ in track(range(options.tables), f"r {r}, noise {noise}", console=console, transient=True):
