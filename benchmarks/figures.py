@@ -30,7 +30,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 from PIL import Image
 
-from benchmarks.study import figure, forest
+from benchmarks.study import figure as scatter
+from benchmarks.study import forest
 from benchmarks.tables import PAGES, ROOT
 from hierroom.cli import run
 from hierroom.compare.style import STYLE
@@ -77,17 +78,17 @@ class Picture:
         """
         with chdir(ROOT), matplotlib.rc_context(STYLE):
             if self.program == "benchmarks.study.figure":
-                return figure.figure_of(tyro.cli(figure.Options, args=self.arguments))
+                return scatter.figure_of(tyro.cli(scatter.Options, args=self.arguments))
             if self.program == "benchmarks.study.forest":
                 return forest.figure_of(tyro.cli(forest.Options, args=self.arguments))
-            paper = tyro.cli(PAPER[self.program.split()[1]], args=self.arguments)
-            if len(paper.runs.sizes) > 1:
+            figure = tyro.cli(PAPER[self.program.split()[1]], args=self.arguments)
+            if len(figure.runs.sizes) > 1:
                 raise InputError(f"{self.path.name} is one picture; the command on its page has several sizes")
-            sweep = paper.runs.sweep(paper.graphs, paper.methods)
+            sweep = figure.runs.sweep(figure.graphs, figure.methods)
             done, planned = len(sweep.rows()), len(sweep.plan.runs())
             if done < planned:
                 raise InputError(f"{done} of {planned} runs of {self.path.name} are done; it is drawn when all are")
-            return paper.draw(sweep, paper.runs.sizes[0])
+            return figure.draw(sweep, figure.runs.sizes[0])
 
 
 def pictures() -> list[Picture]:
@@ -134,8 +135,8 @@ def main() -> int:
     """The command."""
     options, n_other = tyro.cli(Options, description=__doc__), 0
     for picture in pictures():
-        drawn = picture.draw()
-        now = digest(drawn)
+        figure = picture.draw()
+        now = digest(figure)
         if picture.path.exists() and Image.open(picture.path).info.get("Points") == now:
             continue
         n_other += 1
@@ -143,7 +144,7 @@ def main() -> int:
         if not options.check:
             data = io.BytesIO()
             with matplotlib.rc_context(STYLE):
-                drawn.savefig(data, format="png", dpi=150, metadata={"Points": now})
+                figure.savefig(data, format="png", dpi=150, metadata={"Points": now})
             write_atomically(picture.path, data.getvalue())
     return 1 if options.check and n_other else 0
 

@@ -149,15 +149,21 @@ def test_the_other_methods_are_tuned_with_as_many_settings_on_the_same_graphs_an
     assert weights == {0.01, 0.03, 0.1, 0.015, 0.05, 0.15}
 
 
-def test_novelty_is_run_again_with_the_settings_with_the_largest_area_under_the_curve():
+def test_the_other_methods_are_run_again_with_the_settings_with_the_largest_area_under_the_curve():
+    names = ("method", "learning_rate", "novelty_bonus", "curiosity_weight", "gamma")
     areas = Counter()
     for row in committed("tuning_others/sweep.csv"):
-        if row["method"] == "ppo-novelty":
-            areas[float(row["novelty_bonus"]), float(row["gamma"])] += float(row["area_under_curve"])
-    assert len(areas) == 6
-    runs = [run.config for run in plan("study_factors").runs() if run.identity["method"] == "ppo-novelty"]
-    untuned = (PRESETS["default"].env.novelty_bonus, 0.98)
-    assert {(config.env.novelty_bonus, config.ppo.gamma) for config in runs} == {max(areas, key=areas.get), untuned}
+        areas[row["method"], *(float(row[name]) for name in names[1:])] += float(row["area_under_curve"])
+    methods = {method for method, *_ in areas}
+    assert len(areas) == 6 * len(methods)
+    best = {max((one for one in areas if one[0] == method), key=areas.get) for method in methods}
+    taken = set()
+    for run in plan("study_factors").runs():
+        if run.identity["variant"].startswith("tuned"):
+            ppo, weight = run.config.ppo, run.config.agents.curiosity_weight
+            settings = ppo.learning_rate, run.config.env.novelty_bonus, weight, ppo.gamma
+            taken.add((run.identity["method"], *settings))
+    assert taken == best
 
 
 def committed(name):

@@ -8,7 +8,7 @@ the highest. A graph on which half of the seeds or more never reached the milest
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -119,25 +119,26 @@ def _draw_method(axes: Axes, values: NDArray[np.float64], method: Trained, numbe
                 axes.annotate(graph, (x, y), textcoords="offset points", xytext=(4, -2), fontsize=7)
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write a figure, into a new folder if need be, and say so.
+def write(make: Callable[[], Figure], path: Path) -> None:
+    """Make a figure in the style of figures for papers, write it, into a new folder if need be, and say so.
 
     Raises:
         InputError: if it cannot be written, or not in the format of this ending.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=150)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot draw to {path}: {error}") from error
+    with matplotlib.rc_context(STYLE):
+        figure = make()
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            figure.savefig(path, dpi=150)
+        except (OSError, ValueError) as error:
+            raise InputError(f"cannot draw to {path}: {error}") from error
     print(f"drawn: {path}")
 
 
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
-    with matplotlib.rc_context(STYLE):
-        save(figure_of(options), options.out)
+    write(lambda: figure_of(options), options.out)
     return 0
 
 

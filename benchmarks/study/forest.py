@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import tyro
 from matplotlib.figure import Figure
@@ -21,10 +20,10 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from benchmarks.study import factors
 from benchmarks.study.factors import Factor
-from benchmarks.study.figure import MARKS, save
+from benchmarks.study.figure import MARKS, write
 from benchmarks.study.tables import known_measures, read_rows
 from hierroom.cli import run
-from hierroom.compare.style import COLOURS, STYLE
+from hierroom.compare.style import COLOURS
 from hierroom.errors import InputError
 
 MARGIN = 1.6
@@ -101,8 +100,7 @@ def figure_of(options: Options) -> Figure:
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
-    with matplotlib.rc_context(STYLE):
-        save(figure_of(options), options.out)
+    write(lambda: figure_of(options), options.out)
     return 0
 
 
