@@ -3,15 +3,21 @@
     python -m benchmarks.tables            # renew
     python -m benchmarks.tables --check    # exit code 1 where one differs
 
-A table of what was trained stands between the lines `<!-- sweep NAME -->`, with a number of seeds where it is of the
-first ones only, and `<!-- end of sweep -->`. One of how well
-measures predicted it stands between `<!-- study NAME MEASURE ... -->`, all measures where none is named, and
-`<!-- end of study -->`; it is made from what `benchmarks.study.statistics` wrote. One of when hierarchy pays, by the
-first seeds of a sweep, stands between `<!-- hierarchy NAME SEEDS -->`, with a milestone such as `steps_to_95` where it
-is not that of the rules, and `<!-- end of hierarchy -->`; one of what makes the difference between
-`<!-- factors NAME SEEDS REFERENCE -->` and `<!-- end of factors -->`, and on other levels between
-`<!-- levels NAME SEEDS -->` and `<!-- end of levels -->`. The paper's Table 3, ours on grids of one size
-with so many seeds, stands between `<!-- paper SIZE SEEDS -->` and `<!-- end of paper -->`.
+A table stands between a line that names it, one of those below, and one such as `<!-- end of sweep -->`. NAME is that
+of a sweep, and SEEDS how many of its first seeds are taken.
+
+| line | table |
+|---|---|
+| `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only |
+| `<!-- study NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
+| `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with a milestone where it is not that of the rules |
+| `<!-- factors NAME SEEDS REFERENCE -->` | what makes the difference |
+| `<!-- levels NAME SEEDS -->` | whether hierarchy pays on other levels |
+| `<!-- tuning NAME ... -->` | which settings the sweeps tuned |
+| `<!-- paper SIZE SEEDS -->` | the paper's Table 3, ours on grids of one size |
+
+What `study` shows was written by `benchmarks.study.statistics --out correlations.csv`, or, where a milestone stands
+before the measures, with `--outcome steps_to_50 --out correlations_steps_to_50.csv`.
 """
 
 from __future__ import annotations
@@ -26,7 +32,7 @@ from typing import Annotated, get_args
 
 import tyro
 
-from benchmarks.study import factors, hierarchy, levels
+from benchmarks.study import factors, hierarchy, levels, tuning
 from benchmarks.study.correlations import Estimate
 from benchmarks.study.statistics import measure_table, reliability_text, seeds_text
 from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
@@ -45,7 +51,7 @@ from hierroom.sweep.table import SweepTable
 
 ROOT = Path(__file__).parents[1]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
-KINDS = "sweep|study|hierarchy|factors|levels|paper"
+KINDS = "sweep|study|hierarchy|factors|levels|tuning|paper"
 PLACE = re.compile(rf"(<!-- ({KINDS}) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
 
 
@@ -85,25 +91,27 @@ def study_table(name: str, *shown: str) -> str:
 
     Args:
         name: of the sweep.
-        shown: the measures, the best first where none is named.
+        shown: the measures, the best first where none is named; before them a milestone that is not that of the rules.
 
     Raises:
         InputError: if the statistics were not computed, or not of such a measure, or graphs differ in their seeds.
     """
-    out = Path("benchmarks", "results", name)
-    rows = read_rows(ROOT / out / "correlations.csv")
+    outcome = shown[0] if shown and shown[0] in get_args(Milestone) else None
+    measures = shown if outcome is None else shown[1:]
+    folder, file = Path("benchmarks", "results", name), "correlations.csv"
+    file = file if outcome is None else f"correlations_{outcome}.csv"
+    rows = read_rows(ROOT / folder / file)
     seeds = {int(row[name]) for row in rows for name in ("seeds_min", "seeds_max")}
     if len(seeds) > 1:
-        raise InputError(
-            f"{out}/correlations.csv is of {min(seeds)} to {max(seeds)} seeds; make it of as many of each graph"
-        )
+        raise InputError(f"{folder / file} is of {min(seeds)} to {max(seeds)} seeds; make it of as many of each graph")
     (n_seeds,) = seeds
     only = "" if n_seeds == _plan(name).seeds else f" --seeds {n_seeds}"
-    command = f"python -m benchmarks.study.statistics {out}/sweep.csv{only} --out {out}/correlations.csv"
+    only += "" if outcome is None else f" --outcome {outcome}"
+    command = f"python -m benchmarks.study.statistics {folder}/sweep.csv{only} --out {folder / file}"
     by_method: dict[str, list[Row]] = {}
     for row in rows:
         by_method.setdefault(row["method"], []).append(row)
-    tables = [_study_table(method, rows, shown) for method, rows in by_method.items()]
+    tables = [_study_table(method, rows, measures) for method, rows in by_method.items()]
     return f"\n`{command}`:\n\n" + "\n\n".join(tables) + "\n\n"
 
 
@@ -187,6 +195,22 @@ def levels_table(name: str, n_seeds: str) -> str:
     return f"\n`python -m benchmarks.study.levels {path} --seeds {n_seeds}`:\n\n{table}\n\n"
 
 
+def tuning_table(*names: str) -> str:
+    """The settings that sweeps tuned for each method, with the command that tells them.
+
+    Args:
+        names: of the sweeps.
+
+    Raises:
+        InputError: if a run of theirs is not done.
+    """
+    for name in names:
+        done_rows(name, _plan(name).runs())
+    paths = [Path("benchmarks", "results", name, "sweep.csv") for name in names]
+    table = tuning.markdown(tuning.tuned([row for path in paths for row in read_rows(ROOT / path)]))
+    return f"\n`python -m benchmarks.study.tuning {' '.join(map(str, paths))}`:\n\n{table}\n\n"
+
+
 def _table_of_seeds(name: str, n_seeds: str) -> Path:
     """The table of a sweep, all of whose runs of seeds 0, 1, ... are done."""
     done_rows(name, [run for run in _plan(name).runs() if run.config.seed < int(n_seeds)])
@@ -242,6 +266,7 @@ def _table(kind: str, words: Sequence[str]) -> str:
         "hierarchy": hierarchy_table,
         "factors": factors_table,
         "levels": levels_table,
+        "tuning": tuning_table,
         "paper": paper_table,
     }
     needed = signature(makers[kind])

@@ -3,6 +3,7 @@
 import csv
 import importlib
 import math
+import sys
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +17,9 @@ from hierroom.sweep.plan import read_plan
 from hierroom.training.presets import PRESETS
 
 ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from benchmarks.study import tuning  # noqa: E402
 
 
 @pytest.fixture
@@ -125,16 +129,27 @@ def test_every_fourth_graph_or_all_of_six_rooms_are_not_trained_on():
     assert excluded == {(method, n) for method in ("hippo", "ppo-bonus") for n in (8, 75)}
 
 
+def best_settings(*sweeps):
+    found = tuning.tuned([row for sweep in sweeps for row in committed(f"{sweep}/sweep.csv")])
+    assert {len(one.areas) for one in found} == {6}
+    assert {len(of) for one in found for of in one.areas.values()} == {3}
+    return {(one.method, *(dict(one.best).get(name) for name in tuning.SETTINGS)) for one in found}
+
+
+def settings_of(runs, sweeps):
+    """The settings of runs as `best_settings` gives them: only what is tuned for a method."""
+    tuned = {method: names for method, *names in best_settings(*sweeps)}
+    settings = set()
+    for run in runs:
+        ppo, method = run.config.ppo, run.identity["method"]
+        values = ppo.learning_rate, run.config.env.novelty_bonus, run.config.agents.curiosity_weight, ppo.gamma
+        given = (None if one is None else value for one, value in zip(tuned[method], values, strict=True))
+        settings.add((method, *given))
+    return settings
+
+
 def test_the_study_takes_the_settings_with_the_largest_area_under_the_curve():
-    areas = {}
-    for row in committed("tuning/sweep.csv"):
-        settings = float(row["learning_rate"]), float(row["gamma"])
-        areas.setdefault(row["method"], {}).setdefault(settings, []).append(float(row["area_under_curve"]))
-    assert {len(several) for of in areas.values() for several in of.values()} == {3}
-    best = {method: max(of, key=lambda settings: sum(of[settings])) for method, of in areas.items()}
-    runs = plan("study").runs()
-    taken = {(run.identity["method"], (run.config.ppo.learning_rate, run.config.ppo.gamma)) for run in runs}
-    assert taken == {*best.items()}
+    assert settings_of(plan("study").runs(), ["tuning"]) == best_settings("tuning")
 
 
 def test_the_other_methods_are_tuned_with_as_many_settings_on_the_same_graphs_and_seed():
@@ -150,20 +165,15 @@ def test_the_other_methods_are_tuned_with_as_many_settings_on_the_same_graphs_an
 
 
 def test_the_other_methods_are_run_again_with_the_settings_with_the_largest_area_under_the_curve():
-    names = ("method", "learning_rate", "novelty_bonus", "curiosity_weight", "gamma")
-    areas = Counter()
-    for row in committed("tuning_others/sweep.csv"):
-        areas[row["method"], *(float(row[name]) for name in names[1:])] += float(row["area_under_curve"])
-    methods = {method for method, *_ in areas}
-    assert len(areas) == 6 * len(methods)
-    best = {max((one for one in areas if one[0] == method), key=areas.get) for method in methods}
-    taken = set()
-    for run in plan("study_factors").runs():
-        if run.identity["variant"].startswith("tuned"):
-            ppo, weight = run.config.ppo, run.config.agents.curiosity_weight
-            settings = ppo.learning_rate, run.config.env.novelty_bonus, weight, ppo.gamma
-            taken.add((run.identity["method"], *settings))
-    assert taken == best
+    runs = [run for run in plan("study_factors").runs() if run.identity["variant"].startswith("tuned")]
+    assert settings_of(runs, ["tuning_others"]) == best_settings("tuning_others")
+
+
+def test_with_the_features_of_the_paper_each_method_is_tuned_with_the_same_settings():
+    papers = {run.config for run in plan("tuning_paper_features").runs()}
+    own = [run.config for name in ("tuning", "tuning_others") for run in plan(name).runs()]
+    features = PRESETS["paper"].agents.features
+    assert papers == {replace(config, agents=replace(config.agents, features=features)) for config in own}
 
 
 def committed(name):

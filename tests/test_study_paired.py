@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from benchmarks.study.bootstrap import Bootstrap  # noqa: E402
-from benchmarks.study.paired import pair, ratios  # noqa: E402
+from benchmarks.study.paired import median_ratios, pair, ratios  # noqa: E402
 
 GRAPHS = ("one", "two", "three", "four")
 MEASURES = measured_rows(GRAPHS, twins=("one",), rooms=(2, 3, 4, 5))
@@ -56,15 +56,25 @@ def test_the_lower_milestone_of_the_two_is_taken_whatever_others_need():
     assert pair(rows, MEASURES, ("hopeless", "one")).outcome == "steps_to_50"
 
 
-def test_the_median_ratio_of_an_even_number_of_graphs_lies_between_the_middle_ones():
-    steps = [110, 120, 180, 400]
+def test_the_median_ratio_of_an_even_number_of_graphs_is_the_geometric_mean_of_the_middle_ones():
+    steps = [110, 200, 450, 800]
     rows = rows_of(ppo=dict(zip(GRAPHS, ([n] for n in steps), strict=True)), hippo=everywhere(100))
     forth, back = (
         pair(rows, MEASURES, names).median_ratio(Bootstrap()) for names in (("ppo", "hippo"), ("hippo", "ppo"))
     )
-    assert forth.value == pytest.approx(1.5)
-    assert (forth.low, forth.high) == (1.1, 4.0)  # of four graphs the interval is from the least to the greatest
-    assert (back.low, back.high) == (pytest.approx(1 / 4.0), pytest.approx(1 / 1.1))
+    assert forth.value == pytest.approx(3.0)
+    ends = forth.low, forth.high
+    assert ends == pytest.approx((1.1, 8.0))  # of four graphs the interval is from the least to the greatest
+    assert back == pytest.approx((1 / 3.0, 1 / 8.0, 1 / 1.1))
+
+
+def test_a_median_ratio_and_that_of_the_inverse_ratios_are_inverse():
+    inf = np.inf
+    rows = np.array([[0, 1, 4, inf], [0, 0, inf, inf], [0, 0, 2, inf], [1, 2, inf, inf], [0, 0, 0, 2], [5, 5, 6, 6]])
+    expected = [2, 1, 0, inf, 0, np.sqrt(30)]
+    assert median_ratios(rows) == pytest.approx(expected)
+    with np.errstate(divide="ignore"):
+        assert median_ratios(1 / rows) == pytest.approx(1 / np.array(expected))
 
 
 def test_each_copy_of_a_graph_in_a_resample_has_its_own_seeds():

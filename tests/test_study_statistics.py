@@ -77,6 +77,18 @@ def test_given_goals_is_the_correlation_of_what_goals_leave(module):
     assert table["x", "spearman"] == pytest.approx(spearmanr(x, y)[0])
 
 
+def test_given_the_exit_depth_is_the_same_with_another_column(module):
+    rng = np.random.default_rng(1)
+    goals, depth = rng.integers(3, 7, 40).astype(float), rng.integers(2, 9, 40).astype(float)
+    x, y = depth + rng.normal(size=40), depth + goals + rng.normal(size=40)
+    measures = {"x": x, "exit_depth": depth, "twice": 2 * depth}
+    table = module("correlations").correlations(y, measures, goals)
+    of_depth = module("correlations").correlations(y, {"x": x}, depth)
+    assert table["x", "given exit depth"] == of_depth["x", "given goals"] != table["x", "given goals"]
+    assert np.isnan([table[name, "given exit depth"] for name in ("exit_depth", "twice")]).all()
+    assert np.isnan(of_depth["x", "given exit depth"])
+
+
 def test_at_fixed_goals_is_the_mean_weighted_by_graphs(module):
     goals = np.array([5.0] * 4 + [7.0] * 6 + [3.0] * 2)
     x = np.array([1.0, 2, 3, 4, 1, 2, 3, 4, 5, 6, 9, 8])

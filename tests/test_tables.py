@@ -16,7 +16,7 @@ sys.path.insert(0, str(ROOT))
 from benchmarks import figures, hindsight, tables  # noqa: E402
 from benchmarks.study.correlations import correlations  # noqa: E402
 from benchmarks.study.tables import MEASURES_PATH, first_seeds, read_measures, read_rows  # noqa: E402
-from benchmarks.study.trained import by_rule, measures_of, medians  # noqa: E402
+from benchmarks.study.trained import by_rule, measures_of, medians, read_trained  # noqa: E402
 
 
 @pytest.mark.parametrize("page", tables.PAGES, ids=lambda page: page.name)
@@ -70,7 +70,8 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     (tmp_path / "benchmarks" / "sweeps").mkdir()
     plan = tmp_path / "benchmarks" / "sweeps" / "one.toml"
     plan.write_text("seeds = 3\n")
-    statistics = ("spearman", "kendall", "given goals", "at fixed goals", "minus goals", "minus hitting time")
+    statistics = ("spearman", "kendall", "given goals", "given exit depth", "at fixed goals")
+    statistics += ("minus goals", "minus hitting time")
     rows = [
         f"hippo,steps_to_95,{measure},{one},{value},,,9,3,3"
         for measure, value in (("width", 0.25), ("goals", 0.5))
@@ -97,17 +98,26 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     with pytest.raises(InputError, match="the measures of hippo are width, goals; there is no 'luck'"):
         tables.study_table("one", "luck")
     path = folder / "correlations.csv"
+    (folder / "correlations_steps_to_50.csv").write_text(path.read_text().replace("steps_to_95", "steps_to_50"))
+    at_50 = tables.study_table("one", "steps_to_50", "width").splitlines()
+    assert at_50[1].endswith(
+        "--seeds 3 --outcome steps_to_50 --out benchmarks/results/one/correlations_steps_to_50.csv`:"
+    )
+    assert at_50[3].startswith("**hippo**, steps to 50%")
+    assert [line.split(" | ")[0] for line in at_50 if line.startswith("| ")] == ["| measure", "| width"]
     path.write_text(path.read_text().replace(",3,3\n", ",2,3\n"))
     with pytest.raises(InputError, match="of 2 to 3 seeds; make it of as many of each"):
         tables.study_table("one")
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "benchmarks" / "results").glob("*/correlations.csv")), ids=str)
+@pytest.mark.parametrize("path", sorted((ROOT / "benchmarks" / "results").glob("*/correlations*.csv")), ids=str)
 def test_the_statistics_are_those_of_the_committed_rows(path):
     measured, given = read_measures(ROOT / MEASURES_PATH), read_rows(path)
     goals = {row["graph"]: float(row["goals"]) for row in measured}
     rows = first_seeds(read_rows(path.with_name("sweep.csv")), int(given[0]["seeds_max"]))
-    found = [(outcome, one) for outcome, several in by_rule(rows, measured).items() for one in several]
+    milestone = path.stem.removeprefix("correlations").removeprefix("_")
+    trained_by = {milestone: read_trained(rows, measured, milestone)} if milestone else by_rule(rows, measured)
+    found = [(outcome, one) for outcome, several in trained_by.items() for one in several]
     assert {(outcome, one.method) for outcome, one in found} == {(row["outcome"], row["method"]) for row in given}
     for _, trained in found:
         measures = measures_of(trained.graphs, measured)
@@ -175,6 +185,8 @@ def test_a_table_of_seeds_is_of_seeds_that_are_done(monkeypatch, make, sweep, ru
             make(sweep, str(n_seeds))
     with pytest.raises(InputError, match=f"^0 of {2 * 7} runs of the sweep hippo are done"):
         tables.sweep_table("hippo", "2")
+    with pytest.raises(InputError, match=r"^0 of 36 runs of the sweep tuning are done"):
+        tables.tuning_table("tuning", "tuning_others")
     with pytest.raises(InputError, match=r"a milestone must be one of steps_to_50, .*, not 'steps_to_60'"):
         tables.hierarchy_table("study", "1", "steps_to_60")
 

@@ -7,6 +7,7 @@ With y the difficulty, x a measure, z the number of goals and r Spearman's rank 
 | `spearman` | r_xy |
 | `kendall` | Kendall's tau-b (`scipy.stats.kendalltau`) |
 | `given goals` | partial correlation (r_xy - r_xz r_yz) / sqrt((1 - r_xz^2) (1 - r_yz^2)) |
+| `given exit depth` | the same with z the exit depth, where that is one of the measures |
 | `at N goals` | r_xy over the graphs of N goals |
 | `at fixed goals` | mean of these, each weighted by its number of graphs |
 | `minus goals` | r_xy - r_zy: how much better than the plain count |
@@ -59,20 +60,21 @@ def correlations(
         measures: for each its values [G].
         goals: [G] the number of goals of each graph.
     """
-    columns = np.column_stack([difficulty, goals, *measures.values()])
-    with_difficulty, with_goals = rank_correlations(columns)[:2]
-    count = with_difficulty[1]
+    columns, names = np.column_stack([difficulty, goals, *measures.values()]), ["", "", *measures]
+    ranked = rank_correlations(columns)
+    with_difficulty, count = ranked[0], ranked[0, 1]
     table: Table = {}
     strata = [goals == n for n in np.unique(goals)]
     strata = [graphs for graphs in strata if graphs.sum() >= FEWEST_GRAPHS]
     fixed = [rank_correlations(columns[graphs])[0] for graphs in strata]
-    paper = with_difficulty[2 + [*measures].index("hitting_time")] if "hitting_time" in measures else np.nan
+    paper = with_difficulty[names.index("hitting_time")] if "hitting_time" in names else np.nan
     for i, (name, values) in enumerate(measures.items(), start=2):
-        r_xy, r_xz = with_difficulty[i], with_goals[i]
-        left = (1 - r_xz**2) * (1 - count**2)
+        r_xy = with_difficulty[i]
         table[name, "spearman"] = r_xy
         table[name, "kendall"] = float(kendalltau(values, difficulty).statistic)
-        table[name, "given goals"] = (r_xy - r_xz * count) / np.sqrt(left) if left > 1e-12 else np.nan
+        table[name, "given goals"] = _given(ranked, i, 1)
+        depth = names.index("exit_depth") if "exit_depth" in names else None
+        table[name, "given exit depth"] = np.nan if depth is None else _given(ranked, i, depth)
         table[name, "minus goals"], table[name, "minus hitting time"] = r_xy - count, r_xy - paper
         own = [(row[i], int(graphs.sum())) for row, graphs in zip(fixed, strata, strict=True) if not np.isnan(row[i])]
         weight = sum(n for _, n in own)
@@ -80,6 +82,13 @@ def correlations(
         for row, graphs in zip(fixed, strata, strict=True):
             table[name, f"at {goals[graphs][0]:.0f} goals"] = row[i]
     return table
+
+
+def _given(ranked: NDArray[np.float64], x: int, z: int) -> float:
+    """The partial correlation of column x and the difficulty, column 0, given column z."""
+    r_xy, r_xz, r_yz = ranked[x, 0], ranked[x, z], ranked[0, z]
+    left = (1 - r_xz**2) * (1 - r_yz**2)
+    return (r_xy - r_xz * r_yz) / np.sqrt(left) if left > 1e-12 else np.nan
 
 
 def estimates(

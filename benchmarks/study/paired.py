@@ -53,11 +53,15 @@ class Paired:
         return np.array([self._resampled(rng, slice(None)) for _ in range(bootstrap.resamples)])
 
     def median_ratio(self, bootstrap: Bootstrap) -> Estimate:
-        """The median ratio over the graphs; its interval is of resamples of the graphs, and of the seeds of each."""
+        """The median ratio over the graphs; its interval is of resamples of the graphs, and of the seeds of each.
+
+        Of an even number of graphs it is the geometric mean of the two in the middle, so that the median of the inverse
+        ratios is its inverse.
+        """
         rng, n = np.random.default_rng(bootstrap.seed), len(self.graphs)
         drawn = np.array([self._resampled(rng, rng.integers(n, size=n)) for _ in range(bootstrap.resamples)])
-        low, high = bootstrap.interval(medians(drawn))
-        return Estimate(float(medians(self.ratios[None])[0]), float(low), float(high))
+        low, high = bootstrap.interval(median_ratios(drawn))
+        return Estimate(float(median_ratios(self.ratios[None])[0]), float(low), float(high))
 
     def _resampled(self, rng: np.random.Generator, graphs: NDArray[np.int64] | slice) -> NDArray[np.float64]:
         first, second = (medians(resampled(steps[graphs], rng)) for steps in self.steps)
@@ -73,6 +77,20 @@ def ratios(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[n
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(first == second, 1, first / second)
+
+
+def median_ratios(of_graphs: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[R] the median of each row, the geometric mean of the two in the middle where their number is even.
+
+    Where one of these is 0 and the other infinite it is 1, as neither direction has more.
+
+    Args:
+        of_graphs: [R, G] ratios, may hold 0 and ``inf``.
+    """
+    ordered, n = np.sort(of_graphs, axis=1), of_graphs.shape[1]
+    with np.errstate(invalid="ignore"):
+        middle = np.sqrt(ordered[:, (n - 1) // 2] * ordered[:, n // 2])
+    return np.where(np.isnan(middle), 1, middle)
 
 
 def pair(

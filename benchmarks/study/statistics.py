@@ -28,7 +28,15 @@ from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
 
-PRINTED = ("spearman", "kendall", "given goals", "at fixed goals", "minus goals", "minus hitting time")
+PRINTED = (
+    "spearman",
+    "kendall",
+    "given goals",
+    "given exit depth",
+    "at fixed goals",
+    "minus goals",
+    "minus hitting time",
+)
 
 
 @dataclass(frozen=True)
