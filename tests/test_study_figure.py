@@ -52,6 +52,19 @@ def test_marks_stand_at_the_medians_and_above_all_where_half_never_got_there(fig
         assert {text.get_text() for text in axes.texts} == {"a", "b", "c"}
 
 
+def test_a_measure_with_a_wide_range_has_a_logarithmic_axis(figure, tables, monkeypatch):
+    options = figure.Options(tables / "runs.csv", tables / "f.png", ("narrow", "wide", "width"))
+    measured = [
+        {**row, "narrow": str(1 + i), "wide": str(1 + 10 * i)}
+        for i, row in enumerate(figure.known_measures(tables / "measures.csv"))
+    ]
+    for name in ("narrow", "wide"):
+        monkeypatch.setitem(figure.MEASURES, name, 1)
+    trained = figure.read_trained(figure.read_rows(options.table), measured, "steps_to_95")
+    scales = [axes.get_xscale() for axes in figure.draw(trained, measured, options).axes]
+    assert scales == ["linear", "log", "linear"]  # width begins with 0
+
+
 def test_the_command_writes_a_picture(figure, tables, monkeypatch):
     monkeypatch.setattr(sys, "argv", words(tables, "--shown", "width", "--out", f"{tables}/new/f.png"))
     assert figure.main() == 0

@@ -29,6 +29,8 @@ from hierroom.goals import NAMED_GRAPHS
 MARKS = "osD^v"
 FEW = 12
 """Of so many goal graphs the paper's are labelled by their letters."""
+WIDE = 20
+"""A measure whose largest value is more than so many times its smallest has a logarithmic axis."""
 WIDTH = 2.6
 """Of a panel in inches."""
 LETTERS_PER_INCH = 16
@@ -50,7 +52,7 @@ class Options:
 
     table: tyro.conf.Positional[Path]
     out: Path
-    shown: tuple[str, ...] = ("goals", "hitting_time", "expected_steps")
+    shown: tuple[str, ...] = ("goals", "exit_depth", "hitting_time", "play_expected_steps")
     measures: Path = MEASURES_PATH
     outcome: Milestone = "steps_to_95"
     seeds: int | None = None
@@ -77,7 +79,10 @@ def draw(trained: Sequence[Trained], measured: Sequence[Row], options: Options) 
             if name not in known[method.method]:
                 names = ", ".join(known[method.method]) or "none"
                 raise InputError(f"cannot show {name}; known of all graphs, and different between them, are {names}")
-            _draw_method(axes, MEASURES[name] * known[method.method][name], method, number, _top(trained))
+            values = MEASURES[name] * known[method.method][name]
+            _draw_method(axes, values, method, number, _top(trained))
+            if 0 < values.min() * WIDE < values.max():
+                axes.set_xscale("log")
         axes.set_xlabel(name.replace("_", " "))
         axes.set_yscale("log")
         axes.grid(alpha=0.25, linewidth=0.5)
