@@ -81,8 +81,9 @@ def by_expected_steps():
     return [[row["graph"] for row in rows if row["rooms"] == rooms] for rooms in sorted({row["rooms"] for row in rows})]
 
 
-def test_factors_are_changed_on_the_graphs_with_the_fewest_the_median_and_the_most_expected_steps():
-    runs = plan("study_factors").runs()
+@pytest.mark.parametrize(("name", "n_changes"), [("study_factors", 10), ("study_factors_paper_features", 7)])
+def test_factors_are_changed_on_the_graphs_with_the_fewest_the_median_and_the_most_expected_steps(name, n_changes):
+    runs = plan(name).runs()
     chosen = {graphs[place] for graphs in by_expected_steps() for place in (0, len(graphs) // 2, -1)}
     assert {run.identity["graph"] for run in runs} == chosen
     as_it_is = {
@@ -96,7 +97,7 @@ def test_factors_are_changed_on_the_graphs_with_the_fewest_the_median_and_the_mo
         for run in runs
         if run.identity["method"] == "hippo"
     }
-    assert len(changes) == 1 + 10
+    assert len(changes) == 1 + n_changes
     assert changes - {("as it is", 0)} == {(variant, 1) for variant, _ in changes if variant != "as it is"}
 
 
@@ -174,6 +175,15 @@ def test_with_the_features_of_the_paper_each_method_is_tuned_with_the_same_setti
     own = [run.config for name in ("tuning", "tuning_others") for run in plan(name).runs()]
     features = PRESETS["paper"].agents.features
     assert papers == {replace(config, agents=replace(config.agents, features=features)) for config in own}
+
+
+def test_factors_with_the_features_of_the_paper_are_held_against_what_was_tuned_with_these():
+    runs = plan("study_factors_paper_features").runs()
+    tuned = [run for run in runs if run.identity["variant"] != "gamma 0.98"]
+    assert settings_of(tuned, ["tuning_paper_features"]) == best_settings("tuning_paper_features")
+    papers = PRESETS["paper"].agents.features
+    features = {run.identity["variant"]: run.config.agents.features for run in runs}
+    assert {variant: of for variant, of in features.items() if of != papers} == {"goal not observed": papers[:1]}
 
 
 def committed(name):

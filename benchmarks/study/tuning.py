@@ -113,7 +113,7 @@ def _cells(one: Tuned) -> list[str]:
 
 
 def _area(value: float) -> str:
-    return f"{value:.2f}" if value == 0 or value >= 0.01 else f"{value:.4f}"
+    return f"{value:.2f}" if value >= 0.01 else f"{value:.4f}" if value >= 5e-5 else "0"
 
 
 def main() -> int:
