@@ -134,7 +134,7 @@ def best_settings(*sweeps):
     found = tuning.tuned([row for sweep in sweeps for row in committed(f"{sweep}/sweep.csv")])
     assert {len(one.areas) for one in found} == {6}
     assert {len(of) for one in found for of in one.areas.values()} == {3}
-    return {(one.method, *(dict(one.best).get(name) for name in tuning.SETTINGS)) for one in found}
+    return {(one.method, *(dict(one.best).get(name) for name in tuning.TUNED)) for one in found}
 
 
 def settings_of(runs, sweeps):

@@ -49,10 +49,12 @@ def test_correlations_by_hand(module):
     assert np.isnan(table["x", "at fixed goals"])  # no four graphs have as many
 
 
-def test_against_the_hitting_time(module):
+def test_against_the_hitting_time_and_the_exit_depth(module):
     x, y = np.array([1.0, 2, 3, 4, 5]), np.array([1.0, 2, 3, 5, 4])
-    table = module("correlations").correlations(x, {"x": x, "hitting_time": y}, np.array([3.0, 3, 5, 5, 5]))
+    measures = {"x": x, "hitting_time": y, "exit_depth": x[::-1]}
+    table = module("correlations").correlations(x, measures, np.array([3.0, 3, 5, 5, 5]))
     assert table["x", "minus hitting time"] == pytest.approx(1 - 0.9)
+    assert table["hitting_time", "minus exit depth"] == pytest.approx(0.9 + 1)
     assert table["hitting_time", "minus hitting time"] == 0
 
 
@@ -179,8 +181,9 @@ def test_split_half(module):
     value, low, high = module("correlations").split_half(noise, n_splits=50)
     assert abs(value) < 0.15
     assert low < 0 < high
-    single = trained_of(module, {f"g{i}": [i + 1] for i in range(10)})
-    assert np.isnan(module("correlations").split_half(single).value)
+    for odd in (1, 3):
+        unequal = trained_of(module, {f"g{i}": [i + 1] * (odd if i == 5 else 4) for i in range(10)})
+        assert np.isnan(module("correlations").split_half(unequal).value)
 
 
 def test_the_ceiling_is_what_a_measure_without_noise_reaches(module):

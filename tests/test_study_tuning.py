@@ -36,6 +36,8 @@ def test_the_setting_with_the_largest_mean_over_the_graphs_is_the_best_and_only_
     assert hippo.area(hippo.best) == pytest.approx(0.6)
     assert novelty.best == (("novelty_bonus", 0.1),)
     assert ppo.best is None
+    (tied,) = tuning.tuned([run_of("ppo", "one", 0.5, gamma=0.98), run_of("ppo", "one", 0.5, gamma="9.5e-1")])
+    assert tied.best == (("gamma", 0.98),)  # the first of those that are alike
 
 
 def test_the_command(monkeypatch, capsys, tmp_path):
@@ -49,7 +51,7 @@ def test_the_command(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr(sys, "argv", ["tuning", str(path), str(others)])
     assert tuning.main() == 0
     assert capsys.readouterr().out.splitlines() == [
-        "| method | settings | largest area with | area | on each graph | area of the other settings |",
+        "| method | settings | largest area with | area | of each run | area of the other settings |",
         "|---|---|---|---|---|---|",
         "| hippo | 2 | gamma 0.95 | 0.60 | 0.50 to 0.70 | 0.55 to 0.55 |",
         "| ppo-novelty | 2 | novelty_bonus 0.1 | 0.0004 | 0.0004 to 0.0004 | 0 to 0 |",
@@ -63,6 +65,9 @@ def test_the_command(monkeypatch, capsys, tmp_path):
         ([], "there are no training runs to compare; give a table of them"),
         ([{"graph": "a"}], "each row of a table of training runs needs a method"),
         (ROWS[:2], "hippo was trained with one setting; none of learning_rate, .*, gamma differs between its runs"),
+        (ROWS + ROWS[:1], "hippo was trained twice on one with seed 100 and the same settings"),
+        ([*ROWS, run_of("ppo", "one", 0.5)], "the runs of ppo do not all have the same columns of learning_rate, .*"),
+        ([run_of("ppo", "one", "much", gamma=0.98)], "a run of ppo on one needs a number: .*'much'"),
         (ROWS[:3], "the settings of hippo were not all trained on the same graphs with the same seeds"),
     ],
 )

@@ -71,7 +71,7 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     plan = tmp_path / "benchmarks" / "sweeps" / "one.toml"
     plan.write_text("seeds = 3\n")
     statistics = ("spearman", "kendall", "given goals", "given exit depth", "at fixed goals")
-    statistics += ("minus goals", "minus hitting time")
+    statistics += ("minus goals", "minus exit depth", "minus hitting time")
     rows = [
         f"hippo,steps_to_95,{measure},{one},{value},,,9,3,3"
         for measure, value in (("width", 0.25), ("goals", 0.5))

@@ -11,7 +11,7 @@ With y the difficulty, x a measure, z the number of goals and r Spearman's rank 
 | `at N goals` | r_xy over the graphs of N goals |
 | `at fixed goals` | mean of these, each weighted by its number of graphs |
 | `minus goals` | r_xy - r_zy: how much better than the plain count |
-| `minus hitting time` | the same against the paper's hitting time, where that is one of the measures |
+| `minus exit depth`, `minus hitting time` | the same against these, where they are among the measures |
 
 Intervals are those of a hierarchical bootstrap: graphs are drawn with replacement, and of each graph drawn its seeds
 (Davison and Hinkley, Bootstrap Methods and their Application, 1997, section 3.8). Drawing seeds of those that were
@@ -33,7 +33,7 @@ from scipy.stats import kendalltau, rankdata
 from benchmarks.study.trained import FEWEST_GRAPHS, Trained, medians
 
 Table = dict[tuple[str, str], float]
-"""A number for each measure and statistic."""
+"""A number for each measure and statistic: a correlation, -1 to 1, or the difference of two, -2 to 2."""
 LEAST_SHARE = 0.9
 """Where fewer of the resamples have a value, there is no interval: in the others the graphs are all alike."""
 
@@ -67,15 +67,16 @@ def correlations(
     strata = [goals == n for n in np.unique(goals)]
     strata = [graphs for graphs in strata if graphs.sum() >= FEWEST_GRAPHS]
     fixed = [rank_correlations(columns[graphs])[0] for graphs in strata]
-    paper = with_difficulty[names.index("hitting_time")] if "hitting_time" in names else np.nan
+    depth, paper = (names.index(name) if name in names else None for name in ("exit_depth", "hitting_time"))
     for i, (name, values) in enumerate(measures.items(), start=2):
         r_xy = with_difficulty[i]
         table[name, "spearman"] = r_xy
         table[name, "kendall"] = float(kendalltau(values, difficulty).statistic)
         table[name, "given goals"] = _given(ranked, i, 1)
-        depth = names.index("exit_depth") if "exit_depth" in names else None
         table[name, "given exit depth"] = np.nan if depth is None else _given(ranked, i, depth)
-        table[name, "minus goals"], table[name, "minus hitting time"] = r_xy - count, r_xy - paper
+        table[name, "minus goals"] = r_xy - count
+        table[name, "minus exit depth"] = np.nan if depth is None else r_xy - with_difficulty[depth]
+        table[name, "minus hitting time"] = np.nan if paper is None else r_xy - with_difficulty[paper]
         own = [(row[i], int(graphs.sum())) for row, graphs in zip(fixed, strata, strict=True) if not np.isnan(row[i])]
         weight = sum(n for _, n in own)
         table[name, "at fixed goals"] = sum(r * n for r, n in own) / weight if own else np.nan
@@ -130,7 +131,7 @@ def estimates(
 
 
 def resampled(outcomes: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
-    """Seeds of each graph drawn with replacement, as many as it has.
+    """[G, S] seeds of each graph drawn with replacement, as many as it has, ``nan`` where they were.
 
     Args:
         outcomes: [G, S] with ``nan`` at the end of a row for what is missing.
@@ -147,12 +148,13 @@ def split_half(trained: Trained, *, n_splits: int = 1000, level: float = 0.95, s
     The value is the mean over random halves; the interval is over halves and graphs drawn with replacement.
 
     Args:
-        trained: the outcomes of one method; ``nan`` is returned if a graph has a single seed.
+        trained: the outcomes of one method; ``nan`` is returned if a graph has an odd number of seeds, whose halves are
+            of unequal size.
         n_splits: number of random halves.
         level: confidence level, above 0 and below 1.
         seed: of the halves.
     """
-    if (~np.isnan(trained.outcomes)).sum(axis=1).min() < 2:
+    if ((~np.isnan(trained.outcomes)).sum(axis=1) % 2).any():
         return Estimate(np.nan, np.nan, np.nan)
     rng, found, drawn = np.random.default_rng(seed), [], []
     for _ in range(n_splits):

@@ -20,6 +20,7 @@ import tyro
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate
 from benchmarks.study.hierarchy import ENOUGH
+from benchmarks.study.markdown import table
 from benchmarks.study.paired import pair
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, method_names
@@ -120,12 +121,6 @@ def cells(one: Factor) -> list[str]:
         outcome = one.outcome.replace("_", " ") + "%"
         beside = [outcome, f"{value} [{low}, {high}]", verdict, f"{one.slower} of {one.graphs}"]
     return [one.method, *beside, f"{one.success:.1%}", f"{one.works} of {one.graphs}"]
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Rows of cells in Markdown."""
-    lines = [f"| {' | '.join(line)} |" for line in (header, *rows)]
-    return "\n".join([lines[0], "|" + "---|" * len(header), *lines[1:]])
 
 
 def main() -> int:

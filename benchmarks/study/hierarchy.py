@@ -20,7 +20,8 @@ import numpy as np
 import tyro
 
 from benchmarks.study.bootstrap import Bootstrap
-from benchmarks.study.paired import pair
+from benchmarks.study.markdown import table
+from benchmarks.study.paired import median_ratios, pair
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, measures_of
 from hierroom.cli import run
@@ -56,7 +57,7 @@ class Options:
     hierarchical: str = "hippo"
     measures: Path = MEASURES_PATH
     outcome: Milestone | None = None
-    hardest_by: str = "expected_steps"
+    hardest_by: str = "play_expected_steps"
     seeds: int | None = None
     bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
     out: Path | None = None
@@ -119,23 +120,22 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
 def markdown(found: Sequence[Comparison], options: Options) -> str:
     """A row for each exit depth: medians over its graphs, and on how many hierarchy pays and each method works.
 
-    Where hierarchy pays cannot be told of single seeds. Where there is no middle graph, the median is the larger number
-    of steps, and the smaller ratio.
+    Whether hierarchy pays or costs cannot be told of single seeds. Where there is no middle graph, the median number of
+    steps is the larger one.
     """
     both = options.hierarchical, options.flat
-    header = ["exit depth", "graphs", *(f"{name}: {found[0].outcome}" for name in both), "ratio", "pays on"]
+    header = ["exit depth", "graphs", *(f"{name}: {found[0].outcome}" for name in both), "ratio", "pays on", "costs on"]
     header += [f"{name}: reached on" for name in both] + [f"{name}: above {ENOUGH:.0%} on" for name in both]
-    lines = [f"| {' | '.join(header)} |", "|" + "---|" * len(header)]
+    rows = []
     for depth in sorted({one.exit_depth for one in found}):
         of = [one for one in found if one.exit_depth == depth]
         steps = [one.hierarchical for one in of], [one.flat for one in of]
-        lows = [one.low for one in of]
-        pays = "-" if np.isnan(lows).any() else sum(low > 1 for low in lows)
-        ratio = float(np.quantile([one.ratio for one in of], 0.5, method="lower"))
+        pays, costs = (sum(ahead) for ahead in ([one.low > 1 for one in of], [one.high < 1 for one in of]))
+        told = ["-", "-"] if any(np.isnan(one.low) for one in of) else [str(pays), str(costs)]
+        ratio = float(median_ratios(np.array([[one.ratio for one in of]]))[0])
         reached = [str(np.isfinite(several).sum()) for several in steps]
-        cells = [str(depth), str(len(of)), *map(_steps, steps), _ratio(ratio), str(pays), *reached, *_working(of)]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+        rows.append([str(depth), str(len(of)), *map(_steps, steps), _ratio(ratio), *told, *reached, *_working(of)])
+    return table(header, rows)
 
 
 def hardest(found: Sequence[Comparison], measured: Sequence[Row], measure: str) -> list[Comparison]:

@@ -18,6 +18,7 @@ import tyro
 from benchmarks.study import factors
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.factors import Factor
+from benchmarks.study.markdown import table
 from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
 from benchmarks.study.trained import Milestone
 from hierroom.cli import run
@@ -71,7 +72,7 @@ def levels(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> di
 def markdown(found: Mapping[str, Sequence[Factor]]) -> str:
     """A row for each kind of levels and each method."""
     rows = [[kind, *factors.cells(one)] for kind, several in found.items() for one in several]
-    return factors.table(["levels", *factors.HEADER], rows)
+    return table(["levels", *factors.HEADER], rows)
 
 
 def main() -> int:

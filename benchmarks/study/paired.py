@@ -64,6 +64,7 @@ class Paired:
         return Estimate(float(median_ratios(self.ratios[None])[0]), float(low), float(high))
 
     def _resampled(self, rng: np.random.Generator, graphs: NDArray[np.int64] | slice) -> NDArray[np.float64]:
+        """[B] the ratios of B graphs, a graph as often as it is drawn, and each time with seeds of its own."""
         first, second = (medians(resampled(steps[graphs], rng)) for steps in self.steps)
         return ratios(first, second)
 
@@ -115,11 +116,14 @@ def pair(
         InputError: as `read_trained`, or if a method is not in the table, no graph has both, or they were trained in
             different ways.
     """
-    own = [row for row, name in zip(rows, method_names(rows), strict=True) if name in methods]
+    names = method_names(rows)
+    if unknown := [name for name in methods if name not in names]:
+        raise InputError(f"the table's methods are {', '.join(dict.fromkeys(names))}; there is no {unknown[0]!r}")
+    own = [row for row, name in zip(rows, names, strict=True) if name in methods]
     for name in alike:
         if len(found := {row.get(name, "") for row in own}) > 1:
             raise InputError(f"the two methods were trained with different {name}: {', '.join(sorted(found))}")
-    outcome = outcome or _lower_milestone(rows, measured, methods)
+    outcome = outcome or _lower_milestone(own, measured)
     steps = _of_methods(read_trained(rows, measured, outcome), methods)
     failures = _of_methods(read_trained(rows, measured, "success_rate"), methods)
     graphs = tuple(graph for graph in steps[0].graphs if graph in steps[1].graphs)
@@ -132,15 +136,12 @@ def pair(
 
 def _of_methods(trained: Sequence[Trained], names: Sequence[str]) -> list[Trained]:
     by_name = {one.method: one for one in trained}
-    for name in names:
-        if name not in by_name:
-            raise InputError(f"the table's methods are {', '.join(by_name)}; there is no {name!r}")
     return [by_name[name] for name in names]
 
 
-def _lower_milestone(rows: Sequence[Row], measured: Sequence[Row], names: Sequence[str]) -> Milestone:
-    is_lower = any(trained.method in names for trained in by_rule(rows, measured)["steps_to_50"])
-    return "steps_to_50" if is_lower else "steps_to_95"
+def _lower_milestone(rows: Sequence[Row], measured: Sequence[Row]) -> Milestone:
+    """The lower of the methods' milestones, each by all graphs that its method was trained on."""
+    return "steps_to_50" if by_rule(rows, measured)["steps_to_50"] else "steps_to_95"
 
 
 def _outcomes(trained: Trained, graphs: Sequence[str]) -> NDArray[np.float64]:

@@ -22,6 +22,7 @@ from rich.progress import Progress
 
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate, ceiling, estimates, noise_of_twins, split_half, twin_factor
+from benchmarks.study.markdown import table
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, among, by_rule, measures_of, read_trained
 from hierroom.cli import run
@@ -35,6 +36,7 @@ PRINTED = (
     "given exit depth",
     "at fixed goals",
     "minus goals",
+    "minus exit depth",
     "minus hitting time",
 )
 
@@ -144,10 +146,11 @@ def markdown(result: Result) -> str:
     if result.outcome != "success_rate":
         of += f", never reached by half of the seeds on {result.trained.never}"
     lines = [f"**{result.trained.method}**: {of}", "", measure_table(result.estimates, result.measures)]
-    lines += ["", f"{reliability_text(result.halves)}; {len(result.trained.twins)} twins: {result.twins}"]
+    noise = [] if np.isnan(result.halves.value) else [reliability_text(result.halves)]
     if not np.isnan(result.factor):
-        lines[-1] += f", which differ by a factor of {result.factor:.2f}"
-    return "\n".join(lines)
+        twins = f"{len(result.trained.twins)} twins: {result.twins}"
+        noise.append(f"{twins}, which differ by a factor of {result.factor:.2f}")
+    return "\n".join([*lines, *(["", "; ".join(noise)] if noise else [])])
 
 
 def reliability_text(halves: Estimate) -> str:
@@ -167,10 +170,7 @@ def measure_table(estimates: Mapping[tuple[str, str], Estimate], measures: Seque
         estimates: by measure and statistic.
         measures: those shown.
     """
-    lines = ["| measure | " + " | ".join(PRINTED) + " |", "|---|" + "---|" * len(PRINTED)]
-    for name in measures:
-        lines.append(f"| {name} | " + " | ".join(str(estimates[name, one]) for one in PRINTED) + " |")
-    return "\n".join(lines)
+    return table(["measure", *PRINTED], [[name, *(str(estimates[name, one]) for one in PRINTED)] for name in measures])
 
 
 def csv_text(results: list[Result]) -> str:

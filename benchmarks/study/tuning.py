@@ -3,7 +3,7 @@
     python -m benchmarks.study.tuning TABLE.csv ...
 
 Each TABLE.csv is a table of training runs as `python -m hierroom.sweep` writes it, every setting of a method on the
-same goal graphs. A setting's area is the mean over these graphs of `area_under_curve`, 0 to 1. A value that all runs of
+same goal graphs. A setting's area is the mean over its runs of `area_under_curve`, 0 to 1. A value that all runs of
 a method have in common is not shown.
 """
 
@@ -15,17 +15,17 @@ from pathlib import Path
 
 import tyro
 
-from benchmarks.study.factors import table
+from benchmarks.study.markdown import table
 from benchmarks.study.tables import Row, read_rows
 from hierroom.cli import run
 from hierroom.errors import InputError
 
-SETTINGS = ("learning_rate", "novelty_bonus", "curiosity_weight", "gamma")
+TUNED = ("learning_rate", "novelty_bonus", "curiosity_weight", "gamma")
 """What may be tuned, columns of the tables."""
 NEEDED = ("method", "graph", "seed", "area_under_curve")
-HEADER = ("method", "settings", "largest area with", "area", "on each graph", "area of the other settings")
+HEADER = ("method", "settings", "largest area with", "area", "of each run", "area of the other settings")
 Setting = tuple[tuple[str, float], ...]
-"""A value for each name of `SETTINGS` that a method was tuned in."""
+"""A value for each name of `TUNED` that a method was tuned in."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Tuned:
 
     Args:
         method: its name.
-        areas: of each setting, the area on each graph, 0 to 1.
+        areas: of each setting, the area of each of its runs, which are of the same graphs and seeds, 0 to 1.
     """
 
     method: str
@@ -58,7 +58,7 @@ class Tuned:
         return best if self.area(best) > 0 else None
 
     def area(self, setting: Setting) -> float:
-        """The mean area of a setting over the graphs."""
+        """The mean area of a setting over its runs."""
         return sum(self.areas[setting]) / len(self.areas[setting])
 
 
@@ -83,18 +83,29 @@ def tuned(rows: Sequence[Row]) -> list[Tuned]:
 
 
 def _tuned(method: str, rows: Sequence[Row]) -> Tuned:
-    varied = [name for name in SETTINGS if len({row[name] for row in rows if name in row}) > 1]
+    numbers = [_numbers(row) for row in rows]
+    if len({frozenset(one) for one in numbers}) > 1:
+        raise InputError(f"the runs of {method} do not all have the same columns of {', '.join(TUNED)}")
+    varied = [name for name in TUNED if len({one.get(name) for one in numbers}) > 1]
     runs: dict[Setting, dict[tuple[str, str], float]] = {}
-    for row in rows:
-        setting = tuple((name, float(row[name])) for name in varied)
-        runs.setdefault(setting, {})[row["graph"], row["seed"]] = float(row["area_under_curve"])
+    for row, one in zip(rows, numbers, strict=True):
+        areas = runs.setdefault(tuple((name, one[name]) for name in varied), {})
+        if (run := (row["graph"], row["seed"])) in areas:
+            raise InputError(f"{method} was trained twice on {run[0]} with seed {run[1]} and the same settings")
+        areas[run] = one["area_under_curve"]
     if len(runs) < 2:
-        raise InputError(
-            f"{method} was trained with one setting; none of {', '.join(SETTINGS)} differs between its runs"
-        )
+        raise InputError(f"{method} was trained with one setting; none of {', '.join(TUNED)} differs between its runs")
     if len({frozenset(of) for of in runs.values()}) > 1:
         raise InputError(f"the settings of {method} were not all trained on the same graphs with the same seeds")
     return Tuned(method, {setting: tuple(of.values()) for setting, of in runs.items()})
+
+
+def _numbers(row: Row) -> dict[str, float]:
+    """What a run was tuned in and what came of it."""
+    try:
+        return {name: float(row[name]) for name in (*TUNED, "area_under_curve") if row.get(name)}
+    except ValueError as error:
+        raise InputError(f"a run of {row['method']} on {row['graph']} needs a number: {error}") from error
 
 
 def markdown(found: Sequence[Tuned]) -> str:
