@@ -178,7 +178,9 @@ def test_with_the_features_of_the_paper_each_method_is_tuned_with_the_same_setti
 
 
 def test_factors_with_the_features_of_the_paper_are_held_against_what_was_tuned_with_these():
-    runs = plan("study_factors_paper_features").runs()
+    own, others = plan("study_factors_paper_features"), plan("study_factors_paper_features_others")
+    assert replace(own, variants=()) == replace(others, variants=())
+    runs = [*own.runs(), *others.runs()]
     tuned = [run for run in runs if run.identity["variant"] != "gamma 0.98"]
     assert settings_of(tuned, ["tuning_paper_features"]) == best_settings("tuning_paper_features")
     papers = PRESETS["paper"].agents.features
