@@ -7,7 +7,7 @@ import hierroom
 
 with tempfile.TemporaryDirectory() as folder:
     run = Path(folder) / "run"
-    hierroom.train(graph="a", size=11, num_envs=16, steps=40_000, out=run)
+    hierroom.train(graph="a", size=11, num_envs=16, steps=40_000, evaluations=4, out=run)
     agent = hierroom.load(run)  # the same as train gave, in another process or on another day
 
 lengths, n_escapes = [], 0

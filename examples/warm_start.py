@@ -5,7 +5,7 @@ from pathlib import Path
 
 import hierroom
 
-settings = {"graph": "a", "size": 11, "num_envs": 16, "steps": 4000}
+settings = {"graph": "a", "size": 11, "num_envs": 16, "steps": 4000, "evaluations": 2}
 with tempfile.TemporaryDirectory() as folder:
     first, then = Path(folder) / "first", Path(folder) / "then"
     hierroom.train(meta="fixed-dfs", out=first, **settings)

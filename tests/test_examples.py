@@ -23,6 +23,7 @@ from hierroom.world.constants import EXIT, KEY, LOCKED_DOOR
 from hierroom.world.oracle import shortest_actions
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
+SHORT = ["--size", "11", "--num-envs", "16", "--evaluations", "2", "--evaluation-episodes", "20"]
 SAYS = {
     "aec.py": "turns: {'meta_0': ",
     "parallel.py": "returns: {'meta_0': ",
@@ -55,7 +56,7 @@ def test_example(name):
 @pytest.mark.parametrize("name", ["nearest", "NearestKeyFirst"])
 def test_the_meta_controller_of_ones_own_trains(name, tmp_path, monkeypatch):
     """From a file outside the package, named on the command line."""
-    settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--steps", "4000"]
+    settings = [*SHORT, "--graph", "a", "--steps", "4000"]
     run("-m", "hierroom.train", "--meta", f"own_meta_controller:{name}", *settings, "--out", str(tmp_path / "run"))
     monkeypatch.syspath_prepend(EXAMPLES)
     assert check_run(tmp_path / "run")["steps"] == 4096  # 8 updates
@@ -64,7 +65,7 @@ def test_the_meta_controller_of_ones_own_trains(name, tmp_path, monkeypatch):
 
 
 def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp_path):
-    settings = ["--graph", "c", "--size", "11", "--num-envs", "16", "--steps", "30000", "--max-steps", "200"]
+    settings = [*SHORT, "--graph", "c", "--steps", "30000", "--max-steps", "200"]
     goals = ["--meta", "own_learning_meta:ReachedMostOften", "--goal-mask", "existing", "--subgoal-horizon", "30"]
     run("-m", "hierroom.train", *goals, *settings, "--out", str(tmp_path / "run"))
     counts = RunFolder.open(tmp_path / "run").load_checkpoint()["agents"][META]
@@ -130,7 +131,7 @@ def test_the_watching_meta_controller_of_ones_own_is_better_in_play_than_one_tha
 
 @pytest.mark.parametrize("reward", ["Closer", "hurry"])
 def test_the_reward_of_ones_own_trains_and_is_known_to_evaluate_and_resume(reward, tmp_path):
-    settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--max-steps", "100", "--steps", "4000"]
+    settings = [*SHORT, "--graph", "a", "--steps", "4000", "--max-steps", "100"]
     out = str(tmp_path / "run")
     run("-m", "hierroom.train", "--reward", f"own_reward:{reward}", *settings, "--out", out)
     assert RunFolder.open(out).config().env.reward == f"own_reward:{reward}"
@@ -153,7 +154,7 @@ def test_the_reward_of_ones_own_is_nearness_by_hand(monkeypatch):
 
 
 def test_the_network_of_ones_own_trains(tmp_path, monkeypatch):
-    settings = ["--graph", "a", "--size", "11", "--num-envs", "16", "--max-steps", "100", "--steps", "4000"]
+    settings = [*SHORT, "--graph", "a", "--steps", "4000", "--max-steps", "100"]
     run("-m", "hierroom.train", "--network", "own_network:GatedMemory", *settings, "--out", str(tmp_path / "run"))
     monkeypatch.syspath_prepend(EXAMPLES)
     assert check_run(tmp_path / "run")["steps"] == 4096
