@@ -30,9 +30,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 from PIL import Image
 
+from benchmarks.committed import ROOT
 from benchmarks.study import figure as scatter
 from benchmarks.study import forest
-from benchmarks.tables import PAGES, ROOT
+from benchmarks.tables import PAGES
 from hierroom.cli import run
 from hierroom.compare.style import STYLE
 from hierroom.errors import InputError

@@ -89,22 +89,42 @@ def factors(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     Raises:
         InputError: as `first_seeds` or `pair`.
     """
-    rows, reference, found = first_seeds(rows, options.seeds), options.reference, []
-    for name in dict.fromkeys([reference, *method_names(rows)]):
-        both = pair(rows, measured, (name, reference), options.outcome)
-        success = both.success[0]
-        found.append(
-            Factor(
-                name,
-                both.outcome,
-                len(both.graphs),
-                int((both.ratios > 1).sum()),
-                None if name == reference else both.median_ratio(options.bootstrap),
-                float(np.median(success)),
-                int((success > ENOUGH).sum()),
-            )
-        )
-    return found
+    rows, reference = first_seeds(rows, options.seeds), options.reference
+    names = dict.fromkeys([reference, *method_names(rows)])
+    return [beside(rows, measured, (name, reference), options.outcome, options.bootstrap) for name in names]
+
+
+def beside(
+    rows: Sequence[Row],
+    measured: Sequence[Row],
+    methods: tuple[str, str],
+    outcome: Milestone | None,
+    bootstrap: Bootstrap,
+) -> Factor:
+    """A method beside a reference.
+
+    Args:
+        rows: of the table of training runs.
+        measured: of the table of measures.
+        methods: the method, and the reference.
+        outcome: the milestone, as for `pair`.
+        bootstrap: how the interval is computed.
+
+    Raises:
+        InputError: as `pair`.
+    """
+    both = pair(rows, measured, methods, outcome)
+    name, reference = methods
+    success = both.success[0]
+    return Factor(
+        name,
+        both.outcome,
+        len(both.graphs),
+        int((both.ratios > 1).sum()),
+        None if name == reference else both.median_ratio(bootstrap),
+        float(np.median(success)),
+        int((success > ENOUGH).sum()),
+    )
 
 
 def markdown(found: Sequence[Factor]) -> str:
@@ -126,8 +146,7 @@ def cells(one: Factor) -> list[str]:
 def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
-    found = factors(read_rows(options.table), known_measures(options.measures), options)
-    print(markdown(found))
+    print(markdown(factors(read_rows(options.table), known_measures(options.measures), options)))
     return 0
 
 

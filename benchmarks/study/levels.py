@@ -10,40 +10,27 @@ ratio and its interval are those of `benchmarks.study.factors`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
+from dataclasses import dataclass
 
 import tyro
 
 from benchmarks.study import factors
-from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.factors import Factor
 from benchmarks.study.markdown import table
-from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
-from benchmarks.study.trained import Milestone
+from benchmarks.study.tables import Row, known_measures, read_rows
 from hierroom.cli import run
 from hierroom.errors import InputError
 
 
 @dataclass(frozen=True)
-class Options:
+class Options(factors.Options):
     """Hold the methods against one of them, on each kind of levels.
 
     Args:
-        table: the training runs.
         reference: the method that the others are held against.
-        measures: the measures of the goal graphs.
-        outcome: the milestone, as for `benchmarks.study.factors`.
-        seeds: only seeds 0, 1, ..., so many of them; all by default.
-        bootstrap: how intervals are computed.
     """
 
-    table: tyro.conf.Positional[Path]
     reference: str = "hippo"
-    measures: Path = MEASURES_PATH
-    outcome: Milestone | None = None
-    seeds: int | None = None
-    bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
 
 
 def levels(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> dict[str, list[Factor]]:
@@ -63,10 +50,7 @@ def levels(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> di
         if not comma:
             raise InputError(f"a variant is called as its levels, a comma and its method, not {row.get('variant')!r}")
         kinds.setdefault(kind, []).append(row)
-    own = factors.Options(
-        options.table, options.reference, options.measures, options.outcome, options.seeds, options.bootstrap
-    )
-    return {kind: factors.factors(of, measured, own) for kind, of in kinds.items()}
+    return {kind: factors.factors(of_kind, measured, options) for kind, of_kind in kinds.items()}
 
 
 def markdown(found: Mapping[str, Sequence[Factor]]) -> str:

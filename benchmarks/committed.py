@@ -1,0 +1,49 @@
+"""The sweeps in `benchmarks/sweeps/` and their rows in `benchmarks/results/`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from hierroom.errors import InputError
+from hierroom.sweep.plan import Plan, PlannedRun, read_plan
+from hierroom.sweep.table import Row, SweepTable
+
+ROOT = Path(__file__).parents[1]
+
+
+def plan_of(name: str) -> Plan:
+    """What a sweep trains.
+
+    Raises:
+        InputError: if there is no such sweep.
+    """
+    return read_plan(ROOT / "benchmarks" / "sweeps" / f"{name}.toml")
+
+
+def done_rows(name: str, runs: Sequence[PlannedRun]) -> list[Row]:
+    """The rows of a sweep's runs.
+
+    Raises:
+        InputError: if one is not done.
+    """
+    rows = SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)
+    if len(rows) < len(runs):
+        raise InputError(
+            f"{len(rows)} of {len(runs)} runs of the sweep {name} are done; a page may have it when all are"
+        )
+    return rows
+
+
+def table_of_seeds(name: str, n_seeds: str) -> Path:
+    """The table of a sweep, all of whose runs of seeds 0, 1, ... are done.
+
+    Args:
+        name: of the sweep.
+        n_seeds: how many seeds, a whole number.
+
+    Raises:
+        InputError: if a run of them is not done.
+    """
+    done_rows(name, [run for run in plan_of(name).runs() if run.config.seed < int(n_seeds)])
+    return Path("benchmarks", "results", name, "sweep.csv")

@@ -1,0 +1,158 @@
+"""The study's tables as they stand in the docs, each with the command that prints it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import get_args
+
+from benchmarks.committed import ROOT, done_rows, plan_of, table_of_seeds
+from benchmarks.study import factors, hierarchy, levels, pairs, tuning
+from benchmarks.study.correlations import Estimate
+from benchmarks.study.statistics import measure_table, reliability_text, seeds_text
+from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
+from benchmarks.study.trained import Milestone
+from hierroom.errors import InputError
+
+
+def study_table(name: str, *shown: str) -> str:
+    """How well measures predicted what a sweep trained, a table for each method, with the command that makes it.
+
+    Args:
+        name: of the sweep.
+        shown: the measures, the best first where none is named; before them a milestone that is not that of the rules.
+
+    Raises:
+        InputError: if the statistics were not computed, or not of such a measure, or graphs differ in their seeds.
+    """
+    outcome = shown[0] if shown and shown[0] in get_args(Milestone) else None
+    measures = shown if outcome is None else shown[1:]
+    folder, file = Path("benchmarks", "results", name), "correlations.csv"
+    file = file if outcome is None else f"correlations_{outcome}.csv"
+    rows = read_rows(ROOT / folder / file)
+    seeds = {int(row[name]) for row in rows for name in ("seeds_min", "seeds_max")}
+    if len(seeds) > 1:
+        raise InputError(f"{folder / file} is of {min(seeds)} to {max(seeds)} seeds; make it of as many of each graph")
+    (n_seeds,) = seeds
+    only = "" if n_seeds == plan_of(name).seeds else f" --seeds {n_seeds}"
+    only += "" if outcome is None else f" --outcome {outcome}"
+    command = f"python -m benchmarks.study.statistics {folder}/sweep.csv{only} --out {folder / file}"
+    by_method: dict[str, list[Row]] = {}
+    for row in rows:
+        by_method.setdefault(row["method"], []).append(row)
+    tables = [_study_table(method, rows, measures) for method, rows in by_method.items()]
+    return f"\n`{command}`:\n\n" + "\n\n".join(tables) + "\n\n"
+
+
+def _study_table(method: str, rows: Sequence[Row], shown: Sequence[str]) -> str:
+    estimates = {
+        (row["measure"], row["statistic"]): Estimate(*(float(row[name] or "nan") for name in ("value", "low", "high")))
+        for row in rows
+    }
+    known = [row["measure"] for row in rows if row["statistic"] == "spearman" and row["measure"] != "twins"]
+    if unknown := [name for name in shown if name not in known]:
+        raise InputError(f"the measures of {method} are {', '.join(known)}; there is no {unknown[0]!r}")
+    best = sorted(known, key=lambda name: -estimates[name, "spearman"].value)
+    outcome = rows[0]["outcome"].replace("_", " ")
+    unit = "%" if outcome.startswith("steps") else ""
+    n_seeds = seeds_text(int(rows[0]["seeds_min"]), int(rows[0]["seeds_max"]))
+    header = f"**{method}**, {outcome}{unit}, {rows[0]['graphs']} goal graphs, {n_seeds}:"
+    lines = [header, "", measure_table(estimates, shown or best)]
+    halves, twins = estimates["seeds", "halves"], estimates["twins", "spearman"]
+    if not math.isnan(halves.value):
+        lines += ["", reliability_text(halves)]
+    if not math.isnan(twins.value):
+        lines += ["", f"twins: {twins}"]
+    return "\n".join(lines)
+
+
+def hierarchy_table(name: str, n_seeds: str, outcome: str | None = None) -> str:
+    """When hierarchy pays, by a sweep's first seeds, with the command that tells it.
+
+    Args:
+        name: of the sweep.
+        n_seeds: how many seeds.
+        outcome: the milestone, by default that of the study's rules.
+
+    Raises:
+        InputError: if a run of these seeds is not done, or there is no such milestone.
+    """
+    milestone = next((known for known in get_args(Milestone) if known == outcome), None)
+    if milestone != outcome:
+        raise InputError(f"a milestone must be one of {', '.join(get_args(Milestone))}, not {outcome!r}")
+    path = table_of_seeds(name, n_seeds)
+    options = hierarchy.Options(path, outcome=milestone, seeds=int(n_seeds))
+    measured = known_measures(ROOT / MEASURES_PATH)
+    found = hierarchy.compare(read_rows(ROOT / path), measured, options)
+    command = f"python -m benchmarks.study.hierarchy {path} --seeds {n_seeds}"
+    command += "" if outcome is None else f" --outcome {outcome}"
+    table = f"{hierarchy.markdown(found, options)}\n\n{hierarchy.sentence(found, measured, options)}"
+    return f"\n`{command}`:\n\n{table}\n\n"
+
+
+def factors_table(name: str, n_seeds: str, *reference: str) -> str:
+    """What makes the difference, by a sweep's first seeds, with the command that tells it.
+
+    Args:
+        name: of the sweep.
+        n_seeds: how many seeds.
+        reference: the words of the name of the method that the others are held against.
+
+    Raises:
+        InputError: if a run of these seeds is not done, or there is no such method.
+    """
+    path, of = table_of_seeds(name, n_seeds), " ".join(reference)
+    options, measured = factors.Options(path, reference=of, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
+    table = factors.markdown(factors.factors(read_rows(ROOT / path), measured, options))
+    command = f'python -m benchmarks.study.factors {path} --reference "{of}" --seeds {n_seeds}'
+    return f"\n`{command}`:\n\n{table}\n\n"
+
+
+def pairs_table(name: str, n_seeds: str) -> str:
+    """How the pairs of methods of a sweep compare by its first seeds, with the command that tells it.
+
+    Args:
+        name: of the sweep, and with `_pairs.toml` after it of the file in this folder that names the pairs.
+        n_seeds: how many seeds.
+
+    Raises:
+        InputError: if a run of these seeds is not done, or as `read_pairs` or `pair`.
+    """
+    path, file = table_of_seeds(name, n_seeds), Path("benchmarks", "study", f"{name}_pairs.toml")
+    named, measured = pairs.read_pairs(ROOT / file), known_measures(ROOT / MEASURES_PATH)
+    options = pairs.Options(path, file, seeds=int(n_seeds))
+    table = pairs.markdown(named, pairs.compare(read_rows(ROOT / path), measured, named, options))
+    return f"\n`python -m benchmarks.study.pairs {path} {file} --seeds {n_seeds}`:\n\n{table}\n\n"
+
+
+def levels_table(name: str, n_seeds: str) -> str:
+    """Whether hierarchy pays on other levels, by a sweep's first seeds, with the command that tells it.
+
+    Args:
+        name: of the sweep.
+        n_seeds: how many seeds.
+
+    Raises:
+        InputError: if a run of these seeds is not done, or a variant does not tell its levels.
+    """
+    path = table_of_seeds(name, n_seeds)
+    options, measured = levels.Options(path, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
+    table = levels.markdown(levels.levels(read_rows(ROOT / path), measured, options))
+    return f"\n`python -m benchmarks.study.levels {path} --seeds {n_seeds}`:\n\n{table}\n\n"
+
+
+def tuning_table(*names: str) -> str:
+    """The settings that sweeps tuned for each method, with the command that tells them.
+
+    Args:
+        names: of the sweeps.
+
+    Raises:
+        InputError: if a run of theirs is not done.
+    """
+    for name in names:
+        done_rows(name, plan_of(name).runs())
+    paths = [Path("benchmarks", "results", name, "sweep.csv") for name in names]
+    table = tuning.markdown(tuning.tuned([row for path in paths for row in read_rows(ROOT / path)]))
+    return f"\n`python -m benchmarks.study.tuning {' '.join(map(str, paths))}`:\n\n{table}\n\n"
