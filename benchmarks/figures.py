@@ -28,6 +28,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
+from numpy.typing import ArrayLike
 from PIL import Image
 
 from benchmarks.committed import ROOT
@@ -117,12 +118,12 @@ def digest(figure: Figure) -> str:
     return told.hexdigest()
 
 
-def _marks(axes: Axes) -> Iterator[tuple[str, np.ndarray]]:
+def _marks(axes: Axes) -> Iterator[tuple[str, ArrayLike]]:
     """Its lines, marks and bands, the colour and the points of each."""
     for line in axes.lines:
         yield to_hex(line.get_color()), line.get_xydata()
     for collection in axes.collections:
-        colour = " ".join(map(to_hex, [*collection.get_facecolor(), *collection.get_edgecolor()]))
+        colour = " ".join(map(to_hex, np.concatenate([collection.get_facecolor(), collection.get_edgecolor()])))
         if isinstance(collection, LineCollection):
             points = collection.get_segments()
         elif isinstance(collection, PolyCollection):

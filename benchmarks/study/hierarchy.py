@@ -112,8 +112,8 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     counts_of = {row["graph"]: (int(row["rooms"]), int(row["exit_depth"])) for row in measured}
     numbers = zip(*found.medians, found.ratios, low, high, *found.success, strict=True)
     return [
-        Comparison(graph, *counts_of[graph], found.outcome, *map(float, of))
-        for graph, of in zip(found.graphs, numbers, strict=True)
+        Comparison(graph, *counts_of[graph], found.outcome, *map(float, values))
+        for graph, values in zip(found.graphs, numbers, strict=True)
     ]
 
 
@@ -128,13 +128,15 @@ def markdown(found: Sequence[Comparison], options: Options) -> str:
     header += [f"{name}: reached on" for name in both] + [f"{name}: above {ENOUGH:.0%} on" for name in both]
     rows = []
     for depth in sorted({one.exit_depth for one in found}):
-        of = [one for one in found if one.exit_depth == depth]
-        steps = [one.hierarchical for one in of], [one.flat for one in of]
-        pays, costs = (sum(ahead) for ahead in ([one.low > 1 for one in of], [one.high < 1 for one in of]))
-        told = ["-", "-"] if any(np.isnan(one.low) for one in of) else [str(pays), str(costs)]
-        ratio = float(median_ratios(np.array([[one.ratio for one in of]]))[0])
+        equals = [one for one in found if one.exit_depth == depth]
+        steps = [one.hierarchical for one in equals], [one.flat for one in equals]
+        pays, costs = (sum(ahead) for ahead in ([one.low > 1 for one in equals], [one.high < 1 for one in equals]))
+        told = ["-", "-"] if any(np.isnan(one.low) for one in equals) else [str(pays), str(costs)]
+        ratio = float(median_ratios(np.array([[one.ratio for one in equals]]))[0])
         reached = [str(np.isfinite(several).sum()) for several in steps]
-        rows.append([str(depth), str(len(of)), *map(_steps, steps), _ratio(ratio), *told, *reached, *_working(of)])
+        rows.append(
+            [str(depth), str(len(equals)), *map(_steps, steps), _ratio(ratio), *told, *reached, *_working(equals)]
+        )
     return table(header, rows)
 
 
@@ -173,10 +175,10 @@ def _ratio(value: float) -> str:
     return f"{value:.1f}" if np.isfinite(value) else "∞"
 
 
-def _working(of: Sequence[Comparison]) -> list[str]:
+def _working(comparisons: Sequence[Comparison]) -> list[str]:
     return [
-        str(sum(one.hierarchical_success > ENOUGH for one in of)),
-        str(sum(one.flat_success > ENOUGH for one in of)),
+        str(sum(one.hierarchical_success > ENOUGH for one in comparisons)),
+        str(sum(one.flat_success > ENOUGH for one in comparisons)),
     ]
 
 

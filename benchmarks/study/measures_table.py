@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import track
 
 from benchmarks.study.graphs import study_graphs, twins
-from benchmarks.study.tables import MEASURES_PATH, read_measures
+from benchmarks.study.tables import MEASURES_PATH, Row, read_measures
 from hierroom.agents.player import make_player
 from hierroom.cli import run
 from hierroom.complexity import analyze
@@ -112,7 +112,7 @@ def settings_text(settings: Settings) -> str:
     return " ".join(f"{name}={value}" for name, value in asdict(settings).items())
 
 
-def make_table(graphs: Mapping[str, tuple[GoalGraph, str]], settings: Settings, path: Path) -> list[dict[str, str]]:
+def make_table(graphs: Mapping[str, tuple[GoalGraph, str]], settings: Settings, path: Path) -> list[Row]:
     """Measure the graphs that the table at a path lacks, writing it after each.
 
     Args:
@@ -158,7 +158,7 @@ def _of_play(graph: GoalGraph, settings: Settings) -> dict[str, float]:
     }
 
 
-def _of_levels(graph: GoalGraph, settings: Settings) -> dict[str, float | int | None]:
+def _of_levels(graph: GoalGraph, settings: Settings) -> dict[str, float | str]:
     """Medians over levels of the measures of their exact states; nothing where a level is too large."""
     if not settings.levels:
         return {}

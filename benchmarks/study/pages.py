@@ -102,10 +102,13 @@ def factors_table(name: str, n_seeds: str, *reference: str) -> str:
     Raises:
         InputError: if a run of these seeds is not done, or there is no such method.
     """
-    path, of = table_of_seeds(name, n_seeds), " ".join(reference)
-    options, measured = factors.Options(path, reference=of, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
+    path, method = table_of_seeds(name, n_seeds), " ".join(reference)
+    options, measured = (
+        factors.Options(path, reference=method, seeds=int(n_seeds)),
+        known_measures(ROOT / MEASURES_PATH),
+    )
     table = factors.markdown(factors.factors(read_rows(ROOT / path), measured, options))
-    command = f'python -m benchmarks.study.factors {path} --reference "{of}" --seeds {n_seeds}'
+    command = f'python -m benchmarks.study.factors {path} --reference "{method}" --seeds {n_seeds}'
     return f"\n`{command}`:\n\n{table}\n\n"
 
 

@@ -112,15 +112,15 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
     rows, results = first_seeds(rows, options.seeds), []
     goals_of = {row["graph"]: float(row["goals"]) for row in measured}
     console = Console(stderr=True)
-    several = (
-        by_rule(rows, measured)
-        if options.outcome is None
-        else {options.outcome: read_trained(rows, measured, options.outcome)}
-    )
+    every: list[tuple[Outcome, Trained]]
+    if options.outcome is None:
+        every = [(outcome, one) for outcome, several in by_rule(rows, measured).items() for one in several]
+    else:
+        every = [(options.outcome, one) for one in read_trained(rows, measured, options.outcome)]
     chosen = {row["graph"] for row in measured if not options.rooms or int(row["rooms"]) in options.rooms}
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        for outcome, every in ((outcome, one) for outcome, methods in several.items() for one in methods):
-            trained = among(every, chosen)
+        for outcome, of_all_graphs in every:
+            trained = among(of_all_graphs, chosen)
             if (n := len(trained.graphs)) < FEWEST_GRAPHS:
                 raise InputError(f"a correlation needs {FEWEST_GRAPHS} goal graphs or more; {trained.method} has {n}")
             task = bar.add_task(trained.method, total=options.bootstrap.resamples)
@@ -142,10 +142,10 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
 
 def markdown(result: Result) -> str:
     """The table of one method, and below it how far its graphs can be ranked at all."""
-    of = f"{result.outcome}, {len(result.trained.graphs)} goal graphs, {seeds_text(*result.n_seeds)}"
+    caption = f"{result.outcome}, {len(result.trained.graphs)} goal graphs, {seeds_text(*result.n_seeds)}"
     if result.outcome != "success_rate":
-        of += f", never reached by half of the seeds on {result.trained.never}"
-    lines = [f"**{result.trained.method}**: {of}", "", measure_table(result.estimates, result.measures)]
+        caption += f", never reached by half of the seeds on {result.trained.never}"
+    lines = [f"**{result.trained.method}**: {caption}", "", measure_table(result.estimates, result.measures)]
     noise = [] if np.isnan(result.halves.value) else [reliability_text(result.halves)]
     if not np.isnan(result.factor):
         twins = f"{len(result.trained.twins)} twins: {result.twins}"
@@ -185,8 +185,8 @@ def csv_text(results: list[Result]) -> str:
         for (measure, statistic), estimate in {**result.estimates, **noise}.items():
             numbers = ("" if np.isnan(number) else f"{number:.6g}" for number in estimate)
             n = len(result.trained.twins) if measure == "twins" else len(result.trained.graphs)
-            of = result.trained.method, result.outcome, measure, statistic
-            writer.writerow([*of, *numbers, n, *result.n_seeds])
+            names = result.trained.method, result.outcome, measure, statistic
+            writer.writerow([*names, *numbers, n, *result.n_seeds])
     return text.getvalue()
 
 

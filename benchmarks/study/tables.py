@@ -64,7 +64,7 @@ def read_rows(path: Path) -> list[Row]:
     """
     try:
         lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
-        rows = list(csv.DictReader(lines, strict=True))
+        rows: list[Row] = [*csv.DictReader(lines, strict=True)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"cannot read the table {path}: {error}") from error
     for number, row in enumerate(rows, start=1):

@@ -216,8 +216,8 @@ def _trained(method: str, graphs: Mapping[str, Mapping[str, float]], twin_of: Ma
     pairs = [(names.index(twin_of[graph]), graph) for graph in graphs if twin_of[graph] in names]
     width = max(map(len, graphs.values()))
 
-    def table(of: Sequence[str]) -> NDArray[np.float64]:
-        rows = [[*graphs[graph].values()] for graph in of]
+    def table(chosen: Sequence[str]) -> NDArray[np.float64]:
+        rows = [[*graphs[graph].values()] for graph in chosen]
         return np.array([[*row, *[np.nan] * (width - len(row))] for row in rows]).reshape(len(rows), width)
 
     twins = np.array([index for index, _ in pairs], np.int64)
