@@ -44,7 +44,9 @@ def test_our_cells_stand_beside_those_of_the_paper():
     assert cell.success_half_width == pytest.approx(12.7062 * 10, rel=1e-4)
     assert cell.length_half_width == 0
     assert cell.steps_to_paper == pytest.approx((749 + 1000) / 2), "the median of a seed at 749 steps and one at 1000"
+    assert (cell.steps_to_paper_low, cell.steps_to_paper_high) == (pytest.approx(749), pytest.approx(1000))
     assert cell.steps_to_95 == np.inf, "one of two seeds never got there"
+    assert (cell.steps_to_95_low, cell.steps_to_95_high) == (pytest.approx(950), np.inf)
 
 
 def test_a_success_below_one_percent_is_not_waited_for_and_a_curve_must_be_there():
@@ -66,7 +68,7 @@ def compared(method: str, success: float, half_width: float, length: float = 50)
     """Graph f, where the paper has HiPPO 11.2, PPO+Bonus 0.5, PPO+Sketch 0.1 and PPO 0.0% success."""
     printed = PAPER_TABLE_3[method, "f"]
     numbers = (printed.success, success, half_width, printed.length, length, half_width)
-    return ComparedCell(method, "f", 19, 3, *numbers, steps_to_paper=1000, steps_to_95=np.inf)
+    return ComparedCell(method, "f", 19, 3, *numbers, *(1000,) * 3, *(np.inf,) * 3)
 
 
 def test_the_order_of_the_methods_is_that_of_the_means_and_intervals_tell_them_apart():
@@ -103,14 +105,16 @@ def test_the_hitting_time_is_ranked_against_what_was_learned():
     """Times of c, f, g, a in this order of difficulty: 15.1, 29.2, 27.5, 8.4."""
     learned = {"a": (90, 10, 1e6), "c": (70, 20, 2e6), "g": (80, 30, 3e6), "f": (60, 40, np.inf)}
     cells = [
-        ComparedCell("hippo", graph, 19, 1, 0, success, np.nan, None, length, np.nan, np.nan, steps)
+        ComparedCell("hippo", graph, 19, 1, 0, success, np.nan, None, length, np.nan, *(np.nan,) * 3, *(steps,) * 3)
         for graph, (success, length, steps) in learned.items()
     ]
     told = prediction(cells)
     assert told.startswith(
-        "Rank correlation of the paper's hitting time over 4 graphs, HiPPO: with success ours -0.80,"
+        "Rank correlation of the paper's hitting time over 4 graphs (p by an exact permutation test), HiPPO: "
+        "with success ours -0.80 (p = 0.33), the paper's "
     )
-    assert "with length ours 1.00, the paper's 1.00; with our training steps until 95% 1.00." in told
+    one = "1.00 (p = 0.08)"  # 2 of 24 orders
+    assert f"with length ours {one}, the paper's {one}; with our training steps until 95% {one}." in told
     assert prediction(cells[:3]) == ""
     assert "until 95% none (all are equal)." in prediction([replace(cell, steps_to_95=np.inf) for cell in cells])
 

@@ -198,6 +198,16 @@ def test_a_summary_has_medians_and_their_spread():
     assert summary.table().row_count == 2
 
 
+def test_a_single_run_has_the_interval_of_its_evaluations():
+    (run,) = plan("seed=0").runs()
+    numbers = {"steps_to_50": "10000", "steps_to_50_low": "9000", "steps_to_50_high": "12000", "success_rate": "0.6"}
+    numbers |= {"steps_to_95": "200000", "steps_to_95_low": "190000", "steps_to_95_high": "", "success_low": "0.5"}
+    numbers |= {"success_high": "0.7", "length": "40", "length_over_shortest": "", "greedy_success_rate": "0.2"}
+    row = {**run.identity, **numbers, "digest": run.digest}
+    line = summarise([run], [row]).lines[0]
+    assert line[-6:] == ("10k [9k, 12k]", "200k [190k, -]", "60.0% [50.0%, 70.0%]", "40", "-", "20.0%")
+
+
 def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
     sweep = Sweep(plan("method=hippo,ppo", seeds=1, metas=("random",)), tmp_path / "out")
     assert sweep.fill(processes=2, command="made so").failures == ()

@@ -17,6 +17,12 @@ from hierroom.training.learning_curve import first_crossing
 Curves = Mapping[str, Sequence[Row]]
 """The evaluations of runs by the digests of their rows."""
 
+STEPS_ENDS = ("", "_low", "_high")
+"""The endings of the columns of steps: the median of our seeds, the fastest and the slowest."""
+
+LEAST_SUCCESS = 1.0
+"""A lower success rate, in percent, is less than our evaluations can tell."""
+
 LIMIT = 1000
 """The time limit in steps, of which lengths are told in percent."""
 
@@ -39,7 +45,11 @@ class ComparedCell:
         steps_to_paper: training steps until our evaluated success rate reached the paper's, the median of our seeds;
             infinite where half of them or more never did, NaN where the paper's is below 1%, which is less than our
             evaluations can tell.
+        steps_to_paper_low: of our fastest seed.
+        steps_to_paper_high: of our slowest.
         steps_to_95: likewise until 95%.
+        steps_to_95_low: of our fastest seed.
+        steps_to_95_high: of our slowest.
     """
 
     method: str
@@ -53,7 +63,11 @@ class ComparedCell:
     length: float
     length_half_width: float
     steps_to_paper: float
+    steps_to_paper_low: float
+    steps_to_paper_high: float
     steps_to_95: float
+    steps_to_95_low: float
+    steps_to_95_high: float
 
 
 def table_3(rows: Sequence[Row], curves: Curves, sizes: Sequence[int]) -> list[ComparedCell]:
@@ -77,8 +91,10 @@ def table_3(rows: Sequence[Row], curves: Curves, sizes: Sequence[int]) -> list[C
                 for name, values in (("success", 100 * success), ("length", 100 * length / LIMIT)):
                     ours[name], ours[f"{name}_half_width"] = map(float, mean_and_interval(values))
                 own = [curve_of(run, curves) for run in runs]
-                ours["steps_to_paper"] = _steps_to(printed.success, own) if printed.success >= 1 else np.nan
-                ours["steps_to_95"] = _steps_to(95, own)
+                can_be_told = printed.success >= LEAST_SUCCESS
+                to_paper = _steps_to(printed.success, own) if can_be_told else (np.nan,) * len(STEPS_ENDS)
+                for name, steps in (("steps_to_paper", to_paper), ("steps_to_95", _steps_to(95, own))):
+                    ours |= {f"{name}{end}": value for end, value in zip(STEPS_ENDS, steps, strict=True)}
                 paper = {"paper_success": printed.success, "paper_length": printed.length}
                 cells.append(ComparedCell(method, graph, size, len(runs), **paper, **ours))
     return cells
@@ -98,10 +114,10 @@ def curve_of(run: Row, curves: Curves) -> Sequence[Row]:
     return curves[run["digest"]]
 
 
-def _steps_to(percent: float, curves: Sequence[Sequence[Row]]) -> float:
-    """The median over seeds of the steps at which learning curves reach a success rate."""
+def _steps_to(percent: float, curves: Sequence[Sequence[Row]]) -> tuple[float, float, float]:
+    """The steps at which learning curves reach a success rate: the median over the seeds, the fewest and the most."""
     reached = []
     for curve in curves:
         steps, success = (np.array([float(point[name]) for point in curve]) for name in ("steps", "success_rate"))
         reached.append(first_crossing(steps, success, percent / 100))
-    return median(reached)
+    return median(reached), min(reached), max(reached)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scipy.stats import spearmanr
+import numpy as np
+from scipy.stats import permutation_test, spearmanr
 
 from hierroom.paper.cells import ComparedCell
 from hierroom.paper.published import PAPER_TABLE_2, PAPER_TABLE_3
@@ -15,6 +16,8 @@ FEWEST = 4
 
 def prediction(cells: Sequence[ComparedCell]) -> str:
     """One sentence with Spearman's correlations of the paper's hitting time over graphs.
+
+    Each has the probability that an order drawn at random is correlated as strongly, exactly, by all orders.
 
     Args:
         cells: of one grid size; those of HiPPO count.
@@ -28,7 +31,12 @@ def prediction(cells: Sequence[ComparedCell]) -> str:
     times = [PAPER_TABLE_2[cell.graph].hitting_time for cell in own]
 
     def correlation(values: Sequence[float]) -> str:
-        return f"{spearmanr(times, values)[0]:.2f}" if len(set(values)) > 1 else "none (all are equal)"
+        if len(set(values)) < 2:
+            return "none (all are equal)"
+        test = permutation_test(
+            (values,), lambda shuffled: spearmanr(times, shuffled)[0], permutation_type="pairings", n_resamples=np.inf
+        )
+        return f"{test.statistic:.2f} (p = {test.pvalue:.2f})"
 
     told = [
         f"with {quantity} ours {correlation([getattr(cell, quantity) for cell in own])}, "
@@ -36,4 +44,5 @@ def prediction(cells: Sequence[ComparedCell]) -> str:
         for quantity in ("success", "length")
     ]
     told.append(f"with our training steps until 95% {correlation([cell.steps_to_95 for cell in own])}")
-    return f"Rank correlation of the paper's hitting time over {len(own)} graphs, HiPPO: {'; '.join(told)}."
+    over = f"over {len(own)} graphs (p by an exact permutation test)"
+    return f"Rank correlation of the paper's hitting time {over}, HiPPO: {'; '.join(told)}."

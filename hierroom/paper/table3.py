@@ -16,7 +16,7 @@ from rich.table import Table
 
 from hierroom.complexity.tables import markdown_table
 from hierroom.errors import InputError
-from hierroom.paper.cells import ComparedCell, table_3
+from hierroom.paper.cells import STEPS_ENDS, ComparedCell, table_3
 from hierroom.paper.order import LEGEND, method_orders, pair_counts
 from hierroom.paper.prediction import prediction
 from hierroom.paper.published import METHODS
@@ -114,7 +114,8 @@ def _parts(cells: Sequence[ComparedCell], steps: int) -> list[_Part]:
         [(f"({one.graph})", "paper", one.paper), ("", "ours", one.ours)] for one in method_orders(cells, "success")
     ]
     title = f"Table 3, ours after {steps / 1e6:g}M steps on grids of {cells[0].size}"
-    never = "medians of the seeds; 0: before training; -: not by half or more; empty: the paper's is below 1%"
+    never = "medians of the seeds, from the fastest to the slowest; 0: before training; -: not by half or more"
+    never += "; empty: the paper's is below 1%"
     return [
         _Part(title, f"{seeds}; length in percent of 1000 steps", ("", "", *graphs), numbers),
         _Part("Our training steps until the paper's success, and until 95%", never, ("", "success", *graphs), lines),
@@ -137,10 +138,12 @@ def _compared(name: str, cells: Sequence[ComparedCell], quantity: str) -> list[t
 
 
 def _steps_lines(name: str, cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
-    return [
-        (name, "paper's", *(_steps(one.steps_to_paper) for one in cells)),
-        ("", "95%", *(_steps(one.steps_to_95) for one in cells)),
-    ]
+    lines = []
+    for success, column in (("paper's", "steps_to_paper"), ("95%", "steps_to_95")):
+        for told, end in zip((success, "from", "to"), STEPS_ENDS, strict=True):
+            if end == "" or any(one.seeds > 1 for one in cells):
+                lines.append(("", told, *(_steps(getattr(one, column + end)) for one in cells)))
+    return [(name, *lines[0][1:]), *lines[1:]]
 
 
 def _steps(steps: float) -> str:

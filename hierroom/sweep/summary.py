@@ -43,7 +43,10 @@ class Summary:
         return "\n".join(f"| {' | '.join(cells)} |" for cells in (self.headings, rule, *self.lines))
 
 
-CAPTION = "medians of the seeds, in brackets from the lowest to the highest; -: fewer than half got so far"
+CAPTION = (
+    "medians of the seeds, in brackets from the lowest to the highest; of a single run, in square brackets the 95% "
+    "interval that its evaluations leave; -: fewer than half got so far"
+)
 
 
 def summarise(runs: Sequence[PlannedRun], rows: Sequence[Row], metas: Sequence[str] = ()) -> Summary:
@@ -60,8 +63,8 @@ def summarise(runs: Sequence[PlannedRun], rows: Sequence[Row], metas: Sequence[s
         "steps to 95%": lambda group: _spread(group, "steps_to_95", steps_text),
         "success": lambda group: _spread(group, "success_rate", _percent),
         "length": lambda group: _spread(group, "length", "{:.0f}".format),
-        "/ shortest": lambda group: _median(group, "length_over_shortest", "{:.2f}".format),
-        "greedy": lambda group: _median(group, "greedy_success_rate", _percent),
+        "/ shortest": lambda group: _spread(group, "length_over_shortest", "{:.2f}".format),
+        "greedy": lambda group: _spread(group, "greedy_success_rate", _percent),
     }
     for meta in metas:
         columns[f"{meta} goals"] = lambda group, name=f"{meta}_success_rate": _spread(group, name, _percent)
@@ -91,16 +94,19 @@ def _numbers(group: Sequence[Row], name: str) -> list[float]:
     return [float(row[name] or "inf") for row in group]
 
 
-def _median(group: Sequence[Row], name: str, text: Callable[[float], str]) -> str:
-    value = median(_numbers(group, name))
-    return "-" if value == float("inf") else text(value)
-
-
 def _spread(group: Sequence[Row], name: str, text: Callable[[float], str]) -> str:
-    numbers = _numbers(group, name)
-    low, high = ("-" if value == float("inf") else text(value) for value in (min(numbers), max(numbers)))
-    middle = _median(group, name, text)
-    return middle if low == high else f"{middle} ({low} to {high})"
+    """The median of runs that differ in their seeds, and how far they lie apart; of a single run its interval."""
+    numbers, ends = _numbers(group, name), [f"{name.removesuffix('_rate')}_{end}" for end in ("low", "high")]
+    middle = _text(median(numbers), text)
+    if len(group) > 1:
+        low, high = (_text(end(numbers), text) for end in (min, max))
+        return middle if low == high else f"{middle} ({low} to {high})"
+    low, high = (_text(_numbers(group, end)[0], text) if end in group[0] else middle for end in ends)
+    return middle if low == high else f"{middle} [{low}, {high}]"
+
+
+def _text(value: float, text: Callable[[float], str]) -> str:
+    return "-" if value == float("inf") else text(value)
 
 
 def _percent(value: float) -> str:
