@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from hierroom.errors import InputError
@@ -35,8 +36,8 @@ def done_rows(name: str, runs: Sequence[PlannedRun]) -> list[Row]:
     return rows
 
 
-def table_of_seeds(name: str, n_seeds: str) -> Path:
-    """The table of a sweep, all of whose runs of seeds 0, 1, ... are done.
+def checked_path(name: str, n_seeds: str) -> Path:
+    """Where the table of a sweep is, from the root of the repository, all of whose runs of seeds 0, 1, ... are done.
 
     Args:
         name: of the sweep.
@@ -45,5 +46,5 @@ def table_of_seeds(name: str, n_seeds: str) -> Path:
     Raises:
         InputError: if a run of them is not done.
     """
-    done_rows(name, [run for run in plan_of(name).runs() if run.config.seed < int(n_seeds)])
+    done_rows(name, replace(plan_of(name), seeds=int(n_seeds)).runs())
     return Path("benchmarks", "results", name, "sweep.csv")

@@ -10,9 +10,9 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 |---|---|
 | `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only |
 | `<!-- study NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
-| `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with a milestone where it is not that of the rules |
+| `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with a milestone that is not that of the rules, or `width` |
 | `<!-- factors NAME SEEDS REFERENCE -->` | what makes the difference |
-| `<!-- pairs NAME SEEDS -->` | the same of the pairs in benchmarks/study/NAME_pairs.toml |
+| `<!-- comparisons NAME SEEDS -->` | the methods that benchmarks/study/NAME_comparisons.toml names beside each other |
 | `<!-- levels NAME SEEDS -->` | whether hierarchy pays on other levels |
 | `<!-- tuning NAME ... -->` | which settings the sweeps tuned |
 | `<!-- paper SIZE SEEDS -->` | the paper's Table 3, ours on grids of one size |
@@ -33,11 +33,11 @@ from typing import Annotated
 import tyro
 
 from benchmarks.committed import ROOT, done_rows, plan_of
-from benchmarks.study.pages import (
+from benchmarks.study.page_tables import (
+    comparisons_table,
     factors_table,
     hierarchy_table,
     levels_table,
-    pairs_table,
     study_table,
     tuning_table,
 )
@@ -48,10 +48,10 @@ from hierroom.paper.cells import table_3
 from hierroom.paper.published import METHODS
 from hierroom.paper.runs import PaperRuns
 from hierroom.paper.table3 import markdown
-from hierroom.sweep.summary import CAPTION, summarise
+from hierroom.sweep.summary import summarise
 
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
-KINDS = "sweep|study|hierarchy|factors|pairs|levels|tuning|paper"
+KINDS = "sweep|study|hierarchy|factors|comparisons|levels|tuning|paper"
 PLACE = re.compile(rf"(<!-- ({KINDS}) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
 
 
@@ -83,7 +83,8 @@ def sweep_table(name: str, n_seeds: str | None = None) -> str:
     rows = done_rows(name, runs)
     only = "" if n_seeds is None else f" --seeds {n_seeds}"
     command = f"python -m hierroom.sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
-    return f"\n`{command}` ({CAPTION}):\n\n{summarise(runs, rows, plan.metas).markdown()}\n\n"
+    summary = summarise(runs, rows, plan.metas)
+    return f"\n`{command}` ({summary.caption()}):\n\n{summary.markdown()}\n\n"
 
 
 def paper_table(size: str, n_seeds: str) -> str:
@@ -116,7 +117,7 @@ def _table(kind: str, words: Sequence[str]) -> str:
         "study": study_table,
         "hierarchy": hierarchy_table,
         "factors": factors_table,
-        "pairs": pairs_table,
+        "comparisons": comparisons_table,
         "levels": levels_table,
         "tuning": tuning_table,
         "paper": paper_table,

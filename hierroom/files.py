@@ -1,4 +1,4 @@
-"""Writing files atomically, and JSON without infinities and NaNs."""
+"""Writing files atomically, reading TOML, and JSON without infinities and NaNs."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import math
 import os
 import re
 import secrets
+import tomllib
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -44,6 +45,24 @@ def write_atomically(path: str | Path, content: bytes | Iterable[bytes]) -> None
         if isinstance(error, OSError):
             raise InputError(f"cannot write {path}: {error.strerror}") from error
         raise
+
+
+def read_toml(path: Path, kind: str) -> dict[str, Any]:
+    """The table in a TOML file, with or without a byte order mark.
+
+    Args:
+        path: the file.
+        kind: what it holds, for the message where it cannot be read, such as ``"config"``.
+
+    Raises:
+        InputError: if it cannot be read, or is not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except OSError as error:
+        raise InputError(f"cannot read the {kind} {path}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:  # TOMLDecodeError and UnicodeDecodeError among them
+        raise InputError(f"{path} is not a TOML file: {error}") from error
 
 
 def append_whole(path: Path, content: bytes) -> None:

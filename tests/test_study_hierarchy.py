@@ -43,7 +43,7 @@ def tables(tmp_path):
     ]
     measures = [
         {"graph": graph, "twin_of": "", "rooms": 9, "goals": 3, "settings": "", "play_expected_steps": 10 * i}
-        | {"exit_depth": 2 + i // 2, "expected_steps": 1}
+        | {"exit_depth": 2 + i // 2, "width": 1 + i % 2, "expected_steps": 1}
         for i, graph in enumerate(STEPS)
     ]
     write_tables(tmp_path, runs=runs, measures=measures)
@@ -79,12 +79,22 @@ def test_the_table_counts_graphs_by_exit_depth(hierarchy, tables, monkeypatch, c
     assert lines[0].startswith(
         "| exit depth | graphs | hippo: steps_to_95 | ppo-bonus: steps_to_95 | ratio | pays on | costs on |"
     )
-    assert lines[2] == "| 2 | 2 | 210k | 420k | 1.4 | 1 | 0 | 2 | 2 | 2 | 2 |"
-    assert lines[3] == "| 3 | 2 | - | - | ∞ | 0 | 0 | 1 | 0 | 1 | 0 |"
+    assert (
+        lines[2] == "| 2 | 2 | 210k (110k to 210k) | 420k (115k to 420k) | 1.4 (1.0 to 2.0) | 1 | 0 | 2 | 2 | 2 | 2 |"
+    )
+    assert lines[3] == "| 3 | 2 | - (300k to -) | - | ∞ (1.0 to ∞) | 0 | 0 | 1 | 0 | 1 | 0 |"
     assert lines[5] == (
         "Hardest tenth by play_expected_steps, with ties 1 of 4 goal graphs: "
         "hippo ends above 50% success on 0, ppo-bonus on 0."
     )
+
+
+def test_the_table_counts_graphs_by_width_if_asked(hierarchy, tables, monkeypatch, capsys):
+    lines = printed(hierarchy, tables, monkeypatch, capsys, "--by", "width")
+    assert lines[0].startswith("| width | graphs |")
+    assert [line.split(" | ")[:2] for line in lines[2:4]] == [["| 1", "2"], ["| 2", "2"]]
+    assert lines[2].split(" | ")[5:7] == ["0", "0"]  # easy and hard
+    assert lines[3].split(" | ")[5:7] == ["1", "0"]  # middle and hopeless
 
 
 def test_the_lower_of_two_milestones_is_taken(hierarchy, tables):
@@ -98,14 +108,18 @@ def test_the_lower_of_two_milestones_is_taken(hierarchy, tables):
 def test_a_single_seed_leaves_open_on_how_many_hierarchy_pays(hierarchy, tables, monkeypatch, capsys):
     every = [*csv.DictReader((tables / "runs.csv").open())]
     lines = printed(hierarchy, tables, monkeypatch, capsys, "--seeds", "1", "--out", f"{tables}/out.csv")
-    assert lines[2] == "| 2 | 2 | 200k | 400k | 1.4 | - | - | 2 | 2 | 2 | 2 |"
+    assert (
+        lines[2] == "| 2 | 2 | 200k (100k to 200k) | 400k (100k to 400k) | 1.4 (1.0 to 2.0) | - | - | 2 | 2 | 2 | 2 |"
+    )
     assert {(row["low"], row["high"]) for row in csv.DictReader((tables / "out.csv").open())} == {("nan", "nan")}
     begun = [row for row in every if (row["graph"], row["seed"]) < ("middle", "1")]
     write_tables(tables, runs=begun)  # a second seed that is on its way
     assert printed(hierarchy, tables, monkeypatch, capsys)[2].split(" | ")[5] == "-"
     write_tables(tables, runs=every)
     lines = printed(hierarchy, tables, monkeypatch, capsys, "--seeds", "2")
-    assert lines[2] == "| 2 | 2 | 205k | 410k | 1.4 | 1 | 0 | 2 | 2 | 2 | 2 |"
+    assert (
+        lines[2] == "| 2 | 2 | 205k (105k to 205k) | 410k (108k to 410k) | 1.4 (1.0 to 2.0) | 1 | 0 | 2 | 2 | 2 | 2 |"
+    )
 
 
 @pytest.mark.parametrize(

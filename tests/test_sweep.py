@@ -189,6 +189,7 @@ def test_a_summary_has_medians_and_their_spread():
         steps = "900000" if run.config.seed == 1 and to_95 else to_95
         rows.append({**run.identity, **numbers, "success_rate": success, "steps_to_95": steps, "digest": run.digest})
     summary = summarise(runs, rows[:-1])
+    assert "single" not in summary.caption()
     assert summary.markdown().splitlines() == [
         "| method | runs | steps to 50% | steps to 95% | success | length | / shortest | greedy |",
         "| --- | --- | --- | --- | --- | --- | --- | --- |",
@@ -204,7 +205,11 @@ def test_a_single_run_has_the_interval_of_its_evaluations():
     numbers |= {"steps_to_95": "200000", "steps_to_95_low": "190000", "steps_to_95_high": "", "success_low": "0.5"}
     numbers |= {"success_high": "0.7", "length": "40", "length_over_shortest": "", "greedy_success_rate": "0.2"}
     row = {**run.identity, **numbers, "digest": run.digest}
-    line = summarise([run], [row]).lines[0]
+    summary = summarise([run], [row])
+    assert summary.caption().endswith(
+        "; of a single run, in square brackets the 95% interval that its evaluations leave"
+    )
+    line = summary.lines[0]
     assert line[-6:] == ("10k [9k, 12k]", "200k [190k, -]", "60.0% [50.0%, 70.0%]", "40", "-", "20.0%")
 
 

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from benchmarks import committed, figures, hindsight, tables  # noqa: E402
-from benchmarks.study import pages  # noqa: E402
+from benchmarks.study import page_tables  # noqa: E402
 from benchmarks.study.correlations import correlations  # noqa: E402
 from benchmarks.study.tables import MEASURES_PATH, first_seeds, read_measures, read_rows  # noqa: E402
 from benchmarks.study.trained import by_rule, measures_of, medians, read_trained  # noqa: E402
@@ -65,7 +65,7 @@ def test_a_page_with_an_unfinished_table_does_not_keep_the_others(monkeypatch, t
 
 
 def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch):
-    for module in (committed, pages):
+    for module in (committed, page_tables):
         monkeypatch.setattr(module, "ROOT", tmp_path)
     folder = tmp_path / "benchmarks" / "results" / "one"
     folder.mkdir(parents=True)
@@ -94,14 +94,14 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
         lines[-3] == "split-half reliability: 0.75 [0.50, 1.00]; a measure without noise could have: 0.93 [0.82, 1.00]"
     )
     plan.write_text("seeds = 10\n")
-    (command,) = (line for line in pages.study_table("one").splitlines() if line.startswith("`"))
+    (command,) = (line for line in page_tables.study_table("one").splitlines() if line.startswith("`"))
     assert command.endswith("/one/sweep.csv --seeds 3 --out benchmarks/results/one/correlations.csv`:")
     assert "goals | 0.50" not in tables.renewed("<!-- study one width -->\n<!-- end of study -->\n")
     with pytest.raises(InputError, match="the measures of hippo are width, goals; there is no 'luck'"):
-        pages.study_table("one", "luck")
+        page_tables.study_table("one", "luck")
     path = folder / "correlations.csv"
     (folder / "correlations_steps_to_50.csv").write_text(path.read_text().replace("steps_to_95", "steps_to_50"))
-    at_50 = pages.study_table("one", "steps_to_50", "width").splitlines()
+    at_50 = page_tables.study_table("one", "steps_to_50", "width").splitlines()
     assert at_50[1].endswith(
         "--seeds 3 --outcome steps_to_50 --out benchmarks/results/one/correlations_steps_to_50.csv`:"
     )
@@ -109,7 +109,7 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     assert [line.split(" | ")[0] for line in at_50 if line.startswith("| ")] == ["| measure", "| width"]
     path.write_text(path.read_text().replace(",3,3\n", ",2,3\n"))
     with pytest.raises(InputError, match="of 2 to 3 seeds; make it of as many of each"):
-        pages.study_table("one")
+        page_tables.study_table("one")
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "benchmarks" / "results").glob("*/correlations*.csv")), ids=str)
@@ -175,10 +175,10 @@ def test_a_picture_is_not_drawn_of_unfinished_runs():
 @pytest.mark.parametrize(
     ("make", "sweep", "runs"),
     [
-        (pages.hierarchy_table, "study", 158),
-        (pages.factors_table, "study_factors", 288),
-        (pages.pairs_table, "study_factors", 288),
-        (pages.levels_table, "study_levels", 24),
+        (page_tables.hierarchy_table, "study", 158),
+        (page_tables.factors_table, "study_factors", 288),
+        (page_tables.comparisons_table, "study_factors", 288),
+        (page_tables.levels_table, "study_levels", 24),
     ],
 )
 def test_a_table_of_seeds_is_of_seeds_that_are_done(monkeypatch, make, sweep, runs):
@@ -189,9 +189,9 @@ def test_a_table_of_seeds_is_of_seeds_that_are_done(monkeypatch, make, sweep, ru
     with pytest.raises(InputError, match=f"^0 of {2 * 7} runs of the sweep hippo are done"):
         tables.sweep_table("hippo", "2")
     with pytest.raises(InputError, match=r"^0 of 36 runs of the sweep tuning are done"):
-        pages.tuning_table("tuning", "tuning_others")
-    with pytest.raises(InputError, match=r"a milestone must be one of steps_to_50, .*, not 'steps_to_60'"):
-        pages.hierarchy_table("study", "1", "steps_to_60")
+        page_tables.tuning_table("tuning", "tuning_others")
+    with pytest.raises(InputError, match=r"a word after the seeds must be one of steps_to_50, .*, not 'steps_to_60'"):
+        page_tables.hierarchy_table("study", "1", "steps_to_60")
 
 
 def test_the_table_of_hindsight_is_what_its_rows_say(capsys):

@@ -71,7 +71,7 @@ def correlations(
     for i, (name, values) in enumerate(measures.items(), start=2):
         r_xy = with_difficulty[i]
         table[name, "spearman"] = r_xy
-        table[name, "kendall"] = float(kendalltau(values, difficulty).statistic)  # pyright: ignore[reportAttributeAccessIssue]
+        table[name, "kendall"] = float(kendalltau(values, difficulty).statistic)  # pyright: ignore[reportAttributeAccessIssue] - not in the stub
         table[name, "given goals"] = _given(ranked, i, 1)
         table[name, "given exit depth"] = np.nan if depth is None else _given(ranked, i, depth)
         table[name, "minus goals"] = r_xy - count

@@ -5,7 +5,8 @@
 TABLE.csv is a table of training runs as `benchmarks.study.statistics` takes it. On each graph the median steps of a
 method are divided by those of the reference, and of these ratios the median over the graphs is taken; the interval is
 of resamples of the graphs, and of the seeds of each. Above 1 the reference is faster. Where only the other method never
-gets there the ratio is infinite, where only the reference does not it is 0; where neither does it counts as 1.
+gets there the ratio is infinite, where only the reference does not it is 0; where neither does it counts as 1. Success
+is the median over the graphs, in brackets the quartiles.
 """
 
 from __future__ import annotations
@@ -19,17 +20,15 @@ import tyro
 
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate
-from benchmarks.study.hierarchy import ENOUGH
+from benchmarks.study.hierarchy import ENOUGH, QUARTILES
 from benchmarks.study.markdown import table
 from benchmarks.study.paired import pair
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, method_names
 from hierroom.cli import run
 
-HEADER = (
-    *("method", "compared by", "steps / reference's", "verdict", "slower on", "success"),
-    f"above {ENOUGH:.0%} on",
-)
+RATIO_HEADER = ("compared by", "steps / reference's", "verdict", "slower on")
+HEADER = ("method", *RATIO_HEADER, "success", f"above {ENOUGH:.0%} on")
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ class Factor:
         slower: on how many of them its median steps are more than the reference's.
         ratio: median over the graphs of its steps by the reference's, above 1 where the reference is faster; None for
             the reference.
-        success: median over the graphs of the success rate at the end of training, 0 to 1.
+        success: median over the graphs of the success rate at the end of training, 0 to 1, and the quartiles.
         works: on how many graphs that is above 50%.
     """
 
@@ -74,7 +73,7 @@ class Factor:
     graphs: int
     slower: int
     ratio: Estimate | None
-    success: float
+    success: Estimate
     works: int
 
 
@@ -91,17 +90,17 @@ def factors(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     """
     rows, reference = first_seeds(rows, options.seeds), options.reference
     names = dict.fromkeys([reference, *method_names(rows)])
-    return [beside(rows, measured, (name, reference), options.outcome, options.bootstrap) for name in names]
+    return [compare_methods(rows, measured, (name, reference), options.outcome, options.bootstrap) for name in names]
 
 
-def beside(
+def compare_methods(
     rows: Sequence[Row],
     measured: Sequence[Row],
     methods: tuple[str, str],
     outcome: Milestone | None,
     bootstrap: Bootstrap,
 ) -> Factor:
-    """A method beside a reference.
+    """How many steps a method takes by those of a reference, and how often it succeeds.
 
     Args:
         rows: of the table of training runs.
@@ -122,7 +121,7 @@ def beside(
         len(both.graphs),
         int((both.ratios > 1).sum()),
         None if name == reference else both.median_ratio(bootstrap),
-        float(np.median(success)),
+        Estimate(float(np.median(success)), *(float(np.quantile(success, q, method=side)) for q, side in QUARTILES)),
         int((success > ENOUGH).sum()),
     )
 
@@ -134,13 +133,19 @@ def markdown(found: Sequence[Factor]) -> str:
 
 def cells(one: Factor) -> list[str]:
     """What a table says of a method, under `HEADER`."""
-    beside = ["-"] * 4
-    if one.ratio is not None:
-        value, low, high = (f"{number:.2f}" if np.isfinite(number) else "∞" for number in one.ratio)
-        verdict = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "not told apart"
-        outcome = one.outcome.replace("_", " ") + "%"
-        beside = [outcome, f"{value} [{low}, {high}]", verdict, f"{one.slower} of {one.graphs}"]
-    return [one.method, *beside, f"{one.success:.1%}", f"{one.works} of {one.graphs}"]
+    middle, low, high = (f"{number:.1%}" for number in one.success)
+    success = middle if low == high else f"{middle} ({low} to {high})"
+    return [one.method, *ratio_cells(one), success, f"{one.works} of {one.graphs}"]
+
+
+def ratio_cells(one: Factor) -> list[str]:
+    """What a table says of a method's steps by those of the reference, under `RATIO_HEADER`."""
+    if one.ratio is None:
+        return ["-"] * len(RATIO_HEADER)
+    value, low, high = (f"{number:.2f}" if np.isfinite(number) else "∞" for number in one.ratio)
+    verdict = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "not told apart"
+    outcome = one.outcome.replace("_", " ") + "%"
+    return [outcome, f"{value} [{low}, {high}]", verdict, f"{one.slower} of {one.graphs}"]
 
 
 def main() -> int:

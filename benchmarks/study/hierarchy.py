@@ -12,9 +12,10 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import tyro
@@ -29,6 +30,8 @@ from hierroom.errors import InputError
 from hierroom.files import write_atomically
 from hierroom.sweep.summary import steps_text
 
+Grouping = Literal["exit_depth", "width", "rooms"]
+QUARTILES: tuple[tuple[float, Literal["lower"]], tuple[float, Literal["higher"]]] = ((0.25, "lower"), (0.75, "higher"))
 HARDEST = 0.1
 """The share of the graphs that are called the hardest."""
 ENOUGH = 0.5
@@ -46,6 +49,8 @@ class Options:
         measures: the measures of the goal graphs.
         outcome: the milestone whose steps are compared; by default steps_to_95, or steps_to_50 if one of the methods
             never got there on more than a third of the graphs.
+        by: what tells the rows of the table apart: the number of goals that must be achieved before the exit can be
+            reached, the largest number of goals that can be achieved at once, which is 1 of a chain, or that of rooms.
         hardest_by: the measure that says which graphs are the hardest.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
         bootstrap: how intervals are computed.
@@ -57,6 +62,7 @@ class Options:
     hierarchical: str = "hippo"
     measures: Path = MEASURES_PATH
     outcome: Milestone | None = None
+    by: Grouping = "exit_depth"
     hardest_by: str = "play_expected_steps"
     seeds: int | None = None
     bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
@@ -71,6 +77,7 @@ class Comparison:
         graph: its name.
         rooms: its number of rooms.
         exit_depth: the number of its goals that must be achieved before the exit can be reached.
+        width: the largest number of its goals that can be achieved at once.
         outcome: the milestone.
         flat: median steps of the method without a hierarchy, ``inf`` where half of its seeds never got there.
         hierarchical: those of the method with one.
@@ -84,6 +91,7 @@ class Comparison:
     graph: str
     rooms: int
     exit_depth: int
+    width: int
     outcome: Milestone
     flat: float
     hierarchical: float
@@ -109,7 +117,7 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     found = pair(rows, measured, both, options.outcome, alike=("steps", "size", "preset"))
     low, high = options.bootstrap.interval(found.resampled_ratios(options.bootstrap))
     low[found.has_single_seed] = high[found.has_single_seed] = np.nan
-    counts_of = {row["graph"]: (int(row["rooms"]), int(row["exit_depth"])) for row in measured}
+    counts_of = {row["graph"]: (int(row["rooms"]), int(row["exit_depth"]), int(row["width"])) for row in measured}
     numbers = zip(*found.medians, found.ratios, low, high, *found.success, strict=True)
     return [
         Comparison(graph, *counts_of[graph], found.outcome, *map(float, values))
@@ -118,24 +126,40 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
 
 
 def markdown(found: Sequence[Comparison], options: Options) -> str:
-    """A row for each exit depth: medians over its graphs, and on how many hierarchy pays and each method works.
+    """A row for each exit depth, or what `options.by` names: on how many graphs hierarchy pays and a method works.
 
-    Whether hierarchy pays or costs cannot be told of single seeds. Where there is no middle graph, the median number of
-    steps is the larger one.
+    Numbers are medians over the graphs, in brackets the quartiles. Whether hierarchy pays or costs cannot be told of
+    single seeds. Where there is no middle graph, the median number of steps is the larger one.
     """
     both = options.hierarchical, options.flat
-    header = ["exit depth", "graphs", *(f"{name}: {found[0].outcome}" for name in both), "ratio", "pays on", "costs on"]
+    header = [
+        options.by.replace("_", " "),
+        "graphs",
+        *(f"{name}: {found[0].outcome}" for name in both),
+        "ratio",
+        "pays on",
+        "costs on",
+    ]
     header += [f"{name}: reached on" for name in both] + [f"{name}: above {ENOUGH:.0%} on" for name in both]
     rows = []
-    for depth in sorted({one.exit_depth for one in found}):
-        equals = [one for one in found if one.exit_depth == depth]
-        steps = [one.hierarchical for one in equals], [one.flat for one in equals]
-        pays, costs = (sum(ahead) for ahead in ([one.low > 1 for one in equals], [one.high < 1 for one in equals]))
-        told = ["-", "-"] if any(np.isnan(one.low) for one in equals) else [str(pays), str(costs)]
-        ratio = float(median_ratios(np.array([[one.ratio for one in equals]]))[0])
+    for value in sorted({getattr(one, options.by) for one in found}):
+        alike = [one for one in found if getattr(one, options.by) == value]
+        steps = [one.hierarchical for one in alike], [one.flat for one in alike]
+        pays, costs = (sum(ahead) for ahead in ([one.low > 1 for one in alike], [one.high < 1 for one in alike]))
+        told = ["-", "-"] if any(np.isnan(one.low) for one in alike) else [str(pays), str(costs)]
+        ratios = [one.ratio for one in alike]
+        middle = float(median_ratios(np.array([ratios]))[0])
         reached = [str(np.isfinite(several).sum()) for several in steps]
         rows.append(
-            [str(depth), str(len(equals)), *map(_steps, steps), _ratio(ratio), *told, *reached, *_working(equals)]
+            [
+                str(value),
+                str(len(alike)),
+                *map(_steps, steps),
+                _between(_ratio(middle), ratios, _ratio),
+                *told,
+                *reached,
+                *_working(alike),
+            ]
         )
     return table(header, rows)
 
@@ -167,8 +191,16 @@ def sentence(found: Sequence[Comparison], measured: Sequence[Row], options: Opti
 
 
 def _steps(values: Sequence[float]) -> str:
-    middle = float(np.quantile(values, 0.5, method="higher"))
-    return steps_text(middle) if np.isfinite(middle) else "-"
+    def text(steps: float) -> str:
+        return steps_text(steps) if np.isfinite(steps) else "-"
+
+    return _between(text(float(np.quantile(values, 0.5, method="higher"))), values, text)
+
+
+def _between(middle: str, values: Sequence[float], text: Callable[[float], str]) -> str:
+    """A median and the quartiles around it."""
+    low, high = (text(float(np.quantile(values, q, method=side))) for q, side in QUARTILES)
+    return middle if low == high else f"{middle} ({low} to {high})"
 
 
 def _ratio(value: float) -> str:

@@ -119,8 +119,8 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
         every = [(options.outcome, one) for one in read_trained(rows, measured, options.outcome)]
     chosen = {row["graph"] for row in measured if not options.rooms or int(row["rooms"]) in options.rooms}
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        for outcome, of_all_graphs in every:
-            trained = among(of_all_graphs, chosen)
+        for outcome, unfiltered in every:
+            trained = among(unfiltered, chosen)
             if (n := len(trained.graphs)) < FEWEST_GRAPHS:
                 raise InputError(f"a correlation needs {FEWEST_GRAPHS} goal graphs or more; {trained.method} has {n}")
             task = bar.add_task(trained.method, total=options.bootstrap.resamples)

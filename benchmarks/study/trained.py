@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,6 +78,22 @@ class Trained:
     def never(self) -> int:
         """On how many graphs half of the seeds or more never reached the milestone."""
         return int(np.isinf(medians(self.outcomes)).sum())
+
+
+def milestone_of(text: object, place: str) -> Milestone | None:
+    """The milestone of a name; None of none.
+
+    Args:
+        text: the name, or None.
+        place: where it stands, for the message.
+
+    Raises:
+        InputError: if there is no such milestone.
+    """
+    known = get_args(Milestone)
+    if text is not None and text not in known:
+        raise InputError(f"{place}: a milestone must be one of {', '.join(known)}, not {text!r}")
+    return next((milestone for milestone in known if milestone == text), None)
 
 
 def by_rule(rows: Sequence[Row], measured: Sequence[Row]) -> dict[Milestone, list[Trained]]:

@@ -95,9 +95,9 @@ def _tuned(method: str, rows: Sequence[Row]) -> Tuned:
         areas[run] = one["area_under_curve"]
     if len(runs) < 2:
         raise InputError(f"{method} was trained with one setting; none of {', '.join(TUNED)} differs between its runs")
-    if len({frozenset(areas) for areas in runs.values()}) > 1:
+    if len({frozenset(of_runs) for of_runs in runs.values()}) > 1:
         raise InputError(f"the settings of {method} were not all trained on the same graphs with the same seeds")
-    return Tuned(method, {setting: tuple(areas.values()) for setting, areas in runs.items()})
+    return Tuned(method, {setting: tuple(of_runs.values()) for setting, of_runs in runs.items()})
 
 
 def _numbers(row: Row) -> dict[str, float]:

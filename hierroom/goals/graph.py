@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.errors import InputError
-from hierroom.files import write_atomically
+from hierroom.files import read_toml, write_atomically
 from hierroom.goals.canonical import canonical_rooms
 from hierroom.goals.drawing import tree_svg
 
@@ -195,12 +194,7 @@ class GoalGraph:
             InputError: if the file cannot be read, is not TOML, or does not describe a goal graph.
         """
         path = Path(path)
-        try:
-            table = tomllib.loads(path.read_text())
-        except OSError as error:
-            raise InputError(f"cannot read the goal graph {path}: {error.strerror}") from error
-        except (ValueError, RecursionError) as error:  # TOMLDecodeError and UnicodeDecodeError among them
-            raise InputError(f"{path} is not a TOML file: {error}") from error
+        table = read_toml(path, "goal graph")
         try:
             graph = cls.from_dict(table)
             if graph.label is not None:

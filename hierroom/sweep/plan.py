@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from hierroom.errors import InputError, require_number, shown
-from hierroom.files import to_json
+from hierroom.files import read_toml, to_json
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, spec_names
 from hierroom.learners.config import PPOConfig
 from hierroom.training.config import CHANGED_WHEN_RESUMED, TrainConfig
@@ -156,7 +156,7 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
     Raises:
         InputError: if the file cannot be read, or an entry is unknown or of another type.
     """
-    table = {} if path is None else _read_toml(path)
+    table = {} if path is None else read_toml(path, "sweep")
     where = "" if path is None else f"{path}: "
     variants = {}
     own = {name: table.pop(name) for name in _OWN_KEYS if name in table}
@@ -176,15 +176,6 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
     for name, value in own.items():
         settings[name] = typed_value(f"{where}{name}", kinds[name], value)
     return Plan(values, variants=variants, **settings)
-
-
-def _read_toml(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except OSError as error:
-        raise InputError(f"cannot read the sweep {path}: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path} is not a TOML file: {error}") from error
 
 
 def _assignment(word: str) -> tuple[str, list[Any]]:

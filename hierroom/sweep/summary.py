@@ -22,15 +22,21 @@ class Summary:
         headings: of the columns.
         n_names: how many columns tell the runs apart; the others hold numbers.
         lines: the cells of each line.
+        has_single_runs: whether some line is of one run.
     """
 
     headings: tuple[str, ...]
     n_names: int
     lines: tuple[tuple[str, ...], ...]
+    has_single_runs: bool
+
+    def caption(self) -> str:
+        """How the numbers are read."""
+        return f"{CAPTION}{SINGLE_RUNS if self.has_single_runs else ''}"
 
     def table(self) -> Table:
         """As a table for a terminal."""
-        table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), caption=CAPTION, caption_justify="left")
+        table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), caption=self.caption(), caption_justify="left")
         for n, heading in enumerate(self.headings):
             table.add_column(heading, justify="right" if n >= self.n_names else "left", overflow="fold")
         for line in self.lines:
@@ -43,10 +49,8 @@ class Summary:
         return "\n".join(f"| {' | '.join(cells)} |" for cells in (self.headings, rule, *self.lines))
 
 
-CAPTION = (
-    "medians of the seeds, in brackets from the lowest to the highest; of a single run, in square brackets the 95% "
-    "interval that its evaluations leave; -: fewer than half got so far"
-)
+CAPTION = "medians of the seeds, in brackets from the lowest to the highest; -: fewer than half got so far"
+SINGLE_RUNS = "; of a single run, in square brackets the 95% interval that its evaluations leave"
 
 
 def summarise(runs: Sequence[PlannedRun], rows: Sequence[Row], metas: Sequence[str] = ()) -> Summary:
@@ -76,7 +80,8 @@ def summarise(runs: Sequence[PlannedRun], rows: Sequence[Row], metas: Sequence[s
     for row in rows:
         groups[tuple(row[name] for name in names)].append(row)
     lines = [(*told, *(text(group) if group else "-" for text in columns.values())) for told, group in groups.items()]
-    return Summary((*names, *columns), len(names), tuple(lines))
+    has_single_runs = any(len(group) == 1 for group in groups.values())
+    return Summary((*names, *columns), len(names), tuple(lines), has_single_runs)
 
 
 def _telling(runs: Sequence[PlannedRun]) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from difflib import get_close_matches
@@ -12,6 +11,7 @@ from typing import Any
 from hierroom.agents.config import AgentsConfig
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
+from hierroom.files import read_toml
 from hierroom.learners.config import PPOConfig
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset, implied_preset
@@ -66,12 +66,7 @@ def _read_entries(path: Path) -> dict[str, Any]:
     """The entries of a TOML file, each of its type."""
     if path.is_dir():
         raise InputError(f"{path} is a folder; a config is a TOML file or, to repeat a run, its config.json")
-    try:
-        table = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except OSError as error:
-        raise InputError(f"cannot read the config {path}: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:  # TOMLDecodeError and UnicodeDecodeError among them
-        raise InputError(f"{path} is not a TOML file: {error}") from error
+    table = read_toml(path, "config")
     types = flat_entry_types()
     for part in _PARTS.keys() & table.keys():
         raise InputError(f"{path}: entries stand alone, as on the command line; leave out the table [{part}]")

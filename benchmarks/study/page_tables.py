@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import get_args
 
-from benchmarks.committed import ROOT, done_rows, plan_of, table_of_seeds
-from benchmarks.study import factors, hierarchy, levels, pairs, tuning
+from benchmarks.committed import ROOT, checked_path, done_rows, plan_of
+from benchmarks.study import comparisons, factors, hierarchy, levels, tuning
 from benchmarks.study.correlations import Estimate
 from benchmarks.study.statistics import measure_table, reliability_text, seeds_text
 from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
@@ -67,26 +67,30 @@ def _study_table(method: str, rows: Sequence[Row], shown: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def hierarchy_table(name: str, n_seeds: str, outcome: str | None = None) -> str:
+def hierarchy_table(name: str, n_seeds: str, *words: str) -> str:
     """When hierarchy pays, by a sweep's first seeds, with the command that tells it.
 
     Args:
         name: of the sweep.
         n_seeds: how many seeds.
-        outcome: the milestone, by default that of the study's rules.
+        words: a milestone where it is not that of the study's rules, and what tells the rows apart where that is not
+            the exit depth.
 
     Raises:
-        InputError: if a run of these seeds is not done, or there is no such milestone.
+        InputError: if a run of these seeds is not done, or a word is neither of these.
     """
-    milestone = next((known for known in get_args(Milestone) if known == outcome), None)
-    if milestone != outcome:
-        raise InputError(f"a milestone must be one of {', '.join(get_args(Milestone))}, not {outcome!r}")
-    path = table_of_seeds(name, n_seeds)
-    options = hierarchy.Options(path, outcome=milestone, seeds=int(n_seeds))
-    measured = known_measures(ROOT / MEASURES_PATH)
-    found = hierarchy.compare(read_rows(ROOT / path), measured, options)
+    known = (*get_args(Milestone), *get_args(hierarchy.Grouping))
+    if unknown := [word for word in words if word not in known]:
+        raise InputError(f"a word after the seeds must be one of {', '.join(known)}, not {unknown[0]!r}")
+    outcome: Milestone | None = next((milestone for milestone in get_args(Milestone) if milestone in words), None)
+    by: hierarchy.Grouping = next((one for one in get_args(hierarchy.Grouping) if one in words), "exit_depth")
+    path = checked_path(name, n_seeds)
+    options = hierarchy.Options(path, outcome=outcome, by=by, seeds=int(n_seeds))
+    rows, measured = _rows(path)
+    found = hierarchy.compare(rows, measured, options)
     command = f"python -m benchmarks.study.hierarchy {path} --seeds {n_seeds}"
     command += "" if outcome is None else f" --outcome {outcome}"
+    command += "" if by == "exit_depth" else f" --by {by}"
     table = f"{hierarchy.markdown(found, options)}\n\n{hierarchy.sentence(found, measured, options)}"
     return f"\n`{command}`:\n\n{table}\n\n"
 
@@ -102,31 +106,28 @@ def factors_table(name: str, n_seeds: str, *reference: str) -> str:
     Raises:
         InputError: if a run of these seeds is not done, or there is no such method.
     """
-    path, method = table_of_seeds(name, n_seeds), " ".join(reference)
-    options, measured = (
-        factors.Options(path, reference=method, seeds=int(n_seeds)),
-        known_measures(ROOT / MEASURES_PATH),
-    )
-    table = factors.markdown(factors.factors(read_rows(ROOT / path), measured, options))
+    path, method = checked_path(name, n_seeds), " ".join(reference)
+    options = factors.Options(path, reference=method, seeds=int(n_seeds))
+    table = factors.markdown(factors.factors(*_rows(path), options))
     command = f'python -m benchmarks.study.factors {path} --reference "{method}" --seeds {n_seeds}'
     return f"\n`{command}`:\n\n{table}\n\n"
 
 
-def pairs_table(name: str, n_seeds: str) -> str:
-    """How the pairs of methods of a sweep compare by its first seeds, with the command that tells it.
+def comparisons_table(name: str, n_seeds: str) -> str:
+    """How methods of a sweep compare with each other by its first seeds, with the command that tells it.
 
     Args:
-        name: of the sweep, and with `_pairs.toml` after it of the file in this folder that names the pairs.
+        name: of the sweep; benchmarks/study/NAME_comparisons.toml names the methods.
         n_seeds: how many seeds.
 
     Raises:
-        InputError: if a run of these seeds is not done, or as `read_pairs` or `pair`.
+        InputError: if a run of these seeds is not done, or as `read_comparisons` or `compare_methods`.
     """
-    path, file = table_of_seeds(name, n_seeds), Path("benchmarks", "study", f"{name}_pairs.toml")
-    named, measured = pairs.read_pairs(ROOT / file), known_measures(ROOT / MEASURES_PATH)
-    options = pairs.Options(path, file, seeds=int(n_seeds))
-    table = pairs.markdown(named, pairs.compare(read_rows(ROOT / path), measured, named, options))
-    return f"\n`python -m benchmarks.study.pairs {path} {file} --seeds {n_seeds}`:\n\n{table}\n\n"
+    path, file = checked_path(name, n_seeds), Path("benchmarks", "study", f"{name}_comparisons.toml")
+    planned = comparisons.read_comparisons(ROOT / file)
+    options = comparisons.Options(path, file, seeds=int(n_seeds))
+    table = comparisons.markdown(planned, comparisons.compare(*_rows(path), planned, options))
+    return f"\n`python -m benchmarks.study.comparisons {path} {file} --seeds {n_seeds}`:\n\n{table}\n\n"
 
 
 def levels_table(name: str, n_seeds: str) -> str:
@@ -139,9 +140,8 @@ def levels_table(name: str, n_seeds: str) -> str:
     Raises:
         InputError: if a run of these seeds is not done, or a variant does not tell its levels.
     """
-    path = table_of_seeds(name, n_seeds)
-    options, measured = levels.Options(path, seeds=int(n_seeds)), known_measures(ROOT / MEASURES_PATH)
-    table = levels.markdown(levels.levels(read_rows(ROOT / path), measured, options))
+    path = checked_path(name, n_seeds)
+    table = levels.markdown(levels.levels(*_rows(path), levels.Options(path, seeds=int(n_seeds))))
     return f"\n`python -m benchmarks.study.levels {path} --seeds {n_seeds}`:\n\n{table}\n\n"
 
 
@@ -159,3 +159,8 @@ def tuning_table(*names: str) -> str:
     paths = [Path("benchmarks", "results", name, "sweep.csv") for name in names]
     table = tuning.markdown(tuning.tuned([row for path in paths for row in read_rows(ROOT / path)]))
     return f"\n`python -m benchmarks.study.tuning {' '.join(map(str, paths))}`:\n\n{table}\n\n"
+
+
+def _rows(path: Path) -> tuple[list[Row], list[Row]]:
+    """Those of the table of training runs, and those of the measures."""
+    return read_rows(ROOT / path), known_measures(ROOT / MEASURES_PATH)

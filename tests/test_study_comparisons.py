@@ -1,0 +1,90 @@
+"""Comparisons of methods that a file names, on tables whose answers are known."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from study_tables import measured_rows, run_rows, write_tables
+
+from hierroom.errors import InputError
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from benchmarks.study import comparisons  # noqa: E402
+
+GRAPHS = ("one", "two", "three")
+MEASURES = measured_rows(GRAPHS, rooms=(2, 3, 4), goals=(2, 4, 6), settings=(0, 0, 0))
+STEPS = {"slow": (200, 400, 900), "fast": (100, 100, 100), "between": (100, 200, 300)}
+FILE = """
+[[comparisons]]
+method = "slow"
+reference = "fast"
+[[comparisons]]
+method = "fast"
+reference = "between"
+outcome = "steps_to_50"
+"""
+
+
+def rows() -> list[dict[str, str]]:
+    return [
+        {**row, "steps_to_50": str(int(row["steps_to_95"]) ** 2), "success_rate": "1.0"}
+        for name, steps in STEPS.items()
+        for row in run_rows({graph: [n, 3 * n] for graph, n in zip(GRAPHS, steps, strict=True)}, name)
+    ]
+
+
+def test_each_comparison_has_its_own_reference_and_milestone(tmp_path):
+    (tmp_path / "compared.toml").write_text(FILE)
+    named = comparisons.read_comparisons(tmp_path / "compared.toml")
+    options = comparisons.Options(Path("t.csv"), Path("p.toml"), seeds=1)
+    found = comparisons.compare(rows(), MEASURES, named, options)
+    assert [(one.method, one.outcome, one.ratio.value) for one in found] == [
+        ("slow", "steps_to_95", pytest.approx(4)),
+        ("fast", "steps_to_50", pytest.approx(0.25)),
+    ]
+    header, _, *lines = comparisons.markdown(named, found).splitlines()
+    assert header == "| method | reference | compared by | steps / reference's | verdict | slower on |"
+    assert lines[0] == "| slow | fast | steps to 95% | 4.00 [2.00, 9.00] | slower | 3 of 3 |"
+    assert lines[1].startswith("| fast | between | steps to 50% | 0.25 [")
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "needs comparisons alone, each of which begins with"),
+        ("comparisons = 3", "needs comparisons alone"),
+        (FILE + "[[comparison]]", "needs comparisons alone, .*, and holds comparison"),
+        ("comparisons = [3]", "comparison 1 has a method, a reference and, if need be, an outcome, not 3"),
+        ("[[comparisons]]\nmethod = 'slow'", "a reference"),
+        (FILE + "seeds = 3", "comparison 2 has .* an outcome, not"),
+        ("[[comparisons]]\nmethod = ['slow']\nreference = 'fast'", "the name of a method is text, not"),
+        (FILE.replace("between", "fast"), "comparison 2: 'fast' is compared with itself"),
+        (FILE.replace("to_50", "to_60"), "comparison 2: a milestone must be one of steps_to_50, .*, not 'steps_to_60'"),
+        ("[[comparisons", "is not a TOML file"),
+    ],
+)
+def test_a_file_that_names_no_comparisons_is_refused(tmp_path, text, message):
+    (tmp_path / "compared.toml").write_text(text)
+    with pytest.raises(InputError, match=message):
+        comparisons.read_comparisons(tmp_path / "compared.toml")
+
+
+def test_the_command_prints_the_table(tmp_path, monkeypatch, capsys):
+    write_tables(tmp_path, runs=rows(), measures=MEASURES)
+    (tmp_path / "compared.toml").write_text(FILE)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(
+        sys, "argv", ["comparisons", "runs.csv", "compared.toml", "--measures", "measures.csv", "--seeds", "1"]
+    )
+    assert comparisons.main() == 0
+    first, second = (line.split(" | ")[:4] for line in capsys.readouterr().out.splitlines()[2:])
+    assert first == ["| slow", "fast", "steps to 95%", "4.00 [2.00, 9.00]"]
+    assert second[:3] == ["| fast", "between", "steps to 50%"]
+    (tmp_path / "compared.toml").write_text(FILE.replace('= "fast"', '= "nobody"'))
+    with pytest.raises(InputError, match="there is no 'nobody'"):
+        comparisons.main()
+    (tmp_path / "compared.toml").unlink()
+    with pytest.raises(InputError, match=r"^cannot read the comparisons compared\.toml: No such file or directory$"):
+        comparisons.main()
