@@ -50,7 +50,7 @@ class Options:
         outcome: the milestone whose steps are compared; by default steps_to_95, or steps_to_50 if one of the methods
             never got there on more than a third of the graphs.
         by: what tells the rows of the table apart: the number of goals that must be achieved before the exit can be
-            reached, the largest number of goals that can be achieved at once, which is 1 of a chain, or that of rooms.
+            reached, the largest number of rooms at the same depth, which is 1 of a chain, or the number of rooms.
         hardest_by: the measure that says which graphs are the hardest.
         seeds: only seeds 0, 1, ..., so many of them, as of a sweep that goes on; all by default.
         bootstrap: how intervals are computed.
@@ -77,7 +77,7 @@ class Comparison:
         graph: its name.
         rooms: its number of rooms.
         exit_depth: the number of its goals that must be achieved before the exit can be reached.
-        width: the largest number of its goals that can be achieved at once.
+        width: its largest number of rooms at the same depth.
         outcome: the milestone.
         flat: median steps of the method without a hierarchy, ``inf`` where half of its seeds never got there.
         hierarchical: those of the method with one.

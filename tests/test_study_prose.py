@@ -1,0 +1,63 @@
+"""The study's text tells numbers that its tables and statistics hold, rounded."""
+
+import csv
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+NUMBER = r"-?(?:\d+(?:\.\d+)?|∞)"
+ESTIMATE = re.compile(rf"({NUMBER})\s+\[({NUMBER}),\s+({NUMBER})\]")
+TABLE = re.compile(r"<!-- (\w+) [^>]*-->\n.*?<!-- end of \1 -->\n", re.DOTALL)
+Estimate = tuple[tuple[float, int], ...]
+
+
+def estimates(text: str) -> list[Estimate]:
+    """Each value with its interval, and how many places each number has."""
+    return [
+        tuple((float(number.replace("∞", "inf")), len(number.partition(".")[2])) for number in found)
+        for found in ESTIMATE.findall(text)
+    ]
+
+
+def agree(told: Estimate, known: Estimate) -> bool:
+    """Whether numbers are the same as far as both are told."""
+    return all(
+        one == other or (places < other_places and abs(one - other) <= 0.5 * (10**-places + 10**-other_places))
+        for (one, places), (other, other_places) in zip(told, known, strict=True)
+    )
+
+
+@pytest.fixture(scope="module")
+def known() -> list[Estimate]:
+    """What the tables of the study's pages and the statistics hold, and the same with the other sign."""
+    tables = [
+        table[0]
+        for page in ("study.md", "study-tables.md")
+        for table in TABLE.finditer((ROOT / "docs" / page).read_text())
+    ]
+    found = [estimate for table in tables for estimate in estimates(table)]
+    for path in sorted((ROOT / "benchmarks" / "results").glob("study*/correlations*.csv")):
+        with path.open(newline="") as file:
+            rows = [row for row in csv.DictReader(file) if row["low"]]
+        found += [tuple((float(row[name]), 6) for name in ("value", "low", "high")) for row in rows]
+    turned = [((-value, a), (-high, c), (-low, b)) for (value, a), (low, b), (high, c) in found]
+    return found + turned
+
+
+def test_each_estimate_of_the_text_stands_in_a_table(known):
+    """But for paragraphs that name the option with which a command prints their numbers."""
+    text = TABLE.sub("", (ROOT / "docs" / "study.md").read_text())
+    paragraphs = [one for one in re.split(r"\n\n|\n- ", text) if "`--rooms" not in one]
+    told = [(estimate, one) for one in paragraphs for estimate in estimates(one)]
+    assert len(told) > 30
+    for estimate, paragraph in told:
+        assert any(agree(estimate, one) for one in known), (estimate, paragraph)
+
+
+def test_what_stands_in_no_table_is_found(known):
+    (changed,) = estimates("0.71 [0.57, 0.85]")  # of 0.71 [0.57, 0.84]
+    assert not any(agree(changed, one) for one in known)
+    (infinite,) = estimates("1.36 [0.98, ∞]")
+    assert any(agree(infinite, one) for one in known)
