@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: train test check test-random test-lowest coverage mutate compile lint docs package bench constraints audit clean
+.PHONY: train test check results test-random test-lowest coverage mutate compile lint docs package bench constraints audit clean
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -52,6 +52,11 @@ docs: $(VENV)/.installed ## the docs as a site, site/index.html
 
 package: $(VENV)/.installed ## the source distribution and the wheel, in dist/
 	$(BIN)/python -m build --outdir dist
+
+results: compile ## the statistics, tables and pictures of README and docs anew, from the rows in benchmarks/results
+	$(BIN)/python -m benchmarks.page_statistics
+	$(BIN)/python -m benchmarks.tables
+	$(BIN)/python -m benchmarks.figures
 
 bench: $(VENV)/.installed
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[bench]'

@@ -26,10 +26,8 @@ def study_table(name: str, *shown: str) -> str:
     Raises:
         InputError: if the statistics were not computed, or not of such a measure, or graphs differ in their seeds.
     """
-    outcome = shown[0] if shown and shown[0] in get_args(Milestone) else None
-    measures = shown if outcome is None else shown[1:]
-    folder, file = Path("benchmarks", "results", name), "correlations.csv"
-    file = file if outcome is None else f"correlations_{outcome}.csv"
+    outcome, measures = milestone_and_measures(shown)
+    folder, file = Path("benchmarks", "results", name), correlations_file(outcome)
     rows = read_rows(ROOT / folder / file)
     seeds = {int(row[name]) for row in rows for name in ("seeds_min", "seeds_max")}
     if len(seeds) > 1:
@@ -43,6 +41,17 @@ def study_table(name: str, *shown: str) -> str:
         by_method.setdefault(row["method"], []).append(row)
     tables = [_study_table(method, rows, measures) for method, rows in by_method.items()]
     return f"\n`{command}`:\n\n" + "\n\n".join(tables) + "\n\n"
+
+
+def milestone_and_measures(words: Sequence[str]) -> tuple[Milestone | None, Sequence[str]]:
+    """The milestone that the first word names, if it does, and the measures that the others name."""
+    known = next((milestone for milestone in get_args(Milestone) if milestone in words[:1]), None)
+    return (None, words) if known is None else (known, words[1:])
+
+
+def correlations_file(milestone: Milestone | None) -> str:
+    """The name of the table of correlations beside the rows of a sweep."""
+    return "correlations.csv" if milestone is None else f"correlations_{milestone}.csv"
 
 
 def _study_table(method: str, rows: Sequence[Row], shown: Sequence[str]) -> str:

@@ -1,0 +1,76 @@
+"""Compute anew the correlations that README and docs show, from the rows in `benchmarks/results/`.
+
+    python -m benchmarks.page_statistics
+
+Of each `study` table of the pages (see `benchmarks.tables`) the correlations are written beside the rows of its sweep,
+of as many seeds as are whole. It takes about a minute for each; `benchmarks.tables` puts the tables into the pages.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+from benchmarks.committed import ROOT, plan_of
+from benchmarks.study.page_tables import correlations_file, milestone_and_measures
+from benchmarks.study.statistics import Options as StudyOptions
+from benchmarks.study.statistics import csv_text, study
+from benchmarks.study.tables import MEASURES_PATH, known_measures, read_rows
+from benchmarks.study.trained import Milestone
+from benchmarks.tables import PAGES, PLACE
+from hierroom.cli import run
+from hierroom.files import write_atomically
+from hierroom.sweep.table import SweepTable
+
+
+@dataclass(frozen=True)
+class Options:
+    """Compute the correlations of the pages anew."""
+
+
+def shown_correlations() -> list[tuple[str, Milestone | None]]:
+    """The sweeps whose correlations pages show, each with its milestone where it is not that of the rules."""
+    words = [found[3].split() for page in PAGES for found in PLACE.finditer(page.read_text()) if found[2] == "study"]
+    return list(dict.fromkeys((name, milestone_and_measures(others)[0]) for name, *others in words))
+
+
+def n_whole_seeds(name: str) -> int:
+    """How many of a sweep's first seeds are whole."""
+    plan = plan_of(name)
+    runs = plan.runs()
+    done = {row["digest"] for row in SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)}
+    return min(
+        (run.config.seed for run in runs if run.digest not in done), default=len({run.config.seed for run in runs})
+    )
+
+
+def write_correlations(name: str, milestone: Milestone | None) -> Path:
+    """Compute the correlations of a sweep's whole seeds; returns the path of their table, from the repository's root.
+
+    Args:
+        name: of the sweep.
+        milestone: whose steps are ranked; None: that of the study's rules.
+
+    Raises:
+        InputError: if no seed is whole, or as `benchmarks.study.statistics.study`.
+    """
+    folder = Path("benchmarks", "results", name)
+    path = folder / correlations_file(milestone)
+    options = StudyOptions(folder / "sweep.csv", outcome=milestone, seeds=n_whole_seeds(name))
+    results = study(read_rows(ROOT / options.table), known_measures(ROOT / MEASURES_PATH), options)
+    write_atomically(ROOT / path, csv_text(results).encode())
+    return path
+
+
+def main() -> int:
+    """The command."""
+    tyro.cli(Options, description=__doc__)
+    for name, milestone in shown_correlations():
+        print(f"written: {write_correlations(name, milestone)}")
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,45 @@
+"""Which correlations the pages show, and of how many seeds they are."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from hierroom.errors import InputError
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from benchmarks import committed, page_statistics  # noqa: E402
+from benchmarks.study.tables import read_rows  # noqa: E402
+
+
+def test_each_table_of_the_pages_is_computed_once_and_no_other_is_committed():
+    shown = page_statistics.shown_correlations()
+    assert len(shown) == len(set(shown))
+    paths = {ROOT / "benchmarks" / "results" / name / page_statistics.correlations_file(one) for name, one in shown}
+    assert paths == {*(ROOT / "benchmarks" / "results").glob("*/correlations*.csv")}
+
+
+@pytest.mark.parametrize("name", sorted({name for name, _ in page_statistics.shown_correlations()}))
+def test_they_are_of_all_whole_seeds(name):
+    """Tests of the tables compare the values."""
+    (row, *_) = read_rows(ROOT / "benchmarks" / "results" / name / "correlations.csv")
+    assert int(row["seeds_min"]) == int(row["seeds_max"]) == page_statistics.n_whole_seeds(name)
+
+
+def test_a_seed_is_whole_when_all_its_runs_are_done(monkeypatch):
+    missing = []
+    rows_of = committed.SweepTable.of
+    monkeypatch.setattr(
+        page_statistics.SweepTable,
+        "of",
+        lambda self, runs: [r for r in rows_of(self, runs) if r["seed"] not in missing],
+    )
+    assert page_statistics.n_whole_seeds("hippo") == 5
+    missing.append("3")
+    assert page_statistics.n_whole_seeds("hippo") == 3
+    missing.append("0")
+    assert page_statistics.n_whole_seeds("hippo") == 0
+    with pytest.raises(InputError, match="the table has no row of a seed below 0"):
+        page_statistics.write_correlations("hippo", None)
