@@ -38,12 +38,10 @@ def shown_correlations() -> list[tuple[str, Milestone | None]]:
 
 def n_whole_seeds(name: str) -> int:
     """How many of a sweep's first seeds are whole."""
-    plan = plan_of(name)
-    runs = plan.runs()
+    runs = plan_of(name).runs()
     done = {row["digest"] for row in SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)}
-    return min(
-        (run.config.seed for run in runs if run.digest not in done), default=len({run.config.seed for run in runs})
-    )
+    unfinished = [run.config.seed for run in runs if run.digest not in done]
+    return min(unfinished, default=1 + max(run.config.seed for run in runs))
 
 
 def write_correlations(name: str, milestone: Milestone | None) -> Path:

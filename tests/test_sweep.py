@@ -319,7 +319,10 @@ def test_killed_workers_and_a_killed_sweep_leave_the_same_table(tmp_path, undist
     process = start(tmp_path)
     assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
     os.kill(children(process)[0], signal.SIGKILL)
-    assert process.wait(300) == 0
+    assert wait_for((tmp_path / "sweep.csv").exists, process)
+    os.killpg(process.pid, signal.SIGKILL)  # the workers with it
+    assert process.wait(60) == -signal.SIGKILL
+    assert start(tmp_path).wait(300) == 0
     assert results(tmp_path / "sweep.csv") == undisturbed
 
 

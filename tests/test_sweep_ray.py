@@ -42,8 +42,13 @@ def test_a_node_that_is_killed_loses_nothing(tmp_path, cluster):
     settings = ("method=hippo,ppo", "steps=20000")
     elsewhere = Sweep(plan(*settings, seeds=2), tmp_path / "cluster")
 
+    rows_before = []
+
     def kill():
-        time.sleep(15)
+        end = time.monotonic() + 120
+        while not elsewhere.table.path.exists() and time.monotonic() < end:
+            time.sleep(0.1)
+        rows_before.extend(elsewhere.rows())
         cluster.remove_node(doomed, allow_graceful=False)
 
     killer = threading.Thread(target=kill)
@@ -51,6 +56,7 @@ def test_a_node_that_is_killed_loses_nothing(tmp_path, cluster):
     outcome = elsewhere.fill(ray=cluster.address)
     killer.join()
     assert outcome.failures == ()
+    assert 1 <= len(rows_before) < len(elsewhere.plan.runs()), "runs were at work on both nodes"
     here = Sweep(elsewhere.plan, tmp_path / "here")
     here.fill(processes=2)
     assert results(elsewhere.table.path) == results(here.table.path)
