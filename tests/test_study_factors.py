@@ -125,6 +125,8 @@ def test_methods_that_cannot_be_told_apart_by_name_are_refused():
         trained.method_names(rows)
     with pytest.raises(InputError, match="each row of a table of training runs needs a method"):
         trained.method_names([{"graph": "a"}])
+    with pytest.raises(InputError, match="the table holds no training runs"):
+        trained.method_names([])
 
 
 def test_a_figure_has_a_line_for_each_method_and_an_arrow_where_it_is_infinite():

@@ -244,3 +244,9 @@ def test_another_table_is_refused(module, tmp_path, text, message):
     with pytest.raises(InputError, match=message) as caught:
         module("tables").read_measures(path)
     assert "\n" not in str(caught.value)
+
+
+def test_a_table_without_rows_is_to_be_made(module, tmp_path):
+    (tmp_path / "measures.csv").write_text("graph,twin_of,rooms,goals,settings\n")
+    with pytest.raises(InputError, match=r"measures\.csv holds no measures; make it: python -m"):
+        module("tables").known_measures(tmp_path / "measures.csv")

@@ -33,6 +33,8 @@ def known_measures(path: Path) -> list[Row]:
         InputError: if there is none, or as `read_measures`.
     """
     rows = read_measures(path)
+    if not path.exists():
+        raise InputError(f"there is no table of measures {path}; run this where it is, or give --measures")
     if not rows:
         raise InputError(f"{path} holds no measures; make it: python -m benchmarks.study.measures_table")
     return rows

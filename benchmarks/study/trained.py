@@ -183,8 +183,10 @@ def method_names(rows: Sequence[Row]) -> list[str]:
         rows: of a table of training runs.
 
     Raises:
-        InputError: if a row has no method, or methods with other settings would have the same name.
+        InputError: if there is no row, a row has no method, or methods with other settings would have the same name.
     """
+    if not rows:
+        raise InputError("the table holds no training runs")
     if not all(row.get("method") for row in rows):
         raise InputError("each row of a table of training runs needs a method")
     names = [row["method"] for row in rows]
