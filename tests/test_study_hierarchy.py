@@ -129,7 +129,7 @@ def test_a_single_seed_leaves_open_on_how_many_hierarchy_pays(hierarchy, tables,
         (["--hardest-by", "luck"], "the measure of the hardest must be one of .*expected_steps, not 'luck'"),
         (
             ["--measures", "none.csv"],
-            "there is no table of measures none.csv; run this where it is, or give --measures",
+            "there is no table of measures none.csv; run this",
         ),
         (["--resamples", "1"], "resamples must be at least 2"),
         (["--level", "95"], "between 0 and 1, not 95"),

@@ -89,7 +89,7 @@ def test_the_milestone_is_that_of_all_rooms_whatever_is_shown(module, tables, mo
     [
         (
             ["runs.csv", "--measures", "none.csv"],
-            "there is no table of measures none.csv; run this where it is, or give --measures",
+            "there is no table of measures none.csv; run this",
         ),
         (["none.csv", "--measures", "measures.csv"], "cannot read the table"),
         (["runs.csv", "--measures", "measures.csv", "--resamples", "1"], "resamples must be at least 2"),
