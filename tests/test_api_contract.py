@@ -261,14 +261,14 @@ def test_the_end_is_told_with_the_shortest_length():
 
 
 def test_unseeded_environments_differ_and_go_on_to_the_next_episode():
+    """Five episodes each, as two can begin with the same view."""
     for make_one in (hierroom.parallel_env, EscapeRoom, lambda: EscapeRooms(4)):
-        firsts, seconds = [], []
+        several = []
         for _ in range(6):
             env = make_one()
-            firsts.append(repr(env.reset()[0]))
-            seconds.append(repr(env.reset()[0]))
-        assert len(set(firsts)) > 3
-        assert all(first != second for first, second in zip(firsts, seconds, strict=True))
+            several.append([repr(env.reset()[0]) for _ in range(5)])
+        assert len({episodes[0] for episodes in several}) > 3
+        assert all(len(set(episodes)) > 2 for episodes in several)
 
 
 def test_an_entry_of_an_observation_can_name_a_torch_module():
