@@ -1,0 +1,190 @@
+"""The plans of the study: its goal graphs, what its sweeps change, and the settings that were tuned."""
+
+import csv
+import importlib
+import sys
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from hierroom.complexity import GraphSet
+from hierroom.sweep.plan import read_plan
+from hierroom.training.presets import PRESETS
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+from benchmarks.study import tuning  # noqa: E402
+
+
+@pytest.fixture
+def module(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT)
+    return lambda name: importlib.import_module(f"benchmarks.study.{name}")
+
+
+def test_the_graphs_are_all_of_five_rooms_and_a_sample_none_twice(module):
+    graphs = module("graphs").study_graphs(n_sampled=3)
+    rooms = [graph.n_rooms for graph in graphs]
+    assert [rooms.count(n) for n in range(2, 8)] == [1, 3, 9, 26, 3, 3]
+    assert len({graph.canonical() for graph in graphs}) == len({graph.name for graph in graphs}) == len(graphs)
+    assert graphs == module("graphs").study_graphs(n_sampled=3)
+    assert graphs != module("graphs").study_graphs(n_sampled=3, seed=1)
+
+
+def test_twins_are_isomorphic_and_other_graphs(module):
+    originals = {graph.name: graph for graph in module("graphs").study_graphs(0)}
+    twins = module("graphs").twins()
+    assert len(twins) == 9
+    for name, twin in twins.items():
+        assert twin.canonical() == originals[name].canonical()
+        assert twin != originals[name]
+        assert twin.name == f"keys-{'-'.join(map(str, twin.key_rooms))}-exit-{twin.exit_room}"
+
+
+def plan(name):
+    return read_plan(ROOT / "benchmarks" / "sweeps" / f"{name}.toml")
+
+
+def test_the_sweeps_train_the_study_s_graphs_and_their_twins_alike(module):
+    graphs = module("graphs")
+    plans = [plan("study"), plan("study_twins")]
+    assert replace(plans[0], graphs=()) == replace(plans[1], graphs=())
+    wanted = [graphs.study_graphs(), tuple(graphs.twins().values())]
+    for one, own in zip(plans, wanted, strict=True):
+        runs = one.runs()
+        assert len(runs) == 20 * len(own)
+        assert {run.identity["graph"] for run in runs} == {graph.name for graph in own}
+    assert {graph.name for own in wanted for graph in own} == {row["graph"] for row in committed("study/measures.csv")}
+
+
+@pytest.mark.parametrize("name", ["study", "study_levels", "study_unseen"])
+def test_a_sweep_with_the_paper_s_features_differs_in_nothing_else(name):
+    papers_name = "study_paper_features" if name == "study" else f"{name}_paper_features"
+    own, papers = (plan(each).runs() for each in (name, papers_name))
+    features, seeds = PRESETS["paper"].agents.features, {run.config.seed for run in papers}
+    asked = [run for run in own if run.config.seed in seeds]
+    expected = {replace(run.config, agents=replace(run.config.agents, features=features)) for run in asked}
+    assert {run.config for run in papers} == expected
+    assert len(seeds) == (5 if name == "study_unseen" else 3)
+
+
+def by_expected_steps():
+    """The study's graphs of each number of rooms from four on, those with fewer expected steps first."""
+    rows = [row for row in committed("study/measures.csv") if not row["twin_of"] and int(row["rooms"]) > 3]
+    rows.sort(key=lambda row: float(row["expected_steps"]))
+    return [[row["graph"] for row in rows if row["rooms"] == rooms] for rooms in sorted({row["rooms"] for row in rows})]
+
+
+@pytest.mark.parametrize(("name", "n_changes"), [("study_factors", 10), ("study_factors_paper_features", 7)])
+def test_factors_are_changed_on_the_graphs_with_the_fewest_the_median_and_the_most_expected_steps(name, n_changes):
+    runs = plan(name).runs()
+    chosen = {graphs[place] for graphs in by_expected_steps() for place in (0, len(graphs) // 2, -1)}
+    assert {run.identity["graph"] for run in runs} == chosen
+    as_it_is = {
+        (run.identity["graph"], run.config.seed): run.config for run in runs if run.identity["variant"] == "as it is"
+    }
+    assert {config.ppo for config in as_it_is.values()} == {
+        run.config.ppo for run in plan("study").runs() if run.identity["method"] == "hippo"
+    }
+    changes = {
+        (run.identity["variant"], len(run.config.differences(as_it_is[run.identity["graph"], run.config.seed])))
+        for run in runs
+        if run.identity["method"] == "hippo"
+    }
+    assert len(changes) == 1 + n_changes
+    assert changes - {("as it is", 0)} == {(variant, 1) for variant, _ in changes if variant != "as it is"}
+
+
+def test_levels_are_changed_in_one_thing_each_on_the_graphs_with_the_median_expected_steps():
+    runs, changes = plan("study_levels").runs(), set()
+    assert {run.identity["graph"] for run in runs} == {graphs[len(graphs) // 2] for graphs in by_expected_steps()}
+    own = {(run.identity["graph"], run.identity["method"], run.config.seed): run.config for run in plan("study").runs()}
+    for run in runs:
+        unchanged = own[run.identity["graph"], run.identity["method"], run.config.seed]
+        changed = run.config.differences(unchanged)
+        (change,) = (one for one in changed if not one.startswith("graph is 'e'"))  # by name, and once by content
+        changes.add((run.identity["method"], change))
+    assert len(changes) == 2 * 3, changes
+
+
+def test_every_fourth_graph_or_all_of_six_rooms_are_not_trained_on():
+    runs, excluded = plan("study_unseen").runs(), set()
+    tuned = {(run.identity["method"], run.config.ppo) for run in plan("study").runs()}
+    assert {(run.identity["method"], run.config.ppo) for run in runs} == tuned
+    for run in runs:
+        graphs = GraphSet(run.config.env.graph, run.config.env.exclude)
+        left_out = {graph.name for graph in graphs.excluded}
+        if {graph.n_rooms for graph in graphs.excluded} == {6}:
+            assert len(left_out) == 75
+            assert len(graphs.graphs) == 9 + 26
+        else:
+            assert left_out == {name for of_one in by_expected_steps()[:2] for name in of_one[2::4]}
+            assert len(graphs.graphs) == 9 + 26 - len(left_out)
+        excluded.add((run.identity["method"], len(left_out)))
+    assert excluded == {(method, n) for method in ("hippo", "ppo-bonus") for n in (8, 75)}
+
+
+def best_settings(*sweeps):
+    found = tuning.tuned([row for sweep in sweeps for row in committed(f"{sweep}/sweep.csv")])
+    assert {len(one.areas) for one in found} == {6}
+    assert {len(of) for one in found for of in one.areas.values()} == {3}
+    return {(one.method, *(dict(one.best).get(name) for name in tuning.TUNED)) for one in found}
+
+
+def settings_of(runs, sweeps):
+    """The settings of runs as `best_settings` gives them: only what is tuned for a method."""
+    tuned = {method: names for method, *names in best_settings(*sweeps)}
+    settings = set()
+    for run in runs:
+        ppo, method = run.config.ppo, run.identity["method"]
+        values = ppo.learning_rate, run.config.env.novelty_bonus, run.config.agents.curiosity_weight, ppo.gamma
+        given = (None if one is None else value for one, value in zip(tuned[method], values, strict=True))
+        settings.add((method, *given))
+    return settings
+
+
+def test_the_study_takes_the_settings_with_the_largest_area_under_the_curve():
+    assert settings_of(plan("study").runs(), ["tuning"]) == best_settings("tuning")
+
+
+def test_the_other_methods_are_tuned_with_as_many_settings_on_the_same_graphs_and_seed():
+    own, others = plan("tuning").runs(), plan("tuning_others").runs()
+    assert {(run.identity["graph"], run.config.seed, run.config.steps) for run in others} == {
+        (run.identity["graph"], run.config.seed, run.config.steps) for run in own
+    }
+    budgets = Counter(run.identity["method"] for run in (*own, *others))
+    factors = {run.identity["method"] for run in plan("study_factors").runs()}
+    assert budgets == dict.fromkeys(factors, 6 * 3)
+    weights = {run.config.env.novelty_bonus for run in others} | {run.config.agents.curiosity_weight for run in others}
+    assert weights == {0.01, 0.03, 0.1, 0.015, 0.05, 0.15}
+
+
+def test_the_other_methods_are_run_again_with_the_settings_with_the_largest_area_under_the_curve():
+    runs = [run for run in plan("study_factors").runs() if run.identity["variant"].startswith("tuned")]
+    assert settings_of(runs, ["tuning_others"]) == best_settings("tuning_others")
+
+
+def test_with_the_features_of_the_paper_each_method_is_tuned_with_the_same_settings():
+    papers = {run.config for run in plan("tuning_paper_features").runs()}
+    own = [run.config for name in ("tuning", "tuning_others") for run in plan(name).runs()]
+    features = PRESETS["paper"].agents.features
+    assert papers == {replace(config, agents=replace(config.agents, features=features)) for config in own}
+
+
+def test_factors_with_the_features_of_the_paper_are_held_against_what_was_tuned_with_these():
+    own, others = plan("study_factors_paper_features"), plan("study_factors_paper_features_others")
+    assert replace(own, variants=()) == replace(others, variants=())
+    runs = [*own.runs(), *others.runs()]
+    tuned = [run for run in runs if run.identity["variant"] != "gamma 0.98"]
+    assert settings_of(tuned, ["tuning_paper_features"]) == best_settings("tuning_paper_features")
+    papers = PRESETS["paper"].agents.features
+    features = {run.identity["variant"]: run.config.agents.features for run in runs}
+    assert {variant: of for variant, of in features.items() if of != papers} == {"goal not observed": papers[:1]}
+
+
+def committed(name):
+    with (ROOT / "benchmarks" / "results" / name).open() as file:
+        return list(csv.DictReader(file))
