@@ -5,6 +5,7 @@ import importlib
 import sys
 from collections import Counter
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from benchmarks.study import tuning  # noqa: E402
+from benchmarks.study.trained import method_names  # noqa: E402
 
 
 @pytest.fixture
@@ -183,6 +185,48 @@ def test_factors_with_the_features_of_the_paper_are_held_against_what_was_tuned_
     papers = PRESETS["paper"].agents.features
     features = {run.identity["variant"]: run.config.agents.features for run in runs}
     assert {variant: of for variant, of in features.items() if of != papers} == {"goal not observed": papers[:1]}
+
+
+REWARDS = {
+    None: ("given goal", "cut"),
+    "benchmarks.variants:CutBonus": ("any event", "cut"),
+    "benchmarks.variants:UncutIntrinsic": ("given goal", "not cut"),
+    "bonus": ("any event", "not cut"),
+}
+
+
+def cell(run):
+    """Whether a run observes its goal, what it is rewarded for, and whether its returns are cut."""
+    if run.identity["method"] == "ppo-bonus":
+        return ("not observed", "any event", "not cut")
+    is_observed = run.config.agents.features == PRESETS["paper"].agents.features
+    return ("observed" if is_observed else "not observed", *REWARDS[run.config.env.reward])
+
+
+def test_three_factors_are_crossed_with_all_else_alike(module):
+    runs = plan("study_factors_paper_features_crossed").runs()
+    names = method_names([run.identity for run in runs])
+    cells = {method: cell(run) for run, method in zip(runs, names, strict=True)}
+    assert sorted(cells.values()) == sorted(
+        product(("observed", "not observed"), ("given goal", "any event"), ("cut", "not cut"))
+    )
+    assert len({run.config.ppo for run in runs}) == 1
+    wholes = {run.digest for run in plan("study_factors_paper_features").runs()}
+    assert Counter(run.digest in wholes for run in runs) == {True: 5 * 12 * 3, False: 3 * 12 * 3}
+    path = ROOT / "benchmarks" / "study" / "study_factors_paper_features_crossed_comparisons.toml"
+    planned = module("comparisons").read_comparisons(path)
+    changes = [
+        [
+            (before, after)
+            for before, after in zip(cells[one.reference], cells[one.method], strict=True)
+            if before != after
+        ]
+        for one in planned
+    ]
+    one_change = [("observed", "not observed")], [("given goal", "any event")], [("cut", "not cut")]
+    assert changes == [change for change in one_change for _ in range(4)]
+    assert len({(one.method, one.reference) for one in planned}) == 12
+    assert {one.outcome for one in planned} == {"steps_to_50"}
 
 
 def committed(name):
