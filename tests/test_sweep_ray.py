@@ -6,7 +6,8 @@ import threading
 import time
 
 import pytest
-from test_sweep import plan, results
+from test_sweep import results
+from tiny_sweep import plan
 
 from hierroom.errors import InputError
 from hierroom.sweep.sweep import Sweep

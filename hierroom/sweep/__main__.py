@@ -80,8 +80,12 @@ def main() -> int:
         require_number("processes", arguments.processes, 1, 1024, is_whole=True)
     shard = Shard.parse(arguments.shard)
     sweep = Sweep(arguments.plan(), arguments.out)
-    runs = shard.of(sweep.plan.runs())
+    planned = sweep.plan.runs()
+    runs = shard.of(planned)
     console = Console()
+    if not runs:
+        console.print(f"shard {arguments.shard} holds none of the {len(planned)} runs", highlight=False)
+        return 0
     if arguments.list:
         _list(runs, sweep, console)
         return 0

@@ -62,7 +62,7 @@ class Job:
         else:
             trainer, folder = begin(config, self.folder)
         silent = Console(file=io.StringIO())
-        with folder.lock, lasting_output(), Interrupt() as interrupt:
+        with folder.lock, lasting_output(), Interrupt(hears_ctrl_c=False) as interrupt:
             train(trainer, folder, interrupt, lambda words: report(trainer.steps, words))
             if not trainer.is_done:
                 return None

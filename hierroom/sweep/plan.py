@@ -29,6 +29,7 @@ entry gets another default. An entry that is new, with a default that does what 
 _META_PPO = "meta_ppo"
 _OWN_KEYS = ("graphs", "seeds", "episodes", "metas", "variants")
 _IDENTITY = ("variant", "preset", "method", "meta", "graph", "size", "seed")
+_PLANNED_STEPS = "planned_steps"  # a row's ``steps`` are those that were taken
 
 Values = Mapping[str, Sequence[Any]]
 """Entries of a run's config, named as on the command line, each with the values to try."""
@@ -41,11 +42,13 @@ class PlannedRun:
     Args:
         config: what is trained.
         identity: what tells it from the other runs of the sweep, by column of the table, as text.
+        entries: the same of every entry of its config, whether the sweep has several values of it or one.
         digest: of everything that decides its row.
     """
 
     config: TrainConfig
     identity: Mapping[str, str]
+    entries: Mapping[str, str]
     digest: str
 
     @property
@@ -81,6 +84,10 @@ class Plan:
         require_number("episodes", self.episodes, 1, 10**7, is_whole=True)
         if self.seeds is not None:
             require_number("seeds", self.seeds, 1, 10**6, is_whole=True)
+        given = {name for values in (self.values, *(self.variants or {}).values()) for name in values}
+        for one, several, is_given in (("seed", "seeds", self.seeds is not None), ("graph", "graphs", self.graphs)):
+            if is_given and one in given:
+                raise InputError(f"{one} and {several} are both given, which say the same of a run; leave one out")
 
     def runs(self) -> tuple[PlannedRun, ...]:
         """All runs; the seeds are the outermost, so that what is there of an unfinished sweep is balanced.
@@ -119,7 +126,8 @@ class Plan:
         """The entries with several values, or in some variants only, that are no column of the table anyway."""
         several = [name for name, values in self.values.items() if len(values) > 1]
         own = [name for _, values in self._variants() for name in values]
-        return tuple(name for name in dict.fromkeys([*several, *own]) if name not in (*_IDENTITY, "steps"))
+        columns = (_PLANNED_STEPS if name == "steps" else name for name in [*several, *own])
+        return tuple(name for name in dict.fromkeys(columns) if name not in _IDENTITY)
 
     def _run(self, variant: str, entries: dict[str, Any], varied: tuple[str, ...]) -> PlannedRun:
         start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
@@ -128,8 +136,10 @@ class Plan:
         config = replace(config, meta_ppo=replace(config.meta_ppo, **learner))
         told = config.entries | {f"{_META_PPO}.{name}": value for name, value in vars(config.meta_ppo).items()}
         told |= {"meta": config.resolved_method.meta, "graph": spec_names(config.env.graph), "variant": variant}
-        identity = {name: _text(told[name]) for name in (*_IDENTITY, *varied)}
-        return PlannedRun(config, identity, self._digest(config))
+        told[_PLANNED_STEPS] = told.pop("steps")
+        texts = {name: _text(value) for name, value in told.items()}
+        identity = {name: texts[name] for name in (*_IDENTITY, *varied)}
+        return PlannedRun(config, identity, texts, self._digest(config))
 
     def _digest(self, config: TrainConfig) -> str:
         usual = _flat(TrainConfig().to_dict())
@@ -151,10 +161,11 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
 
     Args:
         path: the file; None: words alone.
-        words: ``entry=value`` or ``entry=value,value,...``.
+        words: ``entry=value`` or ``entry=value,value,...``; ``seed`` and ``graph`` take the place of the file's
+            ``seeds`` and ``graphs``.
 
     Raises:
-        InputError: if the file cannot be read, or an entry is unknown or of another type.
+        InputError: if the file cannot be read, or an entry is unknown, of another type, or given by two words.
     """
     table = {} if path is None else read_toml(path, "sweep")
     where = "" if path is None else f"{path}: "
@@ -170,7 +181,15 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
         variants[one["name"]] = _typed(values, f"{where}variant {one['name']}: ")
     if len(variants) < len(several):
         raise InputError(f"{where}two variants have the same name")
-    values = {**_typed(table, where), **_typed(dict(map(_assignment, words)), "")}
+    assigned = [_assignment(word) for word in words]
+    named = dict(assigned)
+    if len(named) < len(assigned):
+        twice = next(name for name in named if sum(one == name for one, _ in assigned) > 1)
+        raise InputError(f"{twice} is given twice; several values to try are joined by commas, {twice}=value,value")
+    for one, several in (("seed", "seeds"), ("graph", "graphs")):
+        if one in named:
+            own.pop(several, None)
+    values = {**_typed(table, where), **_typed(named, "")}
     settings: dict[str, Any] = {}
     kinds = {"graphs": str | tuple[str, ...], "seeds": int, "episodes": int, "metas": tuple[str, ...]}
     for name, value in own.items():
@@ -207,6 +226,9 @@ def _typed(table: Mapping[str, Any], where: str) -> dict[str, list[Any]]:
     flat |= {f"{_META_PPO}.{name}": value for name, value in learner.items()}
     typed = {}
     for name, values in flat.items():
+        if name in _OWN_KEYS:
+            place = "in a file, under [[variants]]" if name == "variants" else f"as --{name}, or at the head of a file"
+            raise InputError(f"{where}{name} is no entry of a run; it is given {place}")
         if name not in types:
             near = get_close_matches(name, [*types, *_OWN_KEYS], n=1)
             hint = f"is it {near[0]}?" if near else f"there are {', '.join(sorted(types))}"

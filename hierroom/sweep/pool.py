@@ -82,7 +82,9 @@ def _stopped(workers: list[_Worker]) -> Iterator[Event]:
             worker.process.terminate()
     for worker in workers:
         while worker.job is not None and wait([worker.connection], _LAST_WORDS_S):
-            yield from _heard([worker], 0)
+            for event in _heard([worker], 0):
+                # Before it trains, and after it, nothing is left to be saved, and SIGTERM ends the process.
+                yield Interrupted(event.job) if isinstance(event, Retried) else event
 
 
 def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:

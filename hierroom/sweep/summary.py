@@ -57,7 +57,7 @@ def summarise(runs: Sequence[PlannedRun], rows: Sequence[Row], metas: Sequence[s
     """A line for each combination of values, its seeds together.
 
     Args:
-        runs: all runs of the sweep.
+        runs: all runs of the sweep, at least one.
         rows: of those that are done.
         metas: the other meta-controllers with which the controllers were evaluated too.
     """
@@ -96,7 +96,7 @@ def _telling(runs: Sequence[PlannedRun]) -> list[str]:
 
 
 def _numbers(group: Sequence[Row], name: str) -> list[float]:
-    return [float(row[name] or "inf") for row in group]
+    return [float(row.get(name) or "inf") for row in group]  # without evaluations there are no milestones
 
 
 def _spread(group: Sequence[Row], name: str, text: Callable[[float], str]) -> str:

@@ -36,9 +36,12 @@ class SweepTable:
         return _read(self.path)
 
     def of(self, runs: Sequence[PlannedRun]) -> list[Row]:
-        """The rows of some runs, in their order; a run that is not done has none."""
+        """The rows of some runs, in their order; a run that is not done has none.
+
+        A row that was written when a sweep had one value of an entry lacks the column that tells it from others.
+        """
         by_digest = {row["digest"]: row for row in self.read()}
-        return [by_digest[run.digest] for run in runs if run.digest in by_digest]
+        return [{**by_digest[run.digest], **run.identity} for run in runs if run.digest in by_digest]
 
     def curves(self) -> dict[str, list[Row]]:
         """The learning curve of each run by its digest: rows of ``steps``, ``episodes``, ``success_rate``, ...
@@ -100,8 +103,14 @@ def _write(path: Path, rows: Sequence[Row], first: Sequence[str] = ()) -> None:
 
 
 def _is_same(row: Row, run: PlannedRun) -> bool:
-    """Whether a row is of the same run with another config, such as an older preset."""
-    return all(row.get(name, "") == text for name, text in run.identity.items())
+    """Whether a row is of the same run with another config, such as an older preset.
+
+    It is not where the row tells of an entry that a sweep of several values had another value.
+    """
+    told = {name: text for name, text in row.items() if text and name in run.entries}
+    return all(row.get(name, "") == text for name, text in run.identity.items()) and all(
+        run.entries[name] == text for name, text in told.items()
+    )
 
 
 def _point(evaluation: Row) -> Row:

@@ -14,15 +14,21 @@ class Interrupt:
     after ``nohup``, it stays so. A second Ctrl-C raises KeyboardInterrupt. The others do not: a terminal that closes
     and a batch system send them more than once. Signals arrive in the main thread alone, so elsewhere none is heard.
 
+    Args:
+        hears_ctrl_c: whether Ctrl-C is one of them; not in a process whose parent hears it and asks by SIGTERM.
+
     Attributes:
         is_requested: whether a signal has arrived.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, hears_ctrl_c: bool = True) -> None:
         self.is_requested = False
+        self._hears_ctrl_c = hears_ctrl_c
 
     def __enter__(self) -> Interrupt:
-        numbers = [signal.SIGINT, signal.SIGTERM]
+        numbers = [signal.SIGTERM]
+        if self._hears_ctrl_c:
+            numbers.append(signal.SIGINT)
         if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
             numbers.append(signal.SIGHUP)
         is_main = threading.current_thread() is threading.main_thread()

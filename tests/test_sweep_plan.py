@@ -1,0 +1,146 @@
+"""What a sweep plans to train, and by what a run is recognised."""
+
+import hashlib
+import json
+
+import pytest
+from tiny_sweep import plan
+
+from hierroom.errors import InputError
+from hierroom.files import to_json
+from hierroom.sweep.__main__ import SweepArguments
+from hierroom.sweep.plan import RESULTS_VERSION, Plan, read_plan
+from hierroom.sweep.sweep import Shard
+from hierroom.training.config import TrainConfig
+
+
+def test_every_combination_is_planned_once_with_seeds_outermost():
+    runs = plan("method=hippo,ppo", "gamma=0.9,0.99", graphs=("c", "rooms:2"), seeds=2).runs()
+    told = [(r.config.seed, r.config.env.graph, r.config.agents.method, r.config.ppo.gamma) for r in runs]
+    assert len(told) == len(set(map(str, told))) == 2 * 2 * 2 * 2
+    assert [seed for seed, *_ in told] == [0] * 8 + [1] * 8
+    assert runs[0].identity["graph"] == "c"
+    assert runs[0].identity["gamma"] == "0.9"
+    assert {run.config.threads for run in runs} == {1}
+    assert len({run.name for run in runs}) == len(runs)
+
+
+def test_a_file_and_words_make_a_plan(tmp_path):
+    path = tmp_path / "sweep.toml"
+    path.write_text(
+        'method = ["hippo", "ppo"]\nsteps = 1000\nseeds = 3\nfeatures = [["view", "goal"]]\n'
+        "meta_ppo.gamma = [0.5, 0.6]\n"
+        '[[variants]]\nname = "small"\nsize = 11\n[[variants]]\nname = "wide"\npreset = "large"\nsize = 31\n'
+    )
+    read = SweepArguments(what=(str(path), "steps=2_000", "meta=none,oracle"), seeds=1).plan()
+    runs = read.runs()
+    assert len(runs) == 2 * 2 * 2 * 2
+    assert {run.config.steps for run in runs} == {2000}
+    assert {run.config.agents.features for run in runs} == {("view", "goal")}
+    assert {run.config.meta_ppo.gamma for run in runs} == {0.5, 0.6}
+    assert {(run.identity["variant"], run.config.preset, run.config.env.size) for run in runs} == {
+        ("small", "default", 11),
+        ("wide", "large", 31),
+    }
+
+
+def test_a_word_for_one_seed_or_graph_takes_the_place_of_several(tmp_path):
+    path = tmp_path / "sweep.toml"
+    path.write_text('graphs = ["a", "b"]\nseeds = 2\nmethod = "hippo"\n')
+    assert len(read_plan(path).runs()) == 4
+    (run,) = read_plan(path, ("seed=7", "graph=c")).runs()
+    assert (run.config.seed, run.identity["graph"]) == (7, "c")
+
+
+@pytest.mark.parametrize(
+    ("values", "variants", "settings", "names"),
+    [
+        ({"seed": [7]}, None, {"seeds": 2}, "seed and seeds"),
+        ({}, {"one": {"seed": [7]}}, {"seeds": 2}, "seed and seeds"),
+        ({"graph": ["a"]}, None, {"graphs": ("b",)}, "graph and graphs"),
+    ],
+)
+def test_one_and_several_of_the_same_are_not_both_given(values, variants, settings, names):
+    with pytest.raises(InputError, match=f"{names} are both given, which say the same of a run; leave one out"):
+        Plan(values, variants=variants, **settings)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("gama=0.9",), "there is no entry 'gama'; is it gamma?"),
+        (("gamma",), "a sweep takes entry=value,value,... such as method=hippo,ppo, not 'gamma'"),
+        (("gamma=",), "a sweep takes entry=value"),
+        (("gamma=high",), "gamma must be a number, not 'high'"),
+        (("steps=0",), "steps must be at least 1, not 0"),
+        (("method=[]",), "method needs at least one value"),
+        (("seed=1,1",), "two runs of the sweep are the same"),
+        (("gamma=0.9", "gamma=0.99"), "gamma is given twice; several values to try are joined by commas, gamma="),
+        (("seeds=5",), "seeds is no entry of a run; it is given as --seeds, or at the head of a file"),
+        (("variants=5",), "variants is no entry of a run; it is given in a file, under "),
+        (("method=dqn",), "method must be one of"),
+    ],
+)
+def test_what_cannot_be_planned_is_said_in_one_line(words, message):
+    with pytest.raises(InputError, match=message.replace("(", r"\(")):
+        plan(*words).runs()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("steps = ", "is not a TOML file"),
+        ("stepps = 3", "there is no entry 'stepps'; is it steps?"),
+        ("seeds = 'many'", "seeds must be a whole number, not 'many'"),
+        ("[[variants]]\ngamma = 1.0", "needs a name"),
+        ("[[variants]]\nname = 'a'\n[[variants]]\nname = 'a'", "two variants have the same name"),
+        ("[[variants]]\nname = 'a'\nepisodes = 3", "variant a: episodes is no entry of a run"),
+    ],
+)
+def test_what_a_file_holds_wrongly_is_said_with_its_path(tmp_path, text, message):
+    path = tmp_path / "s.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message) as error:
+        read_plan(path)
+    assert str(path) in str(error.value)
+
+
+def test_shards_are_all_runs_each_once():
+    runs = plan("gamma=0.9,0.95,0.99", seeds=3).runs()
+    parts = [Shard.parse(f"{n}/4").of(runs) for n in range(1, 5)]
+    assert sorted(run.digest for part in parts for run in part) == sorted(run.digest for run in runs)
+    for wrong in ("0/3", "4/3", "3", "a/b", "1/-2"):
+        with pytest.raises(InputError, match="a shard is NUMBER/COUNT"):
+            Shard.parse(wrong)
+
+
+def test_the_digest_knows_what_decides_a_row_and_nothing_else():
+    (one,), (other,) = plan("seed=0").runs(), plan("seed=0", "threads=2").runs()
+    assert one.digest == other.digest, "threads decide nothing"
+    changes = (("gamma=0.5",), ("steps=301",), ("evaluations=3",), ("meta_ppo.gamma=0.5",))
+    digests = {plan("seed=0", *change).runs()[0].digest for change in changes} | {plan("seed=1").runs()[0].digest}
+    digests |= {plan("seed=0", episodes=5).runs()[0].digest, plan("seed=0", metas=("random",)).runs()[0].digest}
+    assert len({one.digest, *digests}) == len(changes) + 4
+
+
+def test_the_digest_of_a_run_that_excludes_graphs_is_not_that_of_before_these_were_evaluated(monkeypatch):
+    decided = []
+    monkeypatch.setattr("hierroom.sweep.plan.to_json", lambda decides: decided.append(decides) or to_json(decides))
+    for words in ((), ("exclude=b",)):
+        plan("seed=0", "graph=rooms:3", *words).runs()
+    assert [len(decides) for decides in decided] == [4, 5]
+
+
+def test_a_plan_holds_configs_as_training_does():
+    (run,) = plan("seed=0").runs()
+    assert isinstance(run.config, TrainConfig)
+    assert run.config.env.size == 11
+
+
+def test_an_entry_that_is_new_leaves_digests_as_they_are_and_another_default_does_not():
+    """If this fails: an entry with another default needs another RESULTS_VERSION; for a new entry renew the text."""
+    defaults = json.dumps(json.loads(to_json(TrainConfig(threads=1).to_dict())), sort_keys=True)
+    assert (RESULTS_VERSION, hashlib.sha256(defaults.encode()).hexdigest()[:16]) == (1, "d1bed226f5e7516e")
+    (run,) = plan("seed=0", "stagger_clocks=true").runs()
+    assert run.digest == plan("seed=0").runs()[0].digest
+    assert run.digest != plan("seed=0", "stagger_clocks=false").runs()[0].digest

@@ -1,0 +1,125 @@
+"""The table of a sweep: rows that are added, found again and replaced, and their medians."""
+
+from contextlib import suppress
+
+import pytest
+from tiny_sweep import plan
+
+from hierroom.errors import InputError
+from hierroom.files import write_atomically
+from hierroom.sweep.summary import summarise
+from hierroom.sweep.table import SweepTable
+
+
+def test_a_row_of_an_older_preset_is_made_again_and_others_stay(tmp_path):
+    table = SweepTable(tmp_path)
+    (old,), (new,) = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.8", "seed=0").runs()
+    (other,) = plan("gamma=0.9", "seed=1").runs()
+    for run in (old, other):
+        table.add(run, {"success_rate": 0.123456789, "length": 40.0, "steps_to_95": float("inf")})
+    assert [row["success_rate"] for row in table.of((old, other))] == ["0.123457"] * 2
+    assert table.of((new,)) == []
+    table.add(new, {"success_rate": 1.0, "more": 'it, "quoted"'})
+    assert [row["digest"] for row in table.read()] == [other.digest, new.digest]
+    assert [row["more"] for row in table.read()] == ["", 'it, "quoted"']
+    assert table.read()[0]["steps_to_95"] == ""
+
+
+NUMBERS = {"success_rate": 0.5, "length": 40.0, "length_over_shortest": 2.0, "greedy_success_rate": 0.5}
+
+
+@pytest.mark.parametrize("entry", ["gamma=0.9{}0.99", "steps=300{}400"])
+def test_more_values_add_to_what_is_there(tmp_path, entry):
+    table, points = SweepTable(tmp_path), [{"steps": "100", "graph": "c", "success_rate": "0.5"}]
+    first, rest = (plan(*entry.format(between).split()[:1], "seed=0").runs() for between in (" ", ","))
+    table.add(first[0], NUMBERS, points)
+    assert len(table.of(rest)) == 1
+    for run in rest[1:]:
+        table.add(run, NUMBERS, points)
+    rows = table.of(rest)
+    assert [row["digest"] for row in rows] == [run.digest for run in rest]
+    assert table.curves().keys() == {run.digest for run in rest}
+    column = {"gamma": "gamma", "steps": "planned_steps"}[entry.partition("=")[0]]
+    assert [line[0] for line in summarise(rest, rows).lines] == entry.partition("=")[2].split("{}")
+    assert [row[column] for row in rows] == entry.partition("=")[2].split("{}")
+
+
+def test_rows_of_other_values_stay(tmp_path):
+    table = SweepTable(tmp_path)
+    several, (single,) = plan("gamma=0.9,0.99", "seed=0").runs(), plan("gamma=0.95", "seed=0").runs()
+    for run in (*several, single):
+        table.add(run, NUMBERS)
+    assert [row["digest"] for row in table.read()] == [run.digest for run in (*several, single)]
+
+
+def test_a_run_without_evaluations_has_no_milestones():
+    (run,) = plan("seed=0", "evaluations=0").runs()
+    row = {**run.identity, **{name: str(number) for name, number in NUMBERS.items()}, "digest": run.digest}
+    assert summarise([run], [row]).lines[0][-6:-3] == ("-", "-", "50.0%")
+
+
+@pytest.mark.parametrize("n_written", [0, 1, 2])
+@pytest.mark.parametrize("replaces", [False, True])
+def test_a_row_is_never_without_its_learning_curve(tmp_path, monkeypatch, n_written, replaces):
+    """A crash between the tables leaves a run without a row, which is done again, and each row with its curve."""
+    table, points = SweepTable(tmp_path), [{"steps": "100", "graph": "c", "success_rate": "0.5"}]
+    (old,), (new,) = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.8", f"seed={0 if replaces else 1}").runs()
+    (other,) = plan("gamma=0.9", "seed=2").runs()
+    table.add(old, {"success_rate": 0.5}, points)
+    left = iter(range(n_written))
+
+    def write_then_crash(path, content):
+        if next(left, None) is None:
+            raise KeyboardInterrupt
+        write_atomically(path, content)
+
+    with monkeypatch.context() as patch, suppress(KeyboardInterrupt):
+        patch.setattr("hierroom.sweep.table.write_atomically", write_then_crash)
+        table.add(new, {"success_rate": 0.5}, points)
+    for run in (other, new):
+        assert {row["digest"] for row in table.read()} <= table.curves().keys()
+        table.add(run, {"success_rate": 0.5}, points)
+    assert {row["digest"] for row in table.read()} == table.curves().keys()
+    assert table.curves().keys() == {run.digest for run in (other, new, *([] if replaces else [old]))}
+    assert {len(curve) for curve in table.curves().values()} == {1}
+
+
+def test_a_table_of_something_else_is_refused(tmp_path):
+    path = tmp_path / "sweep.csv"
+    path.write_text("a,b\n1,2\n")
+    with pytest.raises(InputError, match="is no table of a sweep"):
+        SweepTable(tmp_path).read()
+
+
+def test_a_summary_has_medians_and_their_spread():
+    runs = plan("method=hippo,ppo", "gamma=0.9", seeds=3).runs()
+    numbers = {"steps_to_50": "", "length": "40", "length_over_shortest": "1.5", "greedy_success_rate": "0.5"}
+    found = {"hippo": ("0.5", "1200000"), "ppo": ("0.25", "")}
+    rows = []
+    for run in runs:
+        success, to_95 = found[run.config.agents.method]
+        steps = "900000" if run.config.seed == 1 and to_95 else to_95
+        rows.append({**run.identity, **numbers, "success_rate": success, "steps_to_95": steps, "digest": run.digest})
+    summary = summarise(runs, rows[:-1])
+    assert "single" not in summary.caption()
+    assert summary.markdown().splitlines() == [
+        "| method | runs | steps to 50% | steps to 95% | success | length | / shortest | greedy |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| hippo | 3 | - | 1.20M (900k to 1.20M) | 50.0% | 40 | 1.50 | 50.0% |",
+        "| ppo | 2 | - | - | 25.0% | 40 | 1.50 | 50.0% |",
+    ]
+    assert summary.table().row_count == 2
+
+
+def test_a_single_run_has_the_interval_of_its_evaluations():
+    (run,) = plan("seed=0").runs()
+    numbers = {"steps_to_50": "10000", "steps_to_50_low": "9000", "steps_to_50_high": "12000", "success_rate": "0.6"}
+    numbers |= {"steps_to_95": "200000", "steps_to_95_low": "190000", "steps_to_95_high": "", "success_low": "0.5"}
+    numbers |= {"success_high": "0.7", "length": "40", "length_over_shortest": "", "greedy_success_rate": "0.2"}
+    row = {**run.identity, **numbers, "digest": run.digest}
+    summary = summarise([run], [row])
+    assert summary.caption().endswith(
+        "; of a single run, in square brackets the 95% interval that its evaluations leave"
+    )
+    line = summary.lines[0]
+    assert line[-6:] == ("10k [9k, 12k]", "200k [190k, -]", "60.0% [50.0%, 70.0%]", "40", "-", "20.0%")
