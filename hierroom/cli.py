@@ -35,6 +35,15 @@ _WORDS = {
 """What Python and tyro say of a text that is no number, in words for who typed it."""
 
 
+_SEVERAL = {
+    "--graph": ("goal graph", "a b"),
+    "--graphs": ("goal graph", "a b"),
+    "--exclude": ("goal graph", "a b"),
+    "--metas": ("meta-controller", "random oracle"),
+}
+"""Options of several: of what, and two of them."""
+
+
 def program(name: str) -> str:
     """How a command was called, for its usage and for what completes it in a shell.
 
@@ -49,16 +58,16 @@ def words(argv: Sequence[str] | None = None) -> list[str]:
     """The words of the command line, by default of this process.
 
     Raises:
-        InputError: if an option of several graphs is given without any, or twice: the last would win, and both were
-            meant.
+        InputError: if an option of several graphs or meta-controllers is given without any, or twice: the last would
+            win, and both were meant.
     """
     given = [*(sys.argv[1:] if argv is None else argv)]
-    for option in ("--graph", "--exclude"):
+    for option, (of, several) in _SEVERAL.items():
         if sum(word.partition("=")[0] == option for word in given) > 1:
-            raise InputError(f"{option} is given twice; give it once, with all its graphs: {option} a b")
-        after = given[given.index(option) + 1 :] if option in given else ["a graph"]
+            raise InputError(f"{option} is given twice; give it once, with all its {of}s: {option} {several}")
+        after = given[given.index(option) + 1 :] if option in given else [several]
         if not after or after[0].startswith("--"):
-            raise InputError(f"{option} is given without a graph; give at least one goal graph: {option} a b")
+            raise InputError(f"{option} is given without a {of}; give at least one: {option} {several}")
     return given
 
 

@@ -48,8 +48,9 @@ def add_features(env: Env, names: Sequence[str], agent: str = CONTROLLER) -> Env
     """
     for api, wrapper in ((AECEnv, _AEC), (ParallelEnv, _Parallel), (VectorEnv, _Vector), (gymnasium.Env, _Gymnasium)):
         if isinstance(env, api) and hasattr(env.unwrapped, "single" if wrapper is not _Vector else "turns"):
-            if agent not in (AGENTS if wrapper in (_AEC, _Parallel) else (CONTROLLER,)):
-                raise InputError(f"the agents of this environment are {', '.join(AGENTS)}; there is no {agent!r}")
+            agents = AGENTS if wrapper in (_AEC, _Parallel) else (CONTROLLER,)
+            if agent not in agents:
+                raise InputError(f"agent must be {' or '.join(agents)} in this environment, not {agent!r}")
             return cast(Env, wrapper(env, names, agent))
     raise InputError(f"add_features takes an environment of hierroom, not {env!r}")
 
@@ -90,7 +91,8 @@ class _AEC(BaseWrapper):
         self._single = env.unwrapped.single
         self._reader = _Reader(self._single.turns, names, agent)
         extended = self._reader.extend(env.observation_space(agent))
-        self.observation_spaces = {**env.unwrapped.observation_spaces, agent: extended}
+        others = {name: env.observation_space(name) for name in env.possible_agents}  # which may have features, too
+        self.observation_spaces = {**others, agent: extended}
 
     def observation_space(self, agent: str) -> spaces.Space:
         return self.observation_spaces[agent]
@@ -108,7 +110,8 @@ class _Parallel(BaseParallelWrapper):
         self._single = env.unwrapped.single
         self._reader = _Reader(self._single.turns, names, agent)
         extended = self._reader.extend(env.observation_space(agent))
-        self.observation_spaces = {**env.unwrapped.observation_spaces, agent: extended}
+        others = {name: env.observation_space(name) for name in env.possible_agents}  # which may have features, too
+        self.observation_spaces = {**others, agent: extended}
         self.possible_agents = env.possible_agents
 
     def observation_space(self, agent: str) -> spaces.Space:

@@ -168,6 +168,18 @@ def test_only_what_was_asked_for_is_remembered(name, memory):
     assert not any(levels[other].any() for other in MEMORIES if other != memory)
 
 
+@pytest.mark.parametrize("make", [hierroom.env, hierroom.parallel_env])
+def test_both_agents_may_have_features_of_their_own(make):
+    env = hierroom.add_features(hierroom.add_features(make(**SETTINGS), ["view"], META), ["goal-place"], CONTROLLER)
+    result = env.reset(seed=1)
+    for agent in AGENTS:
+        space = env.observation_space(agent)
+        observation = env.observe(agent) if result is None else result[0][agent]
+        assert space.contains(observation)
+        names = ["view" if agent == META else "goal-place"]
+        assert space["features"].nvec.tolist() == list(Features(names, 5, agent).cardinalities)
+
+
 @pytest.mark.parametrize(
     ("make", "said"),
     [
@@ -177,8 +189,11 @@ def test_only_what_was_asked_for_is_remembered(name, memory):
         ),
         (lambda: hierroom.add_features(hierroom.env(), ["smell"]), "features are view, view-ids, .*; not smell"),
         (lambda: hierroom.add_features(hierroom.env(), []), "not none at all"),
-        (lambda: hierroom.add_features(hierroom.env(), ["view"], "me"), "are meta_0, controller_0; there is no 'me'"),
-        (lambda: hierroom.add_features(EscapeRooms(), ["view"], META), "there is no 'meta_0'"),
+        (
+            lambda: hierroom.add_features(hierroom.env(), ["view"], "me"),
+            "agent must be meta_0 or controller_0 in this environment, not 'me'",
+        ),
+        (lambda: hierroom.add_features(EscapeRooms(), ["view"], META), "agent must be controller_0 in this"),
         (lambda: hierroom.add_features(hierroom.env(), "goal"), "are given as a list of names, not as 'goal'"),
         (lambda: hierroom.add_features(hierroom.env(), ["goal-outcome"]), "one of meta_features, not of features"),
         (

@@ -57,6 +57,13 @@ def test_a_second_call_sees_at_once_that_all_is_there(compiled):
     assert not any(line.endswith(" torch") for line in done.stderr.splitlines())
 
 
+def test_an_unknown_option_is_one_line():
+    done = run("-m", "hierroom.compile", "--foo")
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+
+
 def test_what_was_deleted_or_is_of_other_source_is_not_taken_for_complete(compiled, tmp_path, monkeypatch):
     kept = tmp_path / "kernels.advance.nbc"
     kept.touch()

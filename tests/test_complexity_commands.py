@@ -123,7 +123,7 @@ def test_the_longest_names_fit_into_80_columns(printed, monkeypatch):
         (["--graph", "z"], "a graph must be a letter from a to g"),
         (["--graph", "a", "--all"], "by only one of --graph and --all"),
         (["--graph", "rooms:40"], "rooms:N takes a number of rooms from 2 to 8, not 40"),
-        (["--graph", "a", "--graph", "b"], "--graph is given twice; give it once, with all its graphs"),
+        (["--graph", "a", "--graph", "b"], "--graph is given twice; give it once, with all its goal graphs"),
         (["--graph", "a", "b", "--exclude", "c"], "cannot exclude c"),
         (["--graph", "a", "b", "--from-play", "random"], "--from-play measures one goal graph"),
         (["--json", "--csv"], "choose one of --json, --csv, --latex, --markdown, not 2"),

@@ -257,3 +257,17 @@ def test_the_test_on_a_table_worked_by_hand():
     assert p_value == pytest.approx(7.744e-6, rel=1e-3)
     assert markov_test(triples[4:]) is None
     assert "too few steps to test" in str(MeasuredReport(analyze("a"), count_transitions([[0, 1, 3, 4]], 5, 0, 4)))
+
+
+def test_rare_branches_do_not_look_like_a_memory():
+    """Two forks that are independent of each other, one way of which is rarely taken."""
+    rng, chances = np.random.default_rng(7), []
+    for rare, n in ((0.01, 1000), (0.1, 600)):
+        for _ in range(100):
+            first, second = rng.random((2, n)) < rare
+            triples = [[a, 2, 3 + b, int(((first == a) & (second == b)).sum())] for a in (0, 1) for b in (0, 1)]
+            test = markov_test(np.array([triple for triple in triples if triple[-1]]))
+            assert test is None or rare == 0.1, "ten of a thousand and ten of a thousand are too few together"
+            chances += [] if test is None else [test.p_value]
+    assert len(chances) > 50
+    assert np.mean(np.array(chances) < 0.05) < 0.15

@@ -68,8 +68,11 @@ def test_a_frame_of_measures_and_one_of_a_played_chain():
     assert [*frame.columns] == [f"{kind}{end}" for kind in ("observed", "chain") for end in ("", "_low", "_high")]
     assert tuple(frame.loc["std"]) == (*played.observed["std"], *played.intervals["std"])
     assert np.isnan(frame.loc["hitting_time", "observed"])
-    with pytest.raises(InputError, match="reports of one kind"):
-        to_frame([analyze("a"), *measured])
+    report = MeasuredReport(analyze("a"), count_transitions([[0, 1, 2, 3]] * 5, 5, 0, 4))
+    assert to_frame(report).equals(to_frame(report.played))
+    for other in ([analyze("a"), *measured], 5):
+        with pytest.raises(InputError, match="reports of one kind"):
+            to_frame(other)
 
 
 def test_without_pandas_it_is_one_clear_line(monkeypatch):

@@ -21,6 +21,12 @@ def graphs(draw):
     return GoalGraph(key_rooms, draw(st.integers(1, n_rooms - 1)))
 
 
+def test_no_graph_is_too_deep_to_be_drawn():
+    chain = GoalGraph(tuple(range(2000)), 2000)
+    circles = [*ElementTree.fromstring(chain._repr_svg_()).iter(f"{SVG}circle")]
+    assert len(circles) == 2001 + 1
+
+
 @given(graphs())
 def test_the_drawing_has_every_room_within_its_borders_and_apart(graph):
     root = ElementTree.fromstring(graph._repr_svg_())

@@ -307,6 +307,7 @@ def test_json_in_a_script_cannot_end_it():
         (["{run}", "--episodes", "0"], "episodes must be at least 1, not 0"),
         (["{run}", "--replays", "-1"], "replays must be at least 0, not -1"),
         (["{run}", "--by", "gama"], "is it gamma?"),
+        (["{run}", "--by", "method, num-envy"], "is it num_envs?"),
     ],
 )
 def test_what_cannot_be_used_is_one_line(arguments, message, runs, tmp_path, monkeypatch):

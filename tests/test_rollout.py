@@ -205,6 +205,9 @@ def test_what_cannot_be_played_is_refused_at_once(run):
     ):
         with pytest.raises(InputError, match=message):
             hierroom.rollout(*arguments)
+    for player in ("random", "oracle"):
+        with pytest.raises(InputError, match="seed"):
+            next(hierroom.rollout(player, seed=-1))
     with pytest.raises(InputError, match="num_envs must be a whole number of at least 1, not 0"):
         hierroom.rollout(agent, num_envs=0)
 

@@ -109,6 +109,20 @@ def test_a_shard_of_no_runs_does_nothing(tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--graphs", "--list"), "--graphs is given without a goal graph; give at least one: --graphs a b"),
+        (("--graphs", "a", "--graphs", "b"), "--graphs is given twice; give it once, with all its goal graphs"),
+        (("--metas",), "--metas is given without a meta-controller; give at least one: --metas random oracle"),
+    ],
+)
+def test_options_of_several_are_given_once_and_with_some(words, message, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["sweep", *words])
+    with pytest.raises(InputError, match=message):
+        main()
+
+
 def start(out: Path) -> subprocess.Popen:
     words = tiny_words("steps=3000", "method=hippo,ppo")
     options = ["--seeds", "2", "--episodes", "4", "--processes", "2", "--out", str(out)]

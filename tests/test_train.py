@@ -317,7 +317,7 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--evaluation-episodes", "0"], "evaluation_episodes must be at least 1"),
         (["--graph", "a", "huge.toml"], "a grid holds at most 7 rooms"),
         (["--graph", "rooms:8"], "rooms:N takes a number of rooms from 2 to 7, not 8"),
-        (["--graph"], "give at least one goal graph"),
+        (["--graph"], "given without a goal graph; give at least one"),
         (["--graph", "a", "--graph", "b"], "--graph is given twice"),
         (["--curriculum-stages", "3"], "needs several graphs"),
         (["--meta", "nobody"], "a meta-controller is one of"),

@@ -75,6 +75,14 @@ def test_pictures_are_the_same():
     np.testing.assert_array_equal(env.get_frame(tile_size=32), env.render())
 
 
+@pytest.mark.parametrize("kind", [int, np.int64, np.array])
+def test_actions_are_taken_as_learners_give_them(kind):
+    env = make()
+    env.reset(seed=0)
+    env.step(kind(1))
+    assert env.step_count == 1
+
+
 @pytest.mark.parametrize("action", [Actions.drop, Actions.done])
 def test_what_our_levels_do_not_have_only_costs_the_step(action):
     env = make()
@@ -149,6 +157,7 @@ def test_the_whole_grid_holds_the_exit_the_keys_and_the_agent():
             "minigrid_view takes the environment without wrappers that change its observations",
         ),
         (lambda: make().step(7), "MiniGrid's actions are 0 to 6, not 7"),
+        (lambda: make().step(np.array([0, 1])), "an action must be a whole number, not"),
     ],
 )
 def test_refusals_are_one_line(attempt, said):

@@ -85,7 +85,7 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     from hierroom.compare.comparison import compare, n_estimates
     from hierroom.compare.evaluated_run import find_runs, read_run
     from hierroom.compare.figure import MAX_GROUPS
-    from hierroom.compare.grouping import differing_entries, group_runs
+    from hierroom.compare.grouping import differing_entries, entry_names, group_runs
     from hierroom.compare.tasks import Tasks
 
     console = Console(stderr=True)
@@ -95,7 +95,7 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
             raise InputError(f"no run in {', '.join(map(str, arguments.runs))} has evaluations")
         runs: list[EvaluatedRun] = list(bar.track(map(read_run, paths), len(paths), description="reading"))
         _check_lengths(runs)
-        by = differing_entries(runs) if arguments.by is None else _named(arguments.by)
+        by = differing_entries(runs) if arguments.by is None else entry_names(arguments.by)
         groups = group_runs(runs, by)
         if len(groups) > MAX_GROUPS:
             raise InputError(f"by {', '.join(by)} there are {len(groups)} groups; at most {MAX_GROUPS} can be compared")
@@ -108,11 +108,6 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     if arguments.by is None:
         notes.append(f"compared by {', '.join(by)}, as no --by was given")
     return comparison, notes + caveats(comparison)
-
-
-def _named(by: str) -> tuple[str, ...]:
-    """Names of entries as the config has them: ``num-envs,gamma`` is ``num_envs`` and ``gamma``."""
-    return tuple(dict.fromkeys(name.strip().lstrip("-").replace("-", "_") for name in by.split(",")))
 
 
 def _check_lengths(runs: Sequence[EvaluatedRun]) -> None:

@@ -54,6 +54,11 @@ def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
     return by or ("method",)
 
 
+def entry_names(by: str) -> tuple[str, ...]:
+    """Names of entries as the config has them: ``num-envs,gamma`` is ``num_envs`` and ``gamma``."""
+    return tuple(dict.fromkeys(name.strip().lstrip("-").replace("-", "_") for name in by.split(",")))
+
+
 def group_runs(runs: Sequence[EvaluatedRun], by: Sequence[str]) -> list[Group]:
     """Gather the runs by some entries of their configs.
 

@@ -16,7 +16,7 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
-from hierroom.cli import program, run, words
+from hierroom.cli import one_line_usage, program, run, words
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
 
@@ -34,7 +34,9 @@ class CompileArguments:
 
 def main() -> int:
     """The command."""
-    tyro.cli(CompileArguments, prog=program("compile"), args=words())
+    argv = words()
+    with one_line_usage(argv):
+        tyro.cli(CompileArguments, prog=program("compile"), args=argv)
     from numba.core import config
 
     if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]

@@ -20,6 +20,7 @@ from hierroom.complexity.tables import (
     latex_text,
     markdown_table,
     markdown_text,
+    report_cells,
 )
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.env_config import GRAPHS
@@ -254,7 +255,7 @@ def _print_table(reports: list[ComplexityReport]) -> None:
     for name, column in COLUMNS.items():
         table.add_column(column.heading, justify="left" if name == "graph" else "right", no_wrap=name == "graph")
     for report in reports:
-        table.add_row(*(escape(format(column.value(report), column.style)) for column in COLUMNS.values()))
+        table.add_row(*map(escape, report_cells(report)))
     Console().print(table)
     restart = reports[0].walk.restart
     print(f"hitting time: the paper's (Table 2){f', saturates near {1 / restart:.4g}' if restart else ''}")

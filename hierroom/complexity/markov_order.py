@@ -60,7 +60,7 @@ def markov_test(triples: NDArray[np.int64]) -> MarkovTest | None:
         successors, columns = np.unique(here[:, 2], return_inverse=True)
         table = np.zeros((len(predecessors), len(successors)))
         table[rows, columns] = here[:, 3]
-        table = _pooled(_pooled(table).T)
+        table = _pooled(table)
         if min(table.shape) > 1:
             of_node = tuple(chi2_contingency(table, correction=False))  # statistic, p-value, degrees, expected
             statistic, degrees = statistic + float(of_node[0]), degrees + int(of_node[2])
@@ -68,13 +68,17 @@ def markov_test(triples: NDArray[np.int64]) -> MarkovTest | None:
 
 
 def _pooled(table: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The table with its smallest rows made one, so that no expected count of it is too small."""
-    rows = table[np.argsort(table.sum(axis=1))]
-    columns = table.sum(axis=0)
-    expected = rows.sum(axis=1) * columns.max(initial=0.0) / max(columns.sum(), 1.0)
-    n_small = int((expected < LEAST_EXPECTED).sum())
-    if not n_small:
-        return rows
-    if n_small < len(rows) and expected[:n_small].sum() < LEAST_EXPECTED:
-        n_small += 1
-    return np.vstack([rows[:n_small].sum(axis=0), rows[n_small:]])
+    """The table with its smallest rows and columns made one, until no expected count of it is too small.
+
+    Of the rows and the columns, whichever are more lose one, so that few are left only where the counts are few.
+    """
+    while min(table.shape) > 1:
+        rows, columns = np.sort(table.sum(axis=1)), np.sort(table.sum(axis=0))
+        if rows[0] * columns[0] >= LEAST_EXPECTED * rows.sum():
+            break
+        is_wide = table.shape[1] > table.shape[0]
+        of_rows = table.T if is_wide else table
+        order = np.argsort(of_rows.sum(axis=1), kind="stable")
+        of_rows = np.vstack([of_rows[order[:2]].sum(axis=0), of_rows[order[2:]]])
+        table = of_rows.T if is_wide else of_rows
+    return table

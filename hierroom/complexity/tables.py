@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
+from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.observed import Interval
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.report import ComplexityReport
@@ -99,22 +100,28 @@ def markdown_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def latex_text(reports: Iterable[ComplexityReport]) -> str:
     """The list as a LaTeX tabular, rounded as it is printed."""
-    return latex_table(HEADS, map(_cells, reports))
+    return latex_table(HEADS, map(report_cells, reports))
 
 
 def markdown_text(reports: Iterable[ComplexityReport]) -> str:
     """The list as a Markdown table, rounded as it is printed."""
-    return markdown_table(HEADS, map(_cells, reports))
+    return markdown_table(HEADS, map(report_cells, reports))
 
 
 def to_frame(
-    reports: ComplexityReport | MeasuredGraph | PlayedChain | Iterable[ComplexityReport] | Iterable[MeasuredGraph],
+    reports: ComplexityReport
+    | MeasuredGraph
+    | PlayedChain
+    | MeasuredReport
+    | Iterable[ComplexityReport]
+    | Iterable[MeasuredGraph],
 ) -> pandas.DataFrame:
     """Reports as a pandas DataFrame, one row each, indexed by the names of their graphs.
 
     Args:
         reports: one report or several, from `analyze`; or rows of `measure_graphs` and `measure_levels`; or one chain
-            from play, which has a row for each number, observed and of the chain, with its interval.
+            from play or report of it, from `measure`, which has a row for each number, observed and of the chain, with
+            its interval.
 
     Raises:
         InputError: if pandas is not installed, or something else is given.
@@ -123,11 +130,12 @@ def to_frame(
         import pandas as pd  # type: ignore[import-not-found]
     except ImportError as error:
         raise InputError("to_frame needs pandas, which is not installed: pip install pandas") from error
-    if isinstance(reports, PlayedChain):
-        return pd.DataFrame.from_dict(_intervals(reports), orient="index")
+    if isinstance(reports, (PlayedChain, MeasuredReport)):
+        played = reports.played if isinstance(reports, MeasuredReport) else reports
+        return pd.DataFrame.from_dict(_intervals(played), orient="index")
     from hierroom.complexity.measures.table import MeasuredGraph  # it brings rich along
 
-    several = [reports] if isinstance(reports, (ComplexityReport, MeasuredGraph)) else list(reports)
+    several = [*reports] if isinstance(reports, Iterable) else [reports]
     if several and all(isinstance(one, MeasuredGraph) for one in several):
         return pd.DataFrame([one.to_dict() for one in several]).set_index("graph")
     analyzed = [one for one in several if isinstance(one, ComplexityReport)]
@@ -149,7 +157,8 @@ def _intervals(played: PlayedChain) -> dict[str, dict[str, float]]:
     }
 
 
-def _cells(report: ComplexityReport) -> list[str]:
+def report_cells(report: ComplexityReport) -> list[str]:
+    """What a table says of a report, under `HEADS`."""
     return [_cell(column, report) for column in COLUMNS.values()]
 
 

@@ -57,19 +57,20 @@ def tree_places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
     Args:
         key_rooms: where the keys of rooms 1, 2, ... lie.
     """
-    places: dict[int, tuple[float, int]] = {}
-    n_leaves = 0
-
-    def place(room: int, depth: int) -> float:
-        nonlocal n_leaves
-        below = [place(child, depth + 1) for child, home in enumerate(key_rooms, start=1) if home == room]
-        if below:
-            column = (below[0] + below[-1]) / 2
-        else:
-            column = float(n_leaves)
-            n_leaves += 1
-        places[room] = column, depth
-        return column
-
-    place(0, 0)
-    return [places[room] for room in range(len(key_rooms) + 1)]
+    below: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
+    for room, home in enumerate(key_rooms, start=1):
+        below[home].append(room)
+    order, depths, waiting = [], [0] * len(below), [0]  # order: every room before those below it, from left to right
+    while waiting:
+        order.append(room := waiting.pop())
+        for child in below[room]:
+            depths[child] = depths[room] + 1
+        waiting += below[room][::-1]
+    columns, n_leaves = [0.0] * len(below), 0
+    for room in order:
+        if not below[room]:
+            columns[room], n_leaves = float(n_leaves), n_leaves + 1
+    for room in reversed(order):
+        if below[room]:
+            columns[room] = (columns[below[room][0]] + columns[below[room][-1]]) / 2
+    return list(zip(columns, depths, strict=True))

@@ -6,7 +6,7 @@ import sys
 
 import tyro
 
-from hierroom.cli import one_line_usage, program, run
+from hierroom.cli import one_line_usage, program, run, words
 
 
 def main() -> int:
@@ -20,8 +20,9 @@ def main() -> int:
 
         commands |= {"table3": Table3, "figure3": Figure3, "figure4": Figure4, "figure5": Figure5, "all": All}
     description = "The paper's tables and figures, ours beside its own numbers."
-    with one_line_usage():
-        part = tyro.extras.subcommand_cli_from_dict(commands, prog=program("paper"), description=description)
+    argv = words()
+    with one_line_usage(argv):
+        part = tyro.extras.subcommand_cli_from_dict(commands, prog=program("paper"), description=description, args=argv)
     part.run()
     return 0
 

@@ -82,7 +82,7 @@ class PaperRuns:
             KeyboardInterrupt: if it was interrupted; what was trained is kept.
         """
         chosen = [graph for graph in graphs if graph in self.graphs]
-        unknown = [graph for graph in self.graphs if graph not in "abcdefg"]
+        unknown = [graph for graph in self.graphs if graph not in tuple("abcdefg")]
         if unknown or not chosen:
             needed, given = ", ".join(graphs), " ".join(self.graphs)
             raise InputError(f"the paper has the graphs a to g, of which this needs one of {needed}, not {given!r}")

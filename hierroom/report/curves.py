@@ -13,7 +13,7 @@ from hierroom.compare.caveats import caveats
 from hierroom.compare.comparison import ALL, Comparison, GroupSummary, compare
 from hierroom.compare.evaluated_run import EvaluatedRun
 from hierroom.compare.figure import MAX_GROUPS
-from hierroom.compare.grouping import Group, differing_entries, group_runs
+from hierroom.compare.grouping import Group, differing_entries, entry_names, group_runs
 from hierroom.compare.metric import METRICS
 from hierroom.compare.tasks import Tasks
 from hierroom.errors import InputError
@@ -59,7 +59,7 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
     if not evaluated:
         return alone
     try:
-        names = tuple(by.replace("-", "_").split(",")) if by else differing_entries(evaluated)
+        names = entry_names(by) if by else differing_entries(evaluated)
         groups = group_runs(evaluated, names)
         if len(groups) > MAX_GROUPS:
             raise InputError(f"by {', '.join(names)} there are {len(groups)} groups; at most {MAX_GROUPS} can be shown")

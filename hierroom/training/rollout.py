@@ -57,13 +57,14 @@ def rollout(
     num_envs, config = min(num_envs, episodes), None if env is None else _config_of(env)
     if isinstance(agent, TrainedAgent):
         return record(agent.turns(num_envs, seed=seed, env=config), agent.pair(num_envs, seed=seed), episodes, progress)
-    player = make_player(agent, seed) if isinstance(agent, str) else agent
-    if not hasattr(player, "step"):
+    if not isinstance(agent, str) and not hasattr(agent, "step"):
         known = "what hierroom.load gives, 'random', 'oracle' or an object with a method step(turns)"
         raise InputError(f"an agent to play is {known}, not {agent!r}")
     config = config or EnvConfig()
     whole = replace(config, curriculum_stages=1, levels=config.levels or "evaluation")
-    return record(Turns(whole, num_envs, seed=seed, measure_shortest=True), player, episodes, progress)
+    turns = Turns(whole, num_envs, seed=seed, measure_shortest=True)
+    player = make_player(agent, seed) if isinstance(agent, str) else agent
+    return record(turns, player, episodes, progress)
 
 
 def _config_of(env: Any) -> EnvConfig:

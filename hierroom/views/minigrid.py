@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hierroom.errors import InputError
 from hierroom.goals import COLOURS
+from hierroom.single_env import as_action
 from hierroom.world import constants
 from hierroom.world.constants import MARGIN
 from hierroom.world.layout import State
@@ -91,9 +92,10 @@ class minigrid_view(MiniGridEnv):
         Raises:
             InputError: if it is none of them.
         """
-        if action not in ACTIONS:
+        chosen = as_action(action)
+        if chosen not in ACTIONS:
             raise InputError(f"MiniGrid's actions are 0 to {len(ACTIONS) - 1}, not {action!r}")
-        observation, *results = self.escape_room.step(ACTIONS[Actions(int(action))])
+        observation, *results = self.escape_room.step(ACTIONS[Actions(chosen)])
         self._follow()
         return self._view(observation), *results
 

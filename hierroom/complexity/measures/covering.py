@@ -9,6 +9,9 @@ import numpy as np
 
 from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
 
+LEAST_CHANCE = 1e-300
+"""Numbers that are much smaller are no floats, and their inverses neither."""
+
 
 @dataclass(frozen=True)
 class CoveringLength:
@@ -18,6 +21,8 @@ class CoveringLength:
     once with probability 1/2 (Even-Dar and Mansour, Learning Rates for Q-learning, JMLR 2003, who count steps; in
     episodes as Laidlaw et al. 2023 use it). Only pairs that can be reached within the horizon count, and none in
     absorbing states.
+
+    All three bounds are ``inf`` where a pair is less likely than `LEAST_CHANCE`.
 
     Args:
         low: no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2.
@@ -61,6 +66,8 @@ def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
     n_pairs = int(counts.sum()) * mdp.n_actions
     if n_pairs == 0:
         return CoveringLength(0.0, 0.0, 0.0, 1.0, 0)
+    if least.min() < LEAST_CHANCE:
+        return CoveringLength(math.inf, math.inf, math.inf, float(least.min()), n_pairs)
     low = max(1.0, math.ceil(_episodes_for(most.min())))
     simple = math.log(2 * n_pairs) / float(least.min())
     return CoveringLength(low, _union_bound(least, mdp.n_actions, low, simple), simple, float(least.min()), n_pairs)

@@ -114,7 +114,10 @@ def greedy_is_optimal(transitions, rewards, values, is_optimal, start):
 
 @njit(cache=True, nogil=True)
 def greatest_ratio(transitions, rewards, values, variances, is_optimal, start):
-    """The greatest variance / gap^2 of the states that may be visited; -1 if a greedy action may be suboptimal."""
+    """The greatest variance / gap^2 of the states that may be visited.
+
+    -1 if a greedy action may be suboptimal, or a gap is so small that floating-point numbers do not hold this.
+    """
     n_states, n_actions = transitions.shape
     q = np.empty(n_actions)
     visited, following = np.zeros(n_states, np.bool_), np.zeros(n_states, np.bool_)
@@ -130,11 +133,12 @@ def greatest_ratio(transitions, rewards, values, variances, is_optimal, start):
                 if not is_optimal[h, state, action] and q[action] > best_suboptimal:
                     best_suboptimal = q[action]
             gap = top - best_suboptimal
-            if gap <= TIE * abs(top):
+            squared = gap**2
+            if gap <= TIE * abs(top) or squared == 0.0:
                 return -1.0
-            greatest = max(greatest, variances[h, state] / gap**2)
+            greatest = max(greatest, variances[h, state] / squared)
             for action in range(n_actions):
                 if q[action] > best_suboptimal:
                     following[transitions[state, action]] = True
         visited, following = following, visited
-    return greatest
+    return greatest if greatest < np.inf else -1.0

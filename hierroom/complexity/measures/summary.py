@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from hierroom.complexity.chain import EXIT, Chain
@@ -44,7 +45,7 @@ class MdpMeasures:
         horizon_bound: upper bound on the effective horizon by theorem 5.4.
         rollouts: m_1 of GORP; None if it is above a million.
         effective_horizon: H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known.
-        samples: GORP's sample bound T^2 A^H with the lesser of H_1 and the bound.
+        samples: GORP's sample bound T^2 A^H with the lesser of H_1 and the bound; ``inf`` if no float is so large.
         covering_low: lower bound on the covering length, in episodes.
         covering_high: upper bound on it.
         pic: policy information capacity, in nats.
@@ -102,12 +103,19 @@ def measure_mdp(
         horizon_bound=bound,
         rollouts=gorp.rollouts,
         effective_horizon=gorp.effective_horizon,
-        samples=horizon**2 * float(mdp.n_actions) ** min(bound, gorp.effective_horizon),
+        samples=_samples(horizon, mdp.n_actions, min(bound, gorp.effective_horizon)),
         covering_low=covering.low,
         covering_high=covering.high,
         pic=information.pic,
         poic=information.poic,
     )
+
+
+def _samples(horizon: int, n_actions: int, effective_horizon: float) -> float:
+    try:
+        return horizon**2 * float(n_actions) ** effective_horizon
+    except OverflowError:
+        return math.inf
 
 
 @dataclass(frozen=True)
