@@ -8,7 +8,7 @@ import numpy as np
 
 
 class NearestKeyFirst:
-    """The nearest legal key as the crow flies; where there is none a door, then the exit."""
+    """The nearest legal key by Manhattan distance; where there is none a door, then the exit."""
 
     def choose(self, observations, legal, situation):
         """[M] goal ids: 0 to 5 the keys by colour, 6 to 11 the doors, 12 the exit."""
@@ -19,5 +19,5 @@ class NearestKeyFirst:
 
 
 def nearest(level):
-    """The nearest legal goal as the crow flies."""
+    """The nearest legal goal by Manhattan distance, walls ignored."""
     return min(level.legal_goals, key=lambda goal: goal.distance)

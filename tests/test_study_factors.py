@@ -84,6 +84,24 @@ def test_slower_and_faster_are_told_by_the_interval():
     assert told("never", "as it is") == ["0.00 [0.00, 1.00]", "not told apart"]
 
 
+def test_a_graph_on_which_the_runs_are_the_same_has_no_ratio():
+    def told(variant, area):
+        ends = {"one": "50", "two": "60", "three": "70" if variant == "as it is" else "71"}
+        rows = rows_of(variant)
+        return [{**row, "area_under_curve": area, "length": ends[row["graph"]], "greedy_length": "9"} for row in rows]
+
+    rows = told("as it is", "0.5") + told("slower", "0.5")
+    _, slower = factors.factors(rows, MEASURES, options())
+    assert (slower.slower, slower.compared, slower.graphs, slower.works) == (1, 1, 3, 3)
+    assert slower.ratio.value == pytest.approx(3)
+    assert factors.markdown([slower]).splitlines()[-1].endswith("| slower | 1 of 1 | 100.0% | 3 of 3 |")
+    _, slower = factors.factors(told("as it is", "0") + told("slower", "0"), MEASURES, options())
+    assert slower.compared == 3, "runs that learn nothing may end alike by chance"
+    same = [{**row, "length": "50"} for row in rows]
+    with pytest.raises(InputError, match="the runs of hippo slower and of hippo as it is are the same on every goal"):
+        factors.factors(same, MEASURES, options())
+
+
 def test_half_is_not_above_half():
     rows = [{**row, "success_rate": "0.5"} for row in rows_of("as it is", "slower")]
     assert [one.works for one in factors.factors(rows, MEASURES, options())] == [0, 0]

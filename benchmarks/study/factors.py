@@ -5,8 +5,10 @@
 TABLE.csv is a table of training runs as `benchmarks.study.statistics` takes it. On each graph the median steps of a
 method are divided by those of the reference, and of these ratios the median over the graphs is taken; the interval is
 of resamples of the graphs, and of the seeds of each. Above 1 the reference is faster. Where only the other method never
-gets there the ratio is infinite, where only the reference does not it is 0; where neither does it counts as 1. Success
-is the median over the graphs, in brackets the quartiles.
+gets there the ratio is infinite, where only the reference does not it is 0; where neither does it counts as 1. A graph
+on which the two have the same runs, as where one goal alone can be reached at any time and it does not matter who picks
+it, tells nothing about their difference, and has no ratio. Success is the median over all graphs, in brackets the
+quartiles.
 """
 
 from __future__ import annotations
@@ -22,10 +24,11 @@ from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate
 from benchmarks.study.hierarchy import ENOUGH, QUARTILES
 from benchmarks.study.markdown import table
-from benchmarks.study.paired import pair
+from benchmarks.study.paired import graphs_of_equal_runs, pair
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, method_names
 from hierroom.cli import run
+from hierroom.errors import InputError
 
 RATIO_HEADER = ("compared by", "steps / reference's", "verdict", "slower on")
 HEADER = ("method", *RATIO_HEADER, "success", f"above {ENOUGH:.0%} on")
@@ -61,7 +64,8 @@ class Factor:
         method: its name.
         outcome: the milestone.
         graphs: on how many goal graphs both were trained.
-        slower: on how many of them its median steps are more than the reference's.
+        compared: on how many of these their runs differ.
+        slower: on how many of those its median steps are more than the reference's.
         ratio: median over the graphs of its steps by the reference's, above 1 where the reference is faster; None for
             the reference.
         success: median over the graphs of the success rate at the end of training, 0 to 1, and the quartiles.
@@ -71,6 +75,7 @@ class Factor:
     method: str
     outcome: Milestone
     graphs: int
+    compared: int
     slower: int
     ratio: Estimate | None
     success: Estimate
@@ -110,17 +115,21 @@ def compare_methods(
         bootstrap: how the interval is computed.
 
     Raises:
-        InputError: as `pair`.
+        InputError: as `pair`, or if all runs of the two are the same.
     """
     both = pair(rows, measured, methods, outcome)
     name, reference = methods
-    success = both.success[0]
+    success, equal = both.success[0], graphs_of_equal_runs(rows, methods)
+    apart = both.on([graph for graph in both.graphs if graph not in equal])
+    if name != reference and not apart.graphs:
+        raise InputError(f"the runs of {name} and of {reference} are the same on every goal graph")
     return Factor(
         name,
         both.outcome,
         len(both.graphs),
-        int((both.ratios > 1).sum()),
-        None if name == reference else both.median_ratio(bootstrap),
+        len(apart.graphs),
+        int((apart.ratios > 1).sum()),
+        None if name == reference else apart.median_ratio(bootstrap),
         Estimate(float(np.median(success)), *(float(np.quantile(success, q, method=side)) for q, side in QUARTILES)),
         int((success > ENOUGH).sum()),
     )
@@ -145,7 +154,7 @@ def ratio_cells(one: Factor) -> list[str]:
     value, low, high = (f"{number:.2f}" if np.isfinite(number) else "∞" for number in one.ratio)
     verdict = "slower" if one.ratio.low > 1 else "faster" if one.ratio.high < 1 else "not told apart"
     outcome = one.outcome.replace("_", " ") + "%"
-    return [outcome, f"{value} [{low}, {high}]", verdict, f"{one.slower} of {one.graphs}"]
+    return [outcome, f"{value} [{low}, {high}]", verdict, f"{one.slower} of {one.compared}"]
 
 
 def main() -> int:

@@ -14,6 +14,9 @@ from benchmarks.study.tables import Row
 from benchmarks.study.trained import Milestone, Trained, by_rule, medians, method_names, read_trained
 from hierroom.errors import InputError
 
+TELLING = ("area_under_curve", "length", "greedy_length")
+"""Columns of results that two different runs share by chance only where both learned nothing."""
+
 
 @dataclass(frozen=True, eq=False)
 class Paired:
@@ -30,6 +33,13 @@ class Paired:
     graphs: tuple[str, ...]
     steps: tuple[NDArray[np.float64], NDArray[np.float64]]
     success: tuple[NDArray[np.float64], NDArray[np.float64]]
+
+    def on(self, graphs: Sequence[str]) -> Paired:
+        """The same on some of the graphs."""
+        kept = [n for n, graph in enumerate(self.graphs) if graph in graphs]
+        (first, second), (success, other) = self.steps, self.success
+        names = tuple(self.graphs[n] for n in kept)
+        return Paired(self.outcome, names, (first[kept], second[kept]), (success[kept], other[kept]))
 
     @property
     def medians(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -132,6 +142,24 @@ def pair(
     one, other = (_outcomes(trained, graphs) for trained in steps)
     ends = [1 - medians(_outcomes(trained, graphs)) for trained in failures]
     return Paired(outcome, graphs, (one, other), (ends[0], ends[1]))
+
+
+def graphs_of_equal_runs(rows: Sequence[Row], methods: tuple[str, str]) -> frozenset[str]:
+    """The graphs on which two methods are the same, so that their runs learned something and ended alike, all of them.
+
+    Args:
+        rows: of a table of training runs; without the columns of `TELLING` no runs count as equal.
+        methods: the names of the methods.
+    """
+    ends: dict[str, list[set[tuple[str, ...]]]] = {}
+    for row, name in zip(rows, method_names(rows), strict=True):
+        for n, method in enumerate(methods):
+            if name == method:
+                told = (row["seed"], *(row.get(column, "") for column in TELLING))
+                ends.setdefault(row["graph"], [set(), set()])[n].add(told)
+    return frozenset(
+        graph for graph, (first, second) in ends.items() if first == second and all(float(one[1] or 0) for one in first)
+    )
 
 
 def _of_methods(trained: Sequence[Trained], names: Sequence[str]) -> list[Trained]:
