@@ -13,11 +13,11 @@ from dataclasses import dataclass, fields
 from functools import wraps
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args
 
-import numpy as np
 import tyro
 
 from hierroom.errors import InputError, require_name, shown
 from hierroom.goals import GraphSpecs, graph_specs, spec_names
+from hierroom.runtime.python_numbers import use_python_numbers
 
 RewardName = Literal["extrinsic", "bonus", "intrinsic", "novelty"]
 GoalMaskName = Literal["reachable", "existing", "seen", "none"]
@@ -94,17 +94,19 @@ class EnvConfig:
     levels: Annotated[LevelsName | None, tyro.conf.Suppress] = None
 
     def __post_init__(self) -> None:
+        use_python_numbers(self)
         specs = graph_specs(self.graph)
         object.__setattr__(self, "graph", specs[0] if len(specs) == 1 else specs)
         object.__setattr__(self, "exclude", graph_specs(self.exclude))
-        self._require("drop_key", isinstance(self.drop_key, (bool, np.bool_)), "True or False")
+        self._require("drop_key", isinstance(self.drop_key, bool), "True or False")
         for name, low in (("curriculum_stages", 1), ("env_index", 0)):
             self._require(name, _is_whole(getattr(self, name), low), f"a whole number of at least {low}")
         horizon = self.subgoal_horizon
         is_horizon = horizon is None or _is_whole(horizon, 1)
         self._require("subgoal_horizon", is_horizon, "a whole number of at least 1 or None")
         bonus = self.novelty_bonus
-        is_bonus = isinstance(bonus, (int, float, np.number)) and 0 <= bonus <= sys.float_info.max
+        is_number = isinstance(bonus, (int, float)) and not isinstance(bonus, bool)
+        is_bonus = is_number and 0 <= bonus <= sys.float_info.max
         self._require("novelty_bonus", is_bonus, "a number of at least 0")
         require_name("goal_mask is one of", self.goal_mask, get_args(GoalMaskName))
         require_name("levels are", self.levels, (*get_args(LevelsName), None))
@@ -125,7 +127,7 @@ class EnvConfig:
 
 
 def _is_whole(value: object, low: int) -> bool:
-    return isinstance(value, (int, np.integer)) and not isinstance(value, bool) and low <= int(value) < 2**62
+    return isinstance(value, int) and not isinstance(value, bool) and low <= int(value) < 2**62
 
 
 def fresh_seed() -> int:

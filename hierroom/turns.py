@@ -133,7 +133,7 @@ class Turns:
             self._measure(envs)
 
     def _measure(self, envs: NDArray[np.integer]) -> None:
-        state = self.world.state if len(envs) == len(self) else self.world.get_state(envs)
+        state = self.world.state if envs is self._everywhere or len(self) == 1 else self.world.get_state(envs)
         self.ledger.shortest[envs] = shortest_lengths(state)
 
     def due(self, agent: str) -> NDArray[np.integer]:
@@ -342,7 +342,7 @@ class Turns:
         return part
 
     def _observation(self, envs: NDArray[np.integer]) -> Observation:
-        where = slice(None) if len(envs) == len(self) else envs
+        where = slice(None) if envs is self._everywhere or len(self) == 1 else envs
         ledger, tiles, levels = self.ledger, self.world.outcomes["tiles"][where], self.world.state.levels[where]
         told = ledger.goals[where], ledger.previous_actions[where], ledger.last_outcomes[where]
         return Observation(envs, tiles, levels, *told, self._all_legal[: len(envs)])

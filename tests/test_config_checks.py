@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import hierroom
@@ -110,6 +111,37 @@ def test_a_config_refuses_what_is_out_of_range(name, value):
 def test_a_device_that_cannot_compute_is_one_line(device):
     with pytest.raises(InputError, match=f"has no device {device!r} to compute on"):
         Trainer(SMALL.changed(device=device))
+
+
+@pytest.mark.parametrize(
+    ("entry", "value", "said"),
+    [
+        ("stagger_clocks", 0, "stagger_clocks must be True or False, not 0"),
+        ("meta_features", ("goal_status", "goal-outcome"), "meta_features are .*; not 'goal_status'"),
+        ("features", None, "features are given as a list of names, not as None"),
+        ("features", [["view"]], "features are .*; not a list"),
+        ("features", "view", "features are given as a list of names, not as 'view'"),
+        ("novelty_bonus", True, "novelty_bonus must be a number of at least 0, not True"),
+        ("network", None, "agents.network must be a text, not None"),
+        ("warm_start", 3, "warm_start must be a folder, a file or the name of an agent, not 3"),
+        ("env", {"graph": "c"}, "env must be of type EnvConfig, not a dict"),
+    ],
+)
+def test_what_could_not_be_read_back_is_refused_before_training(entry, value, said, tmp_path):
+    """Each of these trained to the end and could not be loaded then, or ended in a traceback."""
+    with pytest.raises(InputError, match=said):
+        hierroom.train(SMALL.changed(**{entry: value}), out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_numbers_of_numpy_and_paths_are_written_as_plain_ones(tmp_path, run):
+    numbers = {"seed": np.int64(1), "steps": np.int32(512), "size": np.uint8(11), "drop_key": np.bool_(False)}
+    config = SMALL.changed(**numbers, learning_rate=np.float32(0.001), warm_start=run.path)
+    _, folder = session.begin(config, tmp_path / "of_numpy")
+    folder.lock.release()
+    read = folder.config()
+    assert [type(read.entries[name]) for name in numbers] == [int, int, int, bool]
+    assert read.warm_start == str(run.path)
 
 
 def test_a_chain_of_many_rooms_is_no_recursion():

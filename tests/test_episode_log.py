@@ -38,7 +38,7 @@ def places(n: int) -> Any:
 
 
 def test_success_length_and_return_are_those_of_the_window():
-    log, turns = EpisodeLog(2), places(2)
+    log, turns = EpisodeLog(np.zeros(2, int)), places(2)
     for n in range(WINDOW - 1):
         log.add(ended(True), turns, n)
     assert log.success_rate == 1
@@ -59,7 +59,7 @@ def equal(one: dict, other: dict) -> bool:
 
 
 def test_a_step_that_ends_no_episode_adds_its_rewards_and_a_state_comes_back():
-    log, other, turns = EpisodeLog(4), EpisodeLog(4), places(4)
+    log, other, turns = EpisodeLog(np.zeros(4, int)), EpisodeLog(np.zeros(4, int)), places(4)
     log.add(ended(True, False, True), turns, 5)
     before = log.state_dict()
     assert before["returns"].tolist() == [0, 0, 0, 0.5]
@@ -79,7 +79,11 @@ def test_a_step_that_ends_no_episode_adds_its_rewards_and_a_state_comes_back():
 
 def test_the_rows_tell_what_happened_in_the_order_in_which_it_did():
     """Against a count by hand of what the oracle does on two graphs, with environments that end at different steps."""
-    turns, log, player = make("f", n=5, size=13, max_steps=60, reward="bonus"), EpisodeLog(5), OraclePlayer()
+    turns, log, player = (
+        make("f", n=5, size=13, max_steps=60, reward="bonus"),
+        EpisodeLog(np.zeros(5, int)),
+        OraclePlayer(),
+    )
     told: list[list[str]] = [[] for _ in range(5)]
     returns, expected = np.zeros(5), []
     for t in range(1, 90):
@@ -103,7 +107,7 @@ def test_the_rows_tell_what_happened_in_the_order_in_which_it_did():
 
 
 def test_options_are_counted_by_the_kind_of_their_goal():
-    turns, log, meta = make("c", n=6, subgoal_horizon=20), EpisodeLog(6), make_meta("fixed-dfs")
+    turns, log, meta = make("c", n=6, subgoal_horizon=20), EpisodeLog(np.zeros(6, int)), make_meta("fixed-dfs")
     kinds = {"key": range(6), "door": range(6, 12), "exit": [12], "new": [-1]}
     given, reached = dict.fromkeys(kinds, 0), dict.fromkeys(kinds, 0)
     rng = np.random.default_rng(0)
@@ -126,7 +130,7 @@ def test_options_are_counted_by_the_kind_of_their_goal():
 
 
 def test_the_graph_of_a_row_is_that_of_its_episode():
-    turns, log = make("expected_steps:20..80", n=12, size=11, max_steps=15), EpisodeLog(12)
+    turns, log = make("expected_steps:20..80", n=12, size=11, max_steps=15), EpisodeLog(np.zeros(12, int))
     seen = set()
     for t in range(60):
         names = turns.sampler.names(turns.world.state.levels)
@@ -139,3 +143,20 @@ def test_the_graph_of_a_row_is_that_of_its_episode():
     assert seen == {graph.name for graph in turns.sampler.everything}
     assert len(seen) > 2
     assert GoalGraph.named("c").name in seen
+
+
+def test_lengths_are_those_that_were_played_however_the_clocks_began():
+    turns, player = make("a", n=8, size=11, max_steps=40), OraclePlayer()
+    turns.world.stagger_clocks()
+    log = EpisodeLog(turns.world.state.levels["steps"])
+    begun, played = np.zeros(8, int), []
+    for t in range(1, 121):
+        step = player.step(turns) if t > 60 else turns.step(np.zeros(8, int))
+        log.add(step, turns, 8 * t)
+        if t == 3:
+            log.load_state_dict(log.state_dict())
+        for env in np.flatnonzero(step.episode_ended).tolist():
+            played.append(t - int(begun[env]))
+            begun[env] = t
+    assert [row["length"] for row in log.ended] == played
+    assert {5, 40} < set(played), "the shortest first episode, and whole ones"

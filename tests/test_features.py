@@ -1,12 +1,16 @@
 """Where goals and doorways are said to be: what was seen or walked through this episode, and nothing else."""
 
 import numpy as np
+import pytest
 from turns_helpers import make
 from views import shown_goals
 
-from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE
+from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE, Features
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NAMED_GRAPHS, NO_GOAL
 from hierroom.meta import make_meta
+from hierroom.options import META
+from hierroom.training.assembly import make_turns
+from hierroom.training.presets import find_preset
 from hierroom.world.constants import COL_STEP, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, VIEW
 
 N_ENVS = 16
@@ -84,3 +88,15 @@ def test_the_doorways_are_the_two_opened_or_walked_through_last():
                 histories[n].append((level.row, level.col))
                 compared["walked through"] += 1
     assert min(compared.values()) > 20, compared
+
+
+@pytest.mark.parametrize("meta", ["learned", "fixed-dfs"])
+def test_levels_remember_what_a_learned_meta_controller_is_shown(meta):
+    """It was shown constants where the controller had no such feature."""
+    config = find_preset("paper").changed(meta=meta, meta_features=("goal-status", "frontier-places"), num_envs=4)
+    turns, features = make_turns(config, 4, 0, levels="training"), Features(config.agents.meta_features, 5, META)
+    shown = []
+    for action in np.random.default_rng(0).integers(5, size=300):
+        turns.step(np.full(4, action))
+        shown.append(features.encode(turns.situation(np.arange(4)))[:, -4:])
+    assert (len(np.unique(np.concatenate(shown), axis=0)) > 10) == (meta == "learned")

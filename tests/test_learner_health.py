@@ -1,6 +1,7 @@
 """A learner whose numbers diverge says which, before they reach a checkpoint."""
 
 import re
+from copy import deepcopy
 
 import numpy as np
 import pytest
@@ -86,9 +87,10 @@ def test_rewards_too_large_are_named():
         learn(learner)
 
 
+@pytest.mark.parametrize("clone", [lambda learner: learner, deepcopy], ids=["itself", "a copy"])
 @pytest.mark.parametrize("network", [None, PlainTorchNetwork], ids=["compiled", "torch"])
-def test_weights_spoiled_by_the_last_step_of_an_update_are_named(network):
-    learner = make_learner(network=network, learning_rate=1e30, epochs=1, minibatches=1)
+def test_weights_spoiled_by_the_last_step_of_an_update_are_named(network, clone):
+    learner = clone(make_learner(network=network, learning_rate=1e30, epochs=1, minibatches=1))
     with pytest.raises(DivergenceError, match=r"^weights \S+ \(.*; a learning_rate below 1e\+30"):
         learn(learner)
 

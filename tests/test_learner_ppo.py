@@ -216,6 +216,11 @@ def test_the_learning_rate_is_annealed_linearly():
     np.testing.assert_allclose(rates, [0.1, 0.06, 0.02])
 
 
+def test_the_generators_of_accelerators_are_left_alone(monkeypatch):
+    monkeypatch.setattr(torch.cuda, "manual_seed_all", lambda seed: pytest.fail("CUDA's generators are not ours"))
+    make_learner()
+
+
 def test_nothing_global_is_touched_and_the_seed_decides():
     torch.manual_seed(0)
     np.random.seed(0)  # noqa: NPY002

@@ -7,6 +7,7 @@ import textwrap
 import pytest
 from run_contents import check_run, weights
 
+import hierroom
 from hierroom.agents.networks import make_network
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
@@ -33,7 +34,7 @@ MINE = """
             return torch.zeros(n, 1)
 
         def step(self, features, state):
-            outputs = self.heads(features.float())
+            outputs = self.heads(features.to(self.heads.weight.dtype))
             return outputs[..., :-1], outputs[..., -1], state
 
         def sequence(self, features, state, resets):
@@ -42,6 +43,20 @@ MINE = """
     class Flat(Mine):
         def sequence(self, features, state, resets):
             return super().sequence(features.flatten(0, 1), state, resets)
+
+    class Double(Mine):
+        def __init__(self, space, hidden_size):
+            super().__init__(space, hidden_size)
+            self.double()
+
+        def step(self, features, state):
+            logits, values, state = super().step(features.double(), state)
+            return logits, values, state
+
+    class Tied(Mine):
+        def __init__(self, space, hidden_size):
+            super().__init__(space, hidden_size)
+            self.same = self.heads
 
     class Fragile(Mine):
         def step(self, features, state):
@@ -84,6 +99,15 @@ def test_a_class_in_the_current_folder_trains_from_the_command_line(outside, tmp
     assert {name: len(values) for name, values in learned.items()} == {"heads.weight": 6, "heads.bias": 6}
 
 
+def test_weights_that_are_tied_are_saved_and_come_back(outside, tmp_path):
+    entries = {"num_envs": 8, "steps": 512, "minibatches": 2, "evaluations": 0, "log": "none"}
+    agent = hierroom.train(graph="a", size=11, max_steps=60, network=f"{outside}:Tied", out=tmp_path / "run", **entries)
+    agent.save(tmp_path / "agent.safetensors")
+    again = hierroom.load(tmp_path / "agent.safetensors", trust=True)
+    played = [[episode.actions.tolist() for episode in hierroom.rollout(one, episodes=2)] for one in (agent, again)]
+    assert played[0] == played[1]
+
+
 @pytest.mark.parametrize(
     ("spec", "said"),
     [
@@ -94,10 +118,12 @@ def test_a_class_in_the_current_folder_trains_from_the_command_line(outside, tmp
         ("{outside}:Stepless", "the network '{outside}:Stepless' must be a torch.nn.Module with initial_state, step"),
         ("{outside}:NoModule", "the network '{outside}:NoModule' must be a torch.nn.Module with initial_state, step"),
         ("{outside}:Fragile", "the network '{outside}:Fragile' fails in its first turns: RuntimeError: out of cheese"),
+        ("{outside}:Double", "the network '{outside}:Double' gives logits of step of torch.float64, not torch.float32"),
+        (None, "a network is named, like recurrent or package.module:Class, not None"),
         ("{outside}:Flat", "the network '{outside}:Flat' gives logits of sequence of shape (6, 4), not (3, 2, 4)"),
     ],
 )
 def test_wrong_ones_are_one_clear_line(outside, spec, said):
     with pytest.raises(InputError, match=f"^{re.escape(said.format(outside=outside))}") as caught:
-        make_network(spec.format(outside=outside), SPACE, 8, None)
+        make_network(spec and spec.format(outside=outside), SPACE, 8, None)
     assert "\n" not in str(caught.value)

@@ -3,6 +3,7 @@
 import json
 import signal
 import threading
+from dataclasses import replace
 from pathlib import Path
 
 import gymnasium
@@ -205,11 +206,31 @@ def test_what_cannot_be_played_is_refused_at_once(run):
     ):
         with pytest.raises(InputError, match=message):
             hierroom.rollout(*arguments)
-    for player in ("random", "oracle"):
-        with pytest.raises(InputError, match="seed"):
-            next(hierroom.rollout(player, seed=-1))
+    for player in (agent, "random", "oracle"):
+        with pytest.raises(InputError, match="seed must be at least 0, not -1"):
+            hierroom.rollout(player, seed=-1)
+        with pytest.raises(InputError, match="seed must be a whole number, not None"):
+            hierroom.rollout(player, seed=None)
     with pytest.raises(InputError, match="num_envs must be a whole number of at least 1, not 0"):
         hierroom.rollout(agent, num_envs=0)
+
+
+def test_other_environments_pay_what_the_agent_was_trained_with(run):
+    agent = hierroom.load(run)
+    paid = replace(agent, config=agent.config.changed(reward="bonus"))
+    for env in (None, agent.env(graph="c"), EnvConfig("c")):
+        assert paid.turns(2, env=env).reward.name == "the reward 'bonus'"
+    assert paid.turns(2, env=EnvConfig("c", reward="novelty")).reward.name == "the reward 'novelty'"
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_an_action_that_the_environment_lacks_is_called_illegal(drop_key):
+    class Sixth:
+        def step(self, turns):
+            return turns.step(np.full(len(turns), turns.world.n_actions))
+
+    (episode,) = hierroom.rollout(Sixth(), EnvConfig("a", drop_key=drop_key, max_steps=5), episodes=1)
+    assert [episode.action_name(step) for step in (1, 5)] == ["illegal action"] * 2
 
 
 def test_loading(run):

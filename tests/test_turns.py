@@ -8,6 +8,7 @@ from hierroom.complexity import analyze
 from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_VECTORS
 from hierroom.meta import choose_goals, make_meta
+from hierroom.options import AGENTS
 from hierroom.step import NO_OUTCOME, TIMED_OUT
 
 
@@ -210,6 +211,19 @@ def test_what_is_observed_is_that_of_the_environments_asked_for(agent):
     everywhere, some = turns.observe(agent, np.arange(5)).as_dict(), np.array([3, 1])
     for name, values in turns.observe(agent, some).as_dict().items():
         np.testing.assert_array_equal(values, everywhere[name][some], err_msg=name)
+
+
+@pytest.mark.parametrize("agent", AGENTS)
+def test_the_order_of_the_environments_is_that_asked_for(agent):
+    turns, twin = (make("rooms:3", n=4, seed=2, measure_shortest=True) for _ in range(2))
+    order = np.array([3, 1, 0, 2])
+    there, one_by_one = turns.observe(agent, order), [turns.observe(agent, np.array([env])) for env in order]
+    np.testing.assert_array_equal(there.tiles, np.concatenate([one.tiles for one in one_by_one]))
+    np.testing.assert_array_equal(there.levels["row"], [one.levels["row"][0] for one in one_by_one])
+    turns.reset(5, order)
+    twin.reset(5)
+    np.testing.assert_array_equal(turns.ledger.shortest, twin.ledger.shortest)
+    assert len(set(twin.ledger.shortest.tolist())) > 1
 
 
 def test_the_complexity_is_that_with_the_actions_there_are():

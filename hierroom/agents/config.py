@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
-from hierroom.errors import InputError, require_number
+from hierroom.errors import InputError, require_number, shown
+from hierroom.runtime.python_numbers import use_python_numbers
 
 FeatureName = Literal[
     "view",
@@ -81,6 +82,14 @@ def find_method(name: str) -> Method:
     return METHODS[name]
 
 
+def _require_features(name: str, given: object) -> None:
+    known = get_args(FeatureName)
+    if not isinstance(given, (list, tuple)):
+        raise InputError(f"{name} are given as a list of names, not as {shown(given)}")
+    if unknown := [one for one in given if one not in known]:
+        raise InputError(f"{name} are {', '.join(known)}; not {shown(unknown[0])}")
+
+
 @dataclass(frozen=True)
 class AgentsConfig:
     """The two agents.
@@ -116,7 +125,10 @@ class AgentsConfig:
     meta_start_success: float = 0.03
 
     def __post_init__(self) -> None:
+        use_python_numbers(self)
         find_method(self.method)
+        for name in ("features", "meta_features"):
+            _require_features(name, getattr(self, name))
         require_number("curiosity_weight", self.curiosity_weight, 0)
         require_number("meta_start_success", self.meta_start_success, 0, 1)
 

@@ -148,7 +148,8 @@ class Episode:
 
     def action_name(self, step: int) -> str:
         """The action of a step, counted from 1, in words."""
-        return ACTION_NAMES.get(int(self.actions[step - 1]), "illegal action")
+        action, n_actions = int(self.actions[step - 1]), DROP + bool(self.start.levels["can_drop"][0])
+        return ACTION_NAMES[action] if action < n_actions else "illegal action"
 
     def states(self) -> Iterator[State]:
         """Yield the L + 1 states before, between and after its steps: they are played again."""

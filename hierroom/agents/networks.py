@@ -8,7 +8,7 @@ import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
 from hierroom.plugins import in_one_line, load_plugin
 
@@ -34,6 +34,8 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
     Raises:
         InputError: if there is no such network, it cannot be made, or it does not keep the protocol.
     """
+    if not isinstance(spec, str):
+        raise InputError(f"a network is named, like {', '.join(NETWORKS)} or package.module:Class, not {shown(spec)}")
     if spec in NETWORKS:
         return NETWORKS[spec](space, hidden_size, vectors)
     make = load_plugin(spec, "network", NETWORKS, ENTRY_POINT_GROUP)
@@ -48,17 +50,21 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
 
 
 def _try(spec: str, network: PolicyNetwork, space: AgentSpace) -> None:
-    """Let two environments take three turns, and refuse outputs of other shapes than the protocol's."""
+    """Let two environments take three turns, and refuse outputs of other shapes and types than the protocol's."""
     features = torch.zeros(3, 2, space.n_features, dtype=torch.uint8)
     try:
         with torch.no_grad():
             state = network.initial_state(2)
-            outputs = [*network.step(features[0], state), *network.sequence(features, state, torch.zeros(3, 2).bool())]
-            found = [tuple(output.shape) for output in outputs]
+            resets = torch.zeros(3, 2).bool()
+            outputs = [state, *network.step(features[0], state), *network.sequence(features, state, resets)]
+            found = [(tuple(output.shape), output.dtype) for output in outputs]
     except Exception as error:
         raise InputError(f"the network {spec!r} fails in its first turns: {in_one_line(error)}") from error
-    names = ("logits of step", "values of step", "state of step", "logits of sequence", "values of sequence")
-    expected = [(2, space.n_actions), (2,), tuple(state.shape), (3, 2, space.n_actions), (3, 2)]
-    for name, shape, right in zip(names, found, expected, strict=True):
+    ends = ("logits of step", "values of step", "state of step", "logits of sequence", "values of sequence")
+    start = tuple(state.shape)
+    expected = [start, (2, space.n_actions), (2,), start, (3, 2, space.n_actions), (3, 2)]
+    for name, (shape, dtype), right in zip(("an initial state", *ends), found, expected, strict=True):
         if shape != right:
             raise InputError(f"the network {spec!r} gives {name} of shape {shape}, not {right}")
+        if dtype is not torch.float32:
+            raise InputError(f"the network {spec!r} gives {name} of {dtype}, not torch.float32")

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from hierroom.errors import InputError, require_number
+from hierroom.runtime.python_numbers import use_python_numbers
 
 MOST = {"sequence_length": 2**20, "minibatches": 2**20, "epochs": 2**20, "hidden_size": 2**16}
 """The largest whole numbers: beyond any use, and small enough for what is computed with them to fit into 64 bits."""
@@ -61,6 +60,7 @@ class PPOConfig:
     hidden_size: int = 64
 
     def __post_init__(self) -> None:
+        use_python_numbers(self)
         for name, high in MOST.items():
             require_number(name, getattr(self, name), 1, high, is_whole=True)
         if self.sequences_per_update is not None:
@@ -74,5 +74,5 @@ class PPOConfig:
             require_number(name, getattr(self, name), 0)
         for name in ("gamma", "gae_lambda", "final_learning_rate_fraction"):
             require_number(name, getattr(self, name), 0, 1)
-        if not isinstance(self.normalize_advantages, (bool, np.bool_)):
+        if not isinstance(self.normalize_advantages, bool):
             raise InputError(f"normalize_advantages must be True or False, not {self.normalize_advantages!r}")

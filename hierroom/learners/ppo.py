@@ -136,9 +136,7 @@ class Learner:
             self._backend = FusedBackend(self.network, config, threads)
         else:
             self._backend = TorchBackend(self.network, config, device)
-        self._weights = weights_of(self.network)
-        self._initial_state = self._backend.initial_states(1)  # [1, S]
-        self._states = np.repeat(self._initial_state, num_envs, axis=0)  # [N, S]
+        self._states = self._backend.initial_states(num_envs)  # [N, S]
         self._starts_episode = np.ones(num_envs, bool)
         self._rollout = Rollout(
             num_envs,
@@ -190,7 +188,8 @@ class Learner:
             return np.empty(0, np.int64)
         resets = self._starts_episode[envs]
         states = self._states[envs]
-        states[resets] = self._initial_state
+        if resets.any():
+            states[resets] = self._backend.initial_states(1)  # a user's own network may learn it
         logits, values, self._states[envs] = self._backend.step(features, states)
         actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(envs)))
         self._rollout.begin(envs, states, resets, features, masks, actions, log_probs, values)
@@ -298,7 +297,7 @@ class Learner:
         ]
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
         means = self._backend.train(batch, advantages, weights, parts, learning_rate)
-        check_update(means, self._weights, self._backend, batch, learning_rate)
+        check_update(means, weights_of(self.network), self._backend, batch, learning_rate)
         target_variance = np.var(advantages + batch.values)
         return {
             **dict(zip(STATISTICS, means.tolist(), strict=True)),

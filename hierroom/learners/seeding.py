@@ -20,7 +20,8 @@ def seeded_weights(seed: np.random.SeedSequence) -> Iterator[None]:
     """
     n_threads = torch.get_num_threads()
     with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(int(seed.generate_state(1)[0]))
+        # Not torch.manual_seed, which seeds the generators of accelerators, too, and these are not restored.
+        torch.default_generator.manual_seed(int(seed.generate_state(1)[0]))
         torch.set_num_threads(1)
         try:
             yield

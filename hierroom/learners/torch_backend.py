@@ -43,7 +43,8 @@ class TorchBackend:
     def initial_states(self, n: int) -> NDArray[np.float32]:
         """Recurrent states [n, S] of ``n`` environments at the start of an episode."""
         with torch.no_grad():
-            return self._network.initial_state(n).cpu().numpy()
+            # A copy: one row that is expanded to n, or the weights themselves, are not to be written to.
+            return self._network.initial_state(n).cpu().numpy().copy()
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
         """Compute one turn: logits [M, A], values [M] and new states [M, S] from features [M, K] and states [M, S]."""

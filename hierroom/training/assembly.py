@@ -63,8 +63,16 @@ def make_turns(
         autoreset=autoreset,
         measure_shortest=measure_shortest,
         threads=config.threads,
-        memories=controller_features(config).memories,
+        memories=_memories(config),
     )
+
+
+def _memories(config: TrainConfig) -> tuple[str, ...]:
+    """What levels must remember for the features of the agents that learn."""
+    own = controller_features(config).memories
+    if config.resolved_method.meta != LEARNED:
+        return own
+    return (*own, *Features(config.agents.meta_features, config.env.n_actions, META).memories)
 
 
 def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:

@@ -16,9 +16,10 @@ import tyro
 
 from hierroom.agents.config import AgentsConfig, Method
 from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError, require_number
+from hierroom.errors import InputError, require_number, shown
 from hierroom.goals import NAMED_GRAPHS, is_graph_set, plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
+from hierroom.runtime.python_numbers import use_python_numbers
 from hierroom.training.typed_value import entry_types, typed_value
 
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
@@ -88,10 +89,20 @@ class TrainConfig:
     warm_start: str | None = None
 
     def __post_init__(self) -> None:
+        use_python_numbers(self)
         for name, (low, high) in RANGES.items():
             require_number(name, getattr(self, name), low, high, is_whole=True)
         if not isinstance(self.device, str):
             raise InputError(f"device must be a text such as cpu or cuda, not {self.device!r}")
+        if not isinstance(self.stagger_clocks, bool):
+            raise InputError(f"stagger_clocks must be True or False, not {self.stagger_clocks!r}")
+        if isinstance(self.warm_start, os.PathLike):
+            object.__setattr__(self, "warm_start", os.fspath(self.warm_start))
+        if not isinstance(self.warm_start, str | None):
+            raise InputError(f"warm_start must be a folder, a file or the name of an agent, not {self.warm_start!r}")
+        for name, kind in _PARTS.items():
+            if not isinstance(part := getattr(self, name), kind):
+                raise InputError(f"{name} must be of type {kind.__name__}, not {shown(part)}")
 
     @property
     def resolved_method(self) -> Method:

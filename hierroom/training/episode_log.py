@@ -28,14 +28,15 @@ class EpisodeLog:
     """Success, length and return of the last 500 episodes, and all that there is to say of those that just ended.
 
     Args:
-        num_envs: environments N.
+        clocks: [N] steps that the first episode of each environment counts as taken before its first.
 
     Attributes:
         episodes: number of episodes that have ended.
         ended: rows of ``episodes.csv`` for the episodes that ended since `begin_update`.
     """
 
-    def __init__(self, num_envs: int) -> None:
+    def __init__(self, clocks: NDArray[np.integer]) -> None:
+        num_envs, self._clocks = len(clocks), np.array(clocks, np.int64)
         self.episodes = 0
         self.ended: list[dict[str, object]] = []
         self._window: dict[str, deque[float]] = {name: deque(maxlen=WINDOW) for name in ("success", "length", "return")}
@@ -69,7 +70,7 @@ class EpisodeLog:
         envs, graphs = ended.tolist(), turns.sampler.names(finals)
         numbers = {
             "success": step.terminated[ended].astype(np.int64).tolist(),
-            "length": step.lengths[ended].tolist(),
+            "length": (step.lengths - self._clocks)[ended].tolist(),
             "return": self._returns[ended].round(6).tolist(),
         }
         for name, values in numbers.items():
@@ -77,7 +78,7 @@ class EpisodeLog:
         achieved = self._achieved(envs, finals["branches"])
         for row in zip(envs, graphs, *numbers.values(), achieved, strict=True):
             self.ended.append(dict(zip(_COLUMNS, (steps, *row), strict=True)))
-        self._returns[ended] = 0.0
+        self._returns[ended], self._clocks[ended] = 0.0, 0
         self.episodes += len(ended)
 
     def _achieved(self, envs: list[int], branches: NDArray[np.integer]) -> list[str]:
@@ -122,6 +123,7 @@ class EpisodeLog:
             "window": {name: list(values) for name, values in self._window.items()},
             "returns": torch.from_numpy(self._returns.copy()),
             "goals": [list(goals) for goals in self._goals],
+            "clocks": torch.from_numpy(self._clocks.copy()),
         }
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
@@ -137,10 +139,12 @@ class EpisodeLog:
                 "window": Table({name: Items(entry, 0, WINDOW) for name, entry in ranges.items()}),
                 "returns": Array(np.float64, (n,)),
                 "goals": Items(Items(Whole(0, N_GOALS - 1)), n, n),
+                "clocks": Array(np.int64, (n,), low=0),
             }
         ).check(state, "log")
         self.episodes = state["episodes"]
         self._window = {name: deque(values, WINDOW) for name, values in state["window"].items()}
         self._returns = state["returns"].numpy().copy()
         self._goals = [list(goals) for goals in state["goals"]]
+        self._clocks = state["clocks"].numpy().copy()
         self.ended = []

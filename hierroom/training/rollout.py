@@ -12,7 +12,7 @@ from hierroom.agents.episode import Episode
 from hierroom.agents.player import Player, make_player
 from hierroom.agents.recorder import record
 from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
+from hierroom.errors import InputError, require_number
 from hierroom.training.trained_agent import TrainedAgent
 from hierroom.turns import Turns
 
@@ -54,6 +54,7 @@ def rollout(
     for name, value in (("episodes", episodes), ("num_envs", num_envs)):
         if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
             raise InputError(f"{name} must be a whole number of at least 1, not {value!r}")
+    require_number("seed", seed, 0, 2**63 - 1, is_whole=True)
     num_envs, config = min(num_envs, episodes), None if env is None else _config_of(env)
     if isinstance(agent, TrainedAgent):
         return record(agent.turns(num_envs, seed=seed, env=config), agent.pair(num_envs, seed=seed), episodes, progress)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -14,6 +15,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
 from hierroom.errors import DivergenceError, InputError
+from hierroom.files import to_json
 from hierroom.options import META
 from hierroom.training import checkpoint
 from hierroom.training.assembly import evaluation_seed
@@ -41,7 +43,7 @@ def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
     Raises:
         InputError: if a value of the config cannot be used, or the folder cannot be created.
     """
-    config.to_dict()  # what cannot be written down is refused before anything is made
+    TrainConfig.from_dict(json.loads(to_json(config.to_dict())))  # what cannot be read back is refused now
     trainer = Trainer(config)
     _try_out(trainer)
     folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)

@@ -78,6 +78,8 @@ class TrainedAgent:
         Raises:
             InputError: if their ``drop_key`` is another than the agent was trained with.
         """
+        if env is not None and env.reward is None:
+            env = replace(env, reward=self.config.env.reward)
         config = self.config if env is None else self.config.changed(env=env)
         if config.env.drop_key != self.config.env.drop_key:
             raise InputError("a trained agent cannot be played with another drop_key")

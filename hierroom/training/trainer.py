@@ -62,7 +62,7 @@ class Trainer:
         self.controller = controller
         if config.warm_start:
             self._warm_start(config.warm_start)
-        self.log = EpisodeLog(config.num_envs)
+        self.log = EpisodeLog(self.turns.world.state.levels["steps"])
         self.steps = 0
         self.seconds = self.compile_seconds = 0.0
         self._speed = float("nan")

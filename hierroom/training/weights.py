@@ -51,7 +51,7 @@ class SavedAgent:
             InputError: if the file cannot be written.
         """
         tensors = {
-            f"{agent}.{name}": tensor.detach().cpu().contiguous()
+            f"{agent}.{name}": tensor.detach().cpu().clone(memory_format=torch.contiguous_format)  # it may be shared
             for agent, state in self.agents.items()
             for name, tensor in state["learner"]["backend"]["network"].items()
         }
