@@ -75,7 +75,6 @@ def main() -> int:
 
     torch.set_num_threads(1)  # as in training
     agent = load(arguments.run, checkpoint=arguments.checkpoint, meta=arguments.meta, trust=arguments.trust_run)
-    warn_of_changed_modules(arguments.run, agent.config.changed(meta=None) if arguments.meta else agent.config)
     num_envs, seed = min(arguments.num_envs, arguments.episodes), arguments.seed
     named = {name: getattr(arguments, name) for name in ("graph", "exclude", "size", "goal_mask")}
     chosen: dict[str, Any] = {name: value for name, value in named.items() if value not in (None, ())}
@@ -86,8 +85,11 @@ def main() -> int:
         )
         for name, is_greedy in (("sampled", False), ("greedy", True))
     }
+    # Not before: the turns import a reward of one's own.
+    warn_of_changed_modules(arguments.run, agent.config.changed(meta=None) if arguments.meta else agent.config)
     results: dict[str, Evaluation] = {}
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    stderr = Console(stderr=True)
+    with Progress(console=stderr, transient=True, disable=not stderr.is_terminal) as bar:
         for name, (turns, pair) in played.items():
             task = bar.add_task(f"{name} actions", total=arguments.episodes)
             results[name] = evaluate(
@@ -98,7 +100,10 @@ def main() -> int:
     else:
         console = Console()
         graphs = results["sampled"].graphs
-        where = f"graph {next(iter(graphs))}" if len(graphs) == 1 else f"{len(graphs)} graphs"
+        n_known = len(played["sampled"][0].sampler.everything)
+        where = f"graph {next(iter(graphs))}" if n_known == 1 else f"{len(graphs)} graphs"
+        if n_known > len(graphs):
+            where = f"{len(graphs)} of {n_known} graphs (the others had no episode)"
         console.print(escape(f"{arguments.run} on {where}, {results['sampled'].episodes} episodes"), soft_wrap=True)
         console.print(_table(results))
         if len(graphs) > 1:

@@ -200,7 +200,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
             meta = make.for_training(num_envs)
     except InputError:
         raise
-    except Exception as error:  # whatever a user's own code may raise
+    except (Exception, SystemExit) as error:  # whatever a user's own code may raise
         raise InputError(f"the meta-controller {spec!r} cannot be made: {in_one_line(error)}") from error
     with own_code(f"the meta-controller {spec!r}"):  # to look at an attribute may run code
         return _checked(meta, repr(spec))
@@ -233,8 +233,12 @@ def show_step(meta: MetaController, step: Step, turns: Any) -> None:
         turns: the `Turns` in which it was taken.
     """
     if hasattr(meta, "observe"):
-        with running(meta):
-            meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
+        step.records.flags.writeable = False  # what happened is not for a meta-controller to change
+        try:
+            with running(meta):
+                meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
+        finally:
+            step.records.flags.writeable = True
 
 
 def running(meta: MetaController) -> AbstractContextManager[None]:

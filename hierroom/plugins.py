@@ -46,7 +46,7 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds:
         raise InputError(
             f"there is no module {error.name!r} for the {what} {spec!r}; it is looked for in the current folder too"
         ) from error
-    except Exception as error:  # a user's code may raise anything
+    except (Exception, SystemExit) as error:  # a user's code may raise anything, or be a script that ends
         raise InputError(f"the {what} {spec!r} cannot be loaded: {in_one_line(error)}") from error
 
 
@@ -62,11 +62,11 @@ def own_code(name: str) -> Iterator[None]:
     """
     try:
         yield
-    except Exception as error:  # a user's code may raise anything
+    except (Exception, SystemExit) as error:  # a user's code may raise anything
         raise_told(name, error)
 
 
-def raise_told(name: str, error: Exception) -> NoReturn:
+def raise_told(name: str, error: BaseException) -> NoReturn:
     """Tell in one line what code of a user's own raised; for what runs so often that `own_code` would be felt.
 
     Args:
@@ -81,7 +81,7 @@ def raise_told(name: str, error: Exception) -> NoReturn:
     raise InputError(f"{name} fails: {in_one_line(error)}") from error
 
 
-def in_one_line(error: Exception) -> str:
+def in_one_line(error: BaseException) -> str:
     """The type and message of an error, without line breaks, and the last line of a user's own code that led to it."""
     text = f"{type(error).__name__}: {' '.join(str(error).split())}"
     places = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(_NOT_OWN)]

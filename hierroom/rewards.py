@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.env_config import NOVELTY_BONUS, RewardName
-from hierroom.errors import InputError
-from hierroom.plugins import in_one_line, load_plugin, raise_told
+from hierroom.errors import InputError, shown
+from hierroom.plugins import in_one_line, load_plugin, own_code, raise_told
 from hierroom.step import Step
 from hierroom.world.layout import MEMORIES
 
@@ -150,10 +150,13 @@ class ControllerReward:
         Raises:
             InputError: if the reward fails, or does not return a finite number for each environment.
         """
+        step.records.flags.writeable = False  # what happened is not for a reward to change
         try:
-            given = np.asarray(self.reward.rewards(step))
-        except Exception as error:  # whatever a user's own code may raise
+            given = np.array(self.reward.rewards(step))
+        except (Exception, SystemExit) as error:  # whatever a user's own code may raise
             raise_told(self.name, error)
+        finally:
+            step.records.flags.writeable = True
         if given.shape != step.rewards.shape or given.dtype.kind not in "fiub":
             raise InputError(
                 f"{self.name} must return {len(step.rewards)} numbers, one for each environment, "
@@ -191,16 +194,19 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
     if isinstance(reward, type):
         try:
             reward = reward()
-        except Exception as error:  # whatever a user's own code may raise
+        except (Exception, SystemExit) as error:  # whatever a user's own code may raise
             raise InputError(f"{name} cannot be made: {in_one_line(error)}") from error
     if not callable(getattr(reward, "rewards", None)):
         if not callable(reward):
             raise InputError(f"a reward is a function of a step or has a method rewards(step); {name} is neither")
         reward = FunctionReward(reward)
-    return ControllerReward(
-        name,
-        reward,
-        ends_with_option=bool(getattr(reward, "ends_with_option", False)),
-        memories=tuple(getattr(reward, "memories", ())),
-        needs_states=bool(getattr(reward, "needs_states", True)),
-    )
+    with own_code(name):  # to look at an attribute may run code
+        memories = getattr(reward, "memories", ())
+        usual = {"ends_with_option": False, "needs_states": True}
+        flags = {flag: getattr(reward, flag, value) for flag, value in usual.items()}
+    if not isinstance(memories, (list, tuple)) or not all(isinstance(memory, str) for memory in memories):
+        raise InputError(f"{name}: memories must be a list of names, not {shown(memories)}")
+    for flag, value in flags.items():
+        if not isinstance(value, (bool, np.bool_)):
+            raise InputError(f"{name}: {flag} must be True or False, not {shown(value)}")
+    return ControllerReward(name, reward, memories=tuple(memories), **flags)

@@ -88,8 +88,9 @@ def main(argv: list[str] | None = None) -> int:
         require_file(arguments.out)
     named = {name: getattr(arguments, name) for name in ("checkpoint", "meta", "greedy")}
     agent = load(arguments.run, **named, trust=arguments.trust_run)
-    warn_of_changed_modules(arguments.run, agent.config.changed(meta=None) if arguments.meta else agent.config)
     episodes, n_played = _play(agent, arguments)
+    # Not before: playing imports a reward of one's own.
+    warn_of_changed_modules(arguments.run, agent.config.changed(meta=None) if arguments.meta else agent.config)
     if arguments.failures:
         print(_count(len(episodes), n_played))
         pursued = Counter(episode.subgoals[-1].label for episode in episodes)
@@ -118,7 +119,8 @@ def _play(agent: TrainedAgent, arguments: WatchArguments) -> tuple[list[Episode]
     env = agent.env(**other)
     total = arguments.most if arguments.failures else arguments.episodes
     shown, n_played = [], 0
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    stderr = Console(stderr=True)
+    with Progress(console=stderr, transient=True, disable=not stderr.is_terminal) as bar:
         task = bar.add_task("playing", total=total)
         played = rollout(agent, env, total, seed=arguments.seed, progress=lambda done: bar.update(task, completed=done))
         for episode in played:

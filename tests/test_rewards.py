@@ -154,6 +154,10 @@ def test_a_function_and_a_class_of_a_users_module_are_found_by_name(tmp_path, mo
         sys.modules.pop("my_rewards_of_test", None)
 
 
+def odd(**attributes):
+    return type("Odd", (), {"rewards": lambda self, step: step.extrinsic, **attributes})()
+
+
 @pytest.mark.parametrize(
     ("reward", "said"),
     [
@@ -161,7 +165,12 @@ def test_a_function_and_a_class_of_a_users_module_are_found_by_name(tmp_path, mo
         ("no_such_module:R", "there is no module 'no_such_module' for the reward 'no_such_module:R'"),
         (np.ndarray, "the reward ndarray cannot be made: TypeError"),
         (3, "a reward is a function of a step or has a method rewards(step); the reward int is neither"),
-        (type("Odd", (), {"rewards": lambda s, t: 0, "memories": ("smell",)})(), "levels can remember visited, "),
+        (odd(memories=("smell",)), "levels can remember visited, "),
+        (odd(memories=3), "memories must be a list of names, not 3"),
+        (odd(memories="visited"), "memories must be a list of names, not 'visited'"),
+        (odd(ends_with_option="no"), "ends_with_option must be True or False, not 'no'"),
+        (odd(needs_states=property(lambda self: 1 / 0)), "fails: ZeroDivisionError: division by zero"),
+        (type("Ends", (), {"__init__": lambda self: sys.exit(0)}), "the reward Ends cannot be made: SystemExit"),
     ],
 )
 def test_a_reward_that_cannot_be_used_is_refused(reward, said):
@@ -181,6 +190,8 @@ def test_a_reward_that_cannot_be_used_is_refused(reward, said):
         (lambda step: np.full(4, np.nan), "the reward <lambda> must return finite numbers, not nan"),
         (lambda step: ["a"] * 4, "the reward <lambda> must return 4 numbers"),
         (json.loads, "the reward loads fails: TypeError: the JSON object must be str, bytes or bytearray, not Step"),
+        (lambda step: sys.exit(0), "the reward <lambda> fails: SystemExit"),
+        (lambda step: step.terminated.__ior__(step.truncated), "ValueError: output array is read-only"),
         (lambda step: step.price, "fails: AttributeError: a step has no 'price' (line "),
     ],
 )

@@ -223,6 +223,14 @@ def test_other_environments_pay_what_the_agent_was_trained_with(run):
     assert paid.turns(2, env=EnvConfig("c", reward="novelty")).reward.name == "the reward 'novelty'"
 
 
+def test_it_plays_levels_that_training_never_uses_whatever_its_config_says(run):
+    agent = hierroom.load(run)
+    named = replace(agent, config=agent.config.changed(levels="training"))
+    for one in (agent, named):
+        assert one.env().levels is None
+        assert one.turns(2, env=one.env()).config.levels == one.turns(2).config.levels == "evaluation"
+
+
 @pytest.mark.parametrize("drop_key", [False, True])
 def test_an_action_that_the_environment_lacks_is_called_illegal(drop_key):
     class Sixth:

@@ -93,6 +93,7 @@ def test_what_cannot_be_planned_is_said_in_one_line(words, message):
         ("stepps = 3", "there is no entry 'stepps'; is it steps?"),
         ("seeds = 'many'", "seeds must be a whole number, not 'many'"),
         ("[[variants]]\ngamma = 1.0", "needs a name"),
+        ('[[variants]]\nname = "two\\nlines"', "needs a name = .* of one line"),
         ("[[variants]]\nname = 'a'\n[[variants]]\nname = 'a'", "two variants have the same name"),
         ("[[variants]]\nname = 'a'\nepisodes = 3", "variant a: episodes is no entry of a run"),
     ],

@@ -123,3 +123,9 @@ def test_a_single_run_has_the_interval_of_its_evaluations():
     )
     line = summary.lines[0]
     assert line[-6:] == ("10k [9k, 12k]", "200k [190k, -]", "60.0% [50.0%, 70.0%]", "40", "-", "20.0%")
+
+
+def test_a_name_with_a_bar_is_one_cell_in_markdown():
+    settings = {"variants": {"a|b": {"gamma": [0.5]}, "c": {"gamma": [0.6]}}, "seeds": 1}
+    runs = plan(**settings).runs()
+    assert summarise(runs, []).markdown().splitlines()[2].startswith(r"| a\|b | - | - |")

@@ -129,6 +129,9 @@ class AgentsConfig:
         find_method(self.method)
         for name in ("features", "meta_features"):
             _require_features(name, getattr(self, name))
+        for name in ("meta", "network"):
+            if getattr(self, name) == "":
+                raise InputError(f"{name} must be a name, not an empty text")
         require_number("curiosity_weight", self.curiosity_weight, 0)
         require_number("meta_start_success", self.meta_start_success, 0, 1)
 

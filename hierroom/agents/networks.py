@@ -41,7 +41,7 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
     make = load_plugin(spec, "network", NETWORKS, ENTRY_POINT_GROUP)
     try:
         network = make(space, hidden_size)
-    except Exception as error:  # whatever a user's own code may raise
+    except (Exception, SystemExit) as error:  # whatever a user's own code may raise
         raise InputError(f"the network {spec!r} cannot be made: {in_one_line(error)}") from error
     if not isinstance(network, nn.Module) or not isinstance(network, PolicyNetwork):
         raise InputError(f"the network {spec!r} must be a torch.nn.Module with initial_state, step and sequence")
@@ -58,7 +58,7 @@ def _try(spec: str, network: PolicyNetwork, space: AgentSpace) -> None:
             resets = torch.zeros(3, 2).bool()
             outputs = [state, *network.step(features[0], state), *network.sequence(features, state, resets)]
             found = [(tuple(output.shape), output.dtype) for output in outputs]
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(f"the network {spec!r} fails in its first turns: {in_one_line(error)}") from error
     ends = ("logits of step", "values of step", "state of step", "logits of sequence", "values of sequence")
     start = tuple(state.shape)

@@ -73,7 +73,10 @@ def _figure(comparison: Comparison) -> Figure:
     for first in axes[:, 0]:
         first.set_ylabel(METRICS[comparison.metric].axis_label)
     lines, _ = axes[0, 0].get_legend_handles_labels()
-    figure.legend(lines, labels, loc="outside lower center", ncols=min(n_legend, len(labels)), handlelength=1.8)
+    n_shown = min(n_legend, len(labels))
+    legend = figure.legend(lines, labels, loc="outside lower center", ncols=n_shown, handlelength=1.8)
+    for text in legend.get_texts():
+        text.set_parse_math(False)
     return figure
 
 
@@ -100,7 +103,7 @@ def _draw(axes: Axes, summary: GroupSummary, comparison: Comparison) -> None:
 
 def _finish(axes: Axes, title: str, comparison: Comparison) -> None:
     steps = comparison.summaries[0].steps
-    axes.set_title(title, fontsize=8, pad=3)
+    axes.set_title(title, fontsize=8, pad=3, parse_math=False)
     axes.set_xlim(steps[0] / 1e6, steps[-1] / 1e6)
     axes.xaxis.set_major_locator(MaxNLocator(4))
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))

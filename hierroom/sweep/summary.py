@@ -46,7 +46,8 @@ class Summary:
     def markdown(self) -> str:
         """As a table in Markdown."""
         rule = ("---",) * len(self.headings)
-        return "\n".join(f"| {' | '.join(cells)} |" for cells in (self.headings, rule, *self.lines))
+        rows = [[cell.replace("|", r"\|") for cell in cells] for cells in (self.headings, rule, *self.lines)]
+        return "\n".join(f"| {' | '.join(cells)} |" for cells in rows)
 
 
 CAPTION = "medians of the seeds, in brackets from the lowest to the highest; -: fewer than half got so far"

@@ -98,7 +98,7 @@ class TrainConfig:
             raise InputError(f"stagger_clocks must be True or False, not {self.stagger_clocks!r}")
         if isinstance(self.warm_start, os.PathLike):
             object.__setattr__(self, "warm_start", os.fspath(self.warm_start))
-        if not isinstance(self.warm_start, str | None):
+        if not isinstance(self.warm_start, str | None) or self.warm_start == "":
             raise InputError(f"warm_start must be a folder, a file or the name of an agent, not {self.warm_start!r}")
         for name, kind in _PARTS.items():
             if not isinstance(part := getattr(self, name), kind):

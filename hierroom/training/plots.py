@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hierroom.errors import one_line
 from hierroom.files import write_atomically
 from hierroom.training.episode_log import WINDOW
 from hierroom.training.learning_curve import LearningCurve
@@ -42,7 +43,7 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
     longest = np.nanmax([1, *windows[1], *(() if curve is None else curve.length)])  # nan: no episode has ended yet
     panels[1].set(ylim=(0, 1.05 * longest), ylabel="steps", title="episode length")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    figure.suptitle(run.path.name)
+    figure.suptitle(one_line(run.path.name), parse_math=False)
     picture = io.BytesIO()
     figure.savefig(picture, format="png", dpi=120)
     write_atomically(path, picture.getvalue())

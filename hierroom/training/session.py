@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -182,16 +182,14 @@ def _train(
             raise DivergenceError(f"{error}. {_way_back(folder)}") from error
         is_last = trainer.is_done or interrupt.is_requested
         row = trainer.metrics()
-        stage = f"stage {row['stage']:.0f} of {sampler.n_stages}, " if "stage" in row else ""
-        length = "" if stage else f" length {row['episode_length']:.0f},"  # they fit into 80 columns
-        success = f"success {row['success_rate']:.0%}{evaluated}"
-        report(f"{row['steps_per_second']:,.0f} steps/s, {stage}{success},{length}")
+        report(_status(row, sampler.n_stages, evaluated))
         folder.episodes.append(trainer.log.ended)
         if schedule.is_row_due(before, trainer.steps):
             folder.metrics.append([row])
             logs.add_metrics(row)
         if schedule.is_evaluation_due(before, trainer.steps):
             evaluated = evaluate()
+            report(_status(row, sampler.n_stages, evaluated))
         if trainer.is_done:
             logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
         logs.sync()
@@ -199,6 +197,13 @@ def _train(
             folder.save_checkpoint(trainer.state_dict())
         elif is_last:
             folder.save_interrupted(trainer.state_dict())
+
+
+def _status(row: Mapping[str, float], n_stages: int, evaluated: str) -> str:
+    """What the progress bar says beside the steps."""
+    stage = f"stage {row['stage']:.0f} of {n_stages}, " if "stage" in row else ""
+    length = "" if stage else f" length {row['episode_length']:.0f},"  # they fit into 80 columns
+    return f"{row['steps_per_second']:,.0f} steps/s, {stage}success {row['success_rate']:.0%}{evaluated},{length}"
 
 
 @contextmanager

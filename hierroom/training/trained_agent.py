@@ -63,7 +63,8 @@ class TrainedAgent:
         refused = entries.keys() - {entry.name for entry in fields(EnvConfig)} | entries.keys() & {"drop_key", "reward"}
         if refused:
             raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
-        return replace(self.config.env, **({"exclude": (), **entries} if "graph" in entries else entries))
+        own = replace(self.config.env, levels=None)  # whatever it says: training uses its own part of the levels
+        return replace(own, **({"exclude": (), **entries} if "graph" in entries else entries))
 
     def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, autoreset: bool = True) -> Turns:
         """Environments it can play in, whose shortest lengths are measured.
