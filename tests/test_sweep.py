@@ -180,10 +180,12 @@ def test_a_sweep_that_is_stopped_says_how_to_go_on_and_does(tmp_path, undisturbe
 def test_ctrl_c_twice_reaches_the_sweep_and_not_its_processes(tmp_path, undisturbed):
     """As a terminal sends it, to all; the first says to stop, and the processes save what they do."""
     process = start(tmp_path)
-    assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
-    for pid in children(process):
-        os.kill(pid, signal.SIGINT)
-        os.kill(pid, signal.SIGINT)
+    # Once while they load their modules, and once while they train.
+    for is_time in (lambda: len(children(process)) == 2, lambda: [*tmp_path.glob("runs/*/metrics.csv")]):
+        assert wait_for(is_time, process)
+        for pid in children(process):
+            os.kill(pid, signal.SIGINT)
+            os.kill(pid, signal.SIGINT)
     process.send_signal(signal.SIGINT)
     told = process.communicate(timeout=120)[0].decode()
     assert process.returncode == 130

@@ -5,9 +5,9 @@ from __future__ import annotations
 import signal
 from collections import deque
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
@@ -33,7 +33,8 @@ class _Worker:
     def start(cls) -> _Worker:
         ours, theirs = _SPAWN.Pipe()
         process = _SPAWN.Process(target=_work, args=(theirs,), daemon=True)
-        process.start()
+        with _without_ctrl_c():
+            process.start()
         theirs.close()  # so that ours ends when the process does
         return cls(process, ours)
 
@@ -109,6 +110,20 @@ def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
             yield Failed(job, content)
         else:
             yield Interrupted(job) if content is None else Finished(job, content)
+
+
+@contextmanager
+def _without_ctrl_c() -> Iterator[None]:
+    """A context in which Ctrl-C waits; a process begun in it does not hear it while it loads its modules."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    resource_tracker.ensure_running()  # the first process would begin it, and it lets Ctrl-C through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _work(connection: Connection) -> None:
