@@ -233,12 +233,8 @@ def show_step(meta: MetaController, step: Step, turns: Any) -> None:
         turns: the `Turns` in which it was taken.
     """
     if hasattr(meta, "observe"):
-        step.records.flags.writeable = False  # what happened is not for a meta-controller to change
-        try:
-            with running(meta):
-                meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
-        finally:
-            step.records.flags.writeable = True
+        with running(meta), step.read_only():
+            meta.observe(step, turns)  # pyright: ignore[reportAttributeAccessIssue] - it is optional
 
 
 def running(meta: MetaController) -> AbstractContextManager[None]:

@@ -150,13 +150,11 @@ class ControllerReward:
         Raises:
             InputError: if the reward fails, or does not return a finite number for each environment.
         """
-        step.records.flags.writeable = False  # what happened is not for a reward to change
         try:
-            given = np.array(self.reward.rewards(step))
+            with step.read_only():
+                given = np.array(self.reward.rewards(step))
         except (Exception, SystemExit) as error:  # whatever a user's own code may raise
             raise_told(self.name, error)
-        finally:
-            step.records.flags.writeable = True
         if given.shape != step.rewards.shape or given.dtype.kind not in "fiub":
             raise InputError(
                 f"{self.name} must return {len(step.rewards)} numbers, one for each environment, "

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -101,6 +103,15 @@ class Step:
         if name in _NAMES:
             return self.records[name]
         raise AttributeError(f"a step has no {name!r}")
+
+    @contextmanager
+    def read_only(self) -> Iterator[None]:
+        """A context for code of a user's own: what happened is not for it to change."""
+        self.records.flags.writeable = False  # of every array that is asked for within
+        try:
+            yield
+        finally:
+            self.records.flags.writeable = True
 
     def as_dict(self) -> dict[str, NDArray]:
         """The arrays by name."""

@@ -117,9 +117,9 @@ def test_a_device_that_cannot_compute_is_one_line(device):
     ("entry", "value", "said"),
     [
         ("stagger_clocks", 0, "stagger_clocks must be True or False, not 0"),
-        ("meta_features", ("goal_status", "goal-outcome"), "meta_features are .*; not 'goal_status'"),
+        ("meta_features", ("goal_status", "goal-outcome"), "meta_features are .*; not goal_status"),
         ("features", None, "features are given as a list of names, not as None"),
-        ("features", [["view"]], "features are .*; not a list"),
+        ("features", [["view"]], r"features are .*; not \['view'\]"),
         ("features", "view", "features are given as a list of names, not as 'view'"),
         ("novelty_bonus", True, "novelty_bonus must be a number of at least 0, not True"),
         ("network", None, "agents.network must be a text, not None"),

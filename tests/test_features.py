@@ -1,10 +1,13 @@
 """Where goals and doorways are said to be: what was seen or walked through this episode, and nothing else."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 from turns_helpers import make
 from views import shown_goals
 
+from hierroom.agents.config import FeatureName
 from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE, Features
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NAMED_GRAPHS, NO_GOAL
 from hierroom.meta import make_meta
@@ -100,3 +103,7 @@ def test_levels_remember_what_a_learned_meta_controller_is_shown(meta):
         turns.step(np.full(4, action))
         shown.append(features.encode(turns.situation(np.arange(4)))[:, -4:])
     assert (len(np.unique(np.concatenate(shown), axis=0)) > 10) == (meta == "learned")
+
+
+def test_each_name_that_a_config_may_hold_is_a_feature():
+    assert list(get_args(FeatureName)) == list(FEATURES)

@@ -82,12 +82,22 @@ def find_method(name: str) -> Method:
     return METHODS[name]
 
 
-def _require_features(name: str, given: object) -> None:
+def require_features(name: str, given: object) -> None:
+    """Refuse what is not a list of features.
+
+    Args:
+        name: of the entry, for the message.
+        given: what was given, anything at all.
+
+    Raises:
+        InputError: if it is no list or tuple, a name is unknown, or there is none.
+    """
     known = get_args(FeatureName)
     if not isinstance(given, (list, tuple)):
         raise InputError(f"{name} are given as a list of names, not as {shown(given)}")
-    if unknown := [one for one in given if one not in known]:
-        raise InputError(f"{name} are {', '.join(known)}; not {shown(unknown[0])}")
+    unknown = [str(one) for one in given if one not in known]
+    if unknown or not given:
+        raise InputError(f"{name} are {', '.join(known)}; not {', '.join(unknown) or 'none at all'}")
 
 
 @dataclass(frozen=True)
@@ -128,7 +138,7 @@ class AgentsConfig:
         use_python_numbers(self)
         find_method(self.method)
         for name in ("features", "meta_features"):
-            _require_features(name, getattr(self, name))
+            require_features(name, getattr(self, name))
         for name in ("meta", "network"):
             if getattr(self, name) == "":
                 raise InputError(f"{name} must be a name, not an empty text")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.agents.config import require_features
 from hierroom.agents.frontier import nearest_frontiers
 from hierroom.compile.kernel import njit
 from hierroom.controller import Observation
@@ -199,13 +200,9 @@ class Features:
     agent: str = CONTROLLER
 
     def __post_init__(self) -> None:
-        if isinstance(self.names, str):
-            raise InputError(f"features are given as a list of names, not as {self.names!r}")
+        require_features("features", self.names)
         if self.agent == CONTROLLER and "goal-outcome" in self.names:
             raise InputError("goal-outcome is how the last option ended: one of meta_features, not of features")
-        unknown = [name for name in self.names if name not in FEATURES]
-        if unknown or not self.names:
-            raise InputError(f"features are {', '.join(FEATURES)}; not {', '.join(unknown) or 'none at all'}")
 
     @property
     def cardinalities(self) -> tuple[int, ...]:

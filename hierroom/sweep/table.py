@@ -105,7 +105,7 @@ def _write(path: Path, rows: Sequence[Row], first: Sequence[str] = ()) -> None:
 def _is_same(row: Row, run: PlannedRun) -> bool:
     """Whether a row is of the same run with another config, such as an older preset.
 
-    It is not where the row tells of an entry that a sweep of several values had another value.
+    Where the row has a column of an entry, as of a sweep of several values of it, that value must be the run's.
     """
     told = {name: text for name, text in row.items() if text and name in run.entries}
     return all(row.get(name, "") == text for name, text in run.identity.items()) and all(
