@@ -100,7 +100,7 @@ CHANGES = st.fixed_dictionaries(
         "num_envs": st.integers(1, 10**6),
         "hidden_size": st.integers(1, 2**16),
         "meta_ppo": st.floats(0, 1).map(lambda gamma: replace(META_PPO, gamma=gamma)),
-        "features": st.lists(st.sampled_from(FEATURES), unique=True).map(tuple),
+        "features": st.lists(st.sampled_from(FEATURES), min_size=1, unique=True).map(tuple),
         "threads": st.integers(1, 64),
         "device": st.sampled_from(["cpu", "cuda"]),
     },
