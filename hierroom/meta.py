@@ -9,10 +9,10 @@ from typing import Any, Protocol, TypeGuard, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError, shown
+from hierroom.errors import InputError, in_one_line, own_code, shown
 from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.options import Transition
-from hierroom.plugins import in_one_line, load_plugin, own_code
+from hierroom.plugins import load_plugin
 from hierroom.situation import Situation
 from hierroom.step import Step
 from hierroom.world import batch_kernels

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import importlib
-import os
 import sys
-import sysconfig
-import traceback
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
-from hierroom.errors import DivergenceError, InputError
+from hierroom.errors import InputError, in_one_line
 
 
 def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds: str = "Class") -> Any:
@@ -48,46 +44,3 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds:
         ) from error
     except (Exception, SystemExit) as error:  # a user's code may raise anything, or be a script that ends
         raise InputError(f"the {what} {spec!r} cannot be loaded: {in_one_line(error)}") from error
-
-
-@contextmanager
-def own_code(name: str) -> Iterator[None]:
-    """A context in which code of a user's own runs: whatever it raises becomes one line.
-
-    Args:
-        name: of what runs, for the message.
-
-    Raises:
-        InputError: if it raises anything; an error that is one line already stays as it is.
-    """
-    try:
-        yield
-    except (Exception, SystemExit) as error:  # a user's code may raise anything
-        raise_told(name, error)
-
-
-def raise_told(name: str, error: BaseException) -> NoReturn:
-    """Tell in one line what code of a user's own raised; for what runs so often that `own_code` would be felt.
-
-    Args:
-        name: of what ran, for the message.
-        error: what it raised.
-
-    Raises:
-        InputError: always; an error that is one line already is raised as it is.
-    """
-    if isinstance(error, (InputError, DivergenceError)):
-        raise error
-    raise InputError(f"{name} fails: {in_one_line(error)}") from error
-
-
-def in_one_line(error: BaseException) -> str:
-    """The type and message of an error, without line breaks, and the last line of a user's own code that led to it."""
-    text = f"{type(error).__name__}: {' '.join(str(error).split())}"
-    places = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(_NOT_OWN)]
-    return f"{text} (line {places[-1].lineno} of {places[-1].filename})" if places else text
-
-
-_LIBRARIES = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
-_NOT_OWN = ("<", *(f"{folder}{os.sep}" for folder in (Path(__file__).parent, *_LIBRARIES)))
-"""How the names of files begin that are not a user's own: this package's, Python's, and what is installed."""

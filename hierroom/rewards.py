@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.env_config import NOVELTY_BONUS, RewardName
-from hierroom.errors import InputError, shown
-from hierroom.plugins import in_one_line, load_plugin, own_code, raise_told
+from hierroom.errors import InputError, in_one_line, own_code, raise_told, shown
+from hierroom.plugins import load_plugin
 from hierroom.step import Step
 from hierroom.world.layout import MEMORIES
 

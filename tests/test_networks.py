@@ -5,6 +5,7 @@ import sys
 import textwrap
 
 import pytest
+import torch
 from run_contents import check_run, weights
 
 import hierroom
@@ -62,6 +63,71 @@ MINE = """
         def step(self, features, state):
             raise RuntimeError("out of\\ncheese")
 
+    class Detached(Mine):
+        def sequence(self, features, state, resets):
+            logits, values = super().sequence(features, state, resets)
+            return logits, values.detach()
+
+    class Frozen(Mine):
+        def __init__(self, space, hidden_size):
+            super().__init__(space, hidden_size)
+            self.requires_grad_(False)
+
+    class Normed(Mine):
+        def step(self, features, state):
+            if features.ndim == 2:
+                features = self.norm(features.float())
+            return super().step(features, state)
+
+        def __init__(self, space, hidden_size):
+            super().__init__(space, hidden_size)
+            self.norm = nn.BatchNorm1d(space.n_features)
+
+    class Stateless(Mine):
+        def initial_state(self, n):
+            return torch.zeros(1, 1)
+
+    class Counting(Mine):
+        # It forgets, in a sequence, that an episode ends.
+
+        def step(self, features, state):
+            logits, values, state = super().step(features, state)
+            return logits, values + state[..., 0], state + 1
+
+        def sequence(self, features, state, resets):
+            logits, values, _ = super().step(features, state)
+            return logits, values + state[:, 0] + torch.arange(len(features)).unsqueeze(1)
+
+    class Random(Mine):
+        # It draws, counts and learns rows.
+
+        def __init__(self, space, hidden_size):
+            super().__init__(space, hidden_size)
+            self.rows = nn.Embedding(max(space.cardinalities), 1)
+            self.dropout = nn.Dropout(0.5)
+            self.register_buffer("n_turns", torch.zeros(()))
+
+        def step(self, features, state):
+            self.n_turns += 1
+            return super().step(self.dropout(self.rows(features.int())[..., 0]), state)
+
+    class Short(Random):
+        def __init__(self, space, hidden_size):
+            super().__init__(space, hidden_size)
+            self.rows = nn.Embedding(max(space.cardinalities) - 1, 1)
+
+    class Late(Mine):
+        def sequence(self, features, state, resets):
+            if len(features) > 3:
+                raise RuntimeError("too long for me")
+            return super().sequence(features, state, resets)
+
+    class LateStep(Mine):
+        def step(self, features, state):
+            if features.shape[0] > 3 and features.ndim == 2:
+                raise KeyError("too many")
+            return super().step(features, state)
+
     class Sizeless(Mine):
         def __init__(self, space):
             super().__init__(space, 1)
@@ -113,17 +179,47 @@ def test_weights_that_are_tied_are_saved_and_come_back(outside, tmp_path):
     [
         ("best", "a network is one of recurrent, an entry point of hierroom.networks or package.module:Class"),
         ("nowhere:Mine", "there is no module 'nowhere' for the network 'nowhere:Mine'"),
-        ("{outside}:Yours", "the network '{outside}:Yours' cannot be loaded: AttributeError: module"),
-        ("{outside}:Sizeless", "the network '{outside}:Sizeless' cannot be made: TypeError: "),
-        ("{outside}:Stepless", "the network '{outside}:Stepless' must be a torch.nn.Module with initial_state, step"),
-        ("{outside}:NoModule", "the network '{outside}:NoModule' must be a torch.nn.Module with initial_state, step"),
-        ("{outside}:Fragile", "the network '{outside}:Fragile' fails in its first turns: RuntimeError: out of cheese"),
-        ("{outside}:Double", "the network '{outside}:Double' gives logits of step of torch.float64, not torch.float32"),
+        ("{outside}:Yours", "{it} cannot be loaded: AttributeError: module"),
+        ("{outside}:Sizeless", "{it} cannot be made: TypeError: "),
+        ("{outside}:Stepless", "{it} must be a torch.nn.Module with initial_state, step"),
+        ("{outside}:NoModule", "{it} must be a torch.nn.Module with initial_state, step"),
+        ("{outside}:Fragile", "{it}, in its first turns, fails: RuntimeError: out of cheese"),
+        ("{outside}:Double", "{it} gives logits of step of torch.float64, not torch.float32"),
+        ("{outside}:Detached", "{it} gives values of sequence without a gradient: no weight"),
+        ("{outside}:Frozen", "{it} has no weights to learn: no parameter requires a gradient"),
+        ("{outside}:Normed", "{it}, in its first turns, fails: ValueError: Expected more than 1"),
+        ("{outside}:Stateless", "{it} gives 2 environments an initial state of shape (1, 1)"),
+        ("{outside}:Counting", "{it} gives other values in sequence than in step, by up to 2;"),
+        ("{outside}:Short", "{it}, in its first turns, fails: IndexError: index out of range"),
         (None, "a network is named, like recurrent or package.module:Class, not None"),
-        ("{outside}:Flat", "the network '{outside}:Flat' gives logits of sequence of shape (6, 4), not (3, 2, 4)"),
+        ("{outside}:Flat", "{it} gives logits of sequence of shape (6, 4), not (3, 2, 4)"),
     ],
 )
 def test_wrong_ones_are_one_clear_line(outside, spec, said):
-    with pytest.raises(InputError, match=f"^{re.escape(said.format(outside=outside))}") as caught:
-        make_network(spec and spec.format(outside=outside), SPACE, 8, None)
+    spec = spec and spec.format(outside=outside)
+    said = said.format(outside=outside, it=f"the network '{spec}'")
+    with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
+        make_network(spec, SPACE, 8, None)
+    assert "\n" not in str(caught.value)
+
+
+def test_the_trial_leaves_nothing_behind(outside):
+    torch.manual_seed(3)
+    tried = make_network(f"{outside}:Random", SPACE, 8, None)
+    after = torch.rand(1)
+    torch.manual_seed(3)
+    fresh = sys.modules[outside].Random(SPACE, 8)
+    assert after == torch.rand(1)
+    assert tried.n_turns == 0
+    assert all(torch.equal(one, other) for one, other in zip(tried.parameters(), fresh.parameters(), strict=True))
+    assert all(parameter.grad is None for parameter in tried.parameters())
+    assert all(module.training for module in tried.modules())
+
+
+@pytest.mark.parametrize(
+    ("network", "error"), [("Late", "RuntimeError: too long for me"), ("LateStep", "KeyError: 'too many'")]
+)
+def test_what_a_network_raises_later_is_one_line(network, error, outside, tmp_path):
+    with pytest.raises(InputError, match=f"^{re.escape(f'the network {network} fails: {error} (line ')}") as caught:
+        train([*FLAGS, "--network", f"{outside}:{network}", "--out", str(tmp_path / "run")])
     assert "\n" not in str(caught.value)

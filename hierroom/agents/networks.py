@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-import torch
 from numpy.typing import NDArray
 from torch import nn
 
-from hierroom.errors import InputError, shown
+from hierroom.agents.network_trial import try_network
+from hierroom.errors import InputError, in_one_line, shown
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
-from hierroom.plugins import in_one_line, load_plugin
+from hierroom.plugins import load_plugin
 
 ENTRY_POINT_GROUP = "hierroom.networks"
 Vectors = Sequence[NDArray | None] | None
@@ -45,26 +45,5 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
         raise InputError(f"the network {spec!r} cannot be made: {in_one_line(error)}") from error
     if not isinstance(network, nn.Module) or not isinstance(network, PolicyNetwork):
         raise InputError(f"the network {spec!r} must be a torch.nn.Module with initial_state, step and sequence")
-    _try(spec, network, space)
+    try_network(f"the network {spec!r}", network, space)
     return network
-
-
-def _try(spec: str, network: PolicyNetwork, space: AgentSpace) -> None:
-    """Let two environments take three turns, and refuse outputs of other shapes and types than the protocol's."""
-    features = torch.zeros(3, 2, space.n_features, dtype=torch.uint8)
-    try:
-        with torch.no_grad():
-            state = network.initial_state(2)
-            resets = torch.zeros(3, 2).bool()
-            outputs = [state, *network.step(features[0], state), *network.sequence(features, state, resets)]
-            found = [(tuple(output.shape), output.dtype) for output in outputs]
-    except (Exception, SystemExit) as error:
-        raise InputError(f"the network {spec!r} fails in its first turns: {in_one_line(error)}") from error
-    ends = ("logits of step", "values of step", "state of step", "logits of sequence", "values of sequence")
-    start = tuple(state.shape)
-    expected = [start, (2, space.n_actions), (2,), start, (3, 2, space.n_actions), (3, 2)]
-    for name, (shape, dtype), right in zip(("an initial state", *ends), found, expected, strict=True):
-        if shape != right:
-            raise InputError(f"the network {spec!r} gives {name} of shape {shape}, not {right}")
-        if dtype is not torch.float32:
-            raise InputError(f"the network {spec!r} gives {name} of {dtype}, not torch.float32")

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.errors import InputError
+from hierroom.errors import InputError, in_one_line
 from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, choose_goals, running, show_step
 from hierroom.options import Transition
-from hierroom.plugins import in_one_line
 from hierroom.situation import Situation
 from hierroom.turns import Turns
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import AbstractContextManager
 from typing import cast
 
 import numpy as np
@@ -10,6 +11,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from hierroom.errors import own_code
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import PolicyNetwork
 from hierroom.learners.rollout import Batch
@@ -42,13 +44,13 @@ class TorchBackend:
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
         """Recurrent states [n, S] of ``n`` environments at the start of an episode."""
-        with torch.no_grad():
+        with torch.no_grad(), self._own_code():
             # A copy: one row that is expanded to n, or the weights themselves, are not to be written to.
             return self._network.initial_state(n).cpu().numpy().copy()
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
         """Compute one turn: logits [M, A], values [M] and new states [M, S] from features [M, K] and states [M, S]."""
-        with torch.no_grad():
+        with torch.no_grad(), self._own_code():
             outputs = self._network.step(self._tensor(features), self._tensor(states))
         logits, values, new_states = (output.cpu().numpy() for output in outputs)
         return logits, values, new_states
@@ -81,9 +83,10 @@ class TorchBackend:
         return torch.stack(rows).mean(0).cpu().numpy().astype(np.float64)
 
     def _minibatch(self, data: dict[str, Tensor], advantages: Tensor, weights: Tensor, part: Tensor) -> Tensor:
-        logits, values = self._network.sequence(
-            data["features"][:, part], data["initial_states"][part], data["resets"][:, part]
-        )
+        with self._own_code():
+            logits, values = self._network.sequence(
+                data["features"][:, part], data["initial_states"][part], data["resets"][:, part]
+            )
         loss, statistics = ppo_loss(
             logits,
             values,
@@ -99,6 +102,9 @@ class TorchBackend:
         norm = nn.utils.clip_grad_norm_(self._module.parameters(), self._config.max_gradient_norm)
         self._adam.step()
         return torch.stack([*statistics, norm.detach()])
+
+    def _own_code(self) -> AbstractContextManager[None]:
+        return own_code(f"the network {type(self._module).__name__}")
 
     def _tensor(self, array: NDArray) -> Tensor:
         return torch.from_numpy(array).to(self._device)

@@ -8,9 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, in_one_line
 from hierroom.files import to_json, write_atomically
-from hierroom.plugins import in_one_line
 from hierroom.training.config import TrainConfig
 from hierroom.training.evaluation import Evaluation
 from hierroom.training.events import Events

@@ -110,8 +110,9 @@ def _steps(steps: int) -> str:
 
 
 def _plain(text: str) -> str:
-    """The text in characters that every file system takes."""
-    return "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in text)
+    """The text in characters that every file system takes, without a dot at the end, which Windows drops."""
+    plain = "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in text)
+    return f"{plain[:-1]}-" if plain.endswith(".") else plain
 
 
 def _shortened(text: str, length: int) -> str:

@@ -1,0 +1,96 @@
+"""The trial of a user's own network, before anything is trained with it."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import torch
+from torch import Tensor, nn
+
+from hierroom.errors import InputError, own_code
+from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork
+
+_N_TURNS = 3
+_TOLERANCE = 1e-3
+"""By how much the outputs of `PolicyNetwork.step` and of `PolicyNetwork.sequence` may differ, absolute and relative."""
+
+
+def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
+    """Let two environments, and one alone, take three turns, and refuse what the learner could not train.
+
+    Afterwards the network's weights, buffers, gradients and modes, and torch's random numbers, are as before.
+
+    Args:
+        name: of the network, for messages.
+        network: a module that has the methods of `PolicyNetwork`.
+        space: what the agent observes and can do.
+
+    Raises:
+        InputError: if the network has no weights to learn, raises an error, gives outputs of other shapes and types
+            than the protocol's, gives outputs without a gradient, or if its `sequence` differs from its `step`.
+    """
+    if not any(parameter.requires_grad for parameter in network.parameters()):
+        raise InputError(f"{name} has no weights to learn: no parameter requires a gradient")
+    policy = cast(PolicyNetwork, network)
+    modes = {module: module.training for module in network.modules()}
+    with own_code(f"{name}, in its first turns,"), torch.random.fork_rng([]):
+        before = {key: value.clone() for key, value in network.state_dict().items()}
+        for n_envs in (2, 1):
+            _take_turns(name, policy, space, n_envs)
+        network.zero_grad()
+        network.eval()  # where a network draws at random, as by dropout, it does not then
+        _compare(name, policy, space)
+        for module, mode in modes.items():
+            module.training = mode
+        network.load_state_dict(before)
+
+
+def _turns(space: AgentSpace, n_envs: int) -> Tensor:
+    """[T, N, K] uint8, the first value of each feature, then one between, then the last."""
+    last = torch.tensor(space.cardinalities) - 1
+    return torch.stack([last * t // (_N_TURNS - 1) for t in range(_N_TURNS)]).byte().unsqueeze(1).repeat(1, n_envs, 1)
+
+
+def _take_turns(name: str, network: PolicyNetwork, space: AgentSpace, n_envs: int) -> None:
+    features = _turns(space, n_envs)
+    with torch.no_grad():
+        state = network.initial_state(n_envs)
+        start = tuple(state.shape)
+        if len(start) != 2 or start[0] != n_envs:
+            raise InputError(f"{name} gives {n_envs} environments an initial state of shape {start}, not rows")
+        played = network.step(features[0], state)
+    trained = network.sequence(features, state, torch.zeros(_N_TURNS, n_envs, dtype=torch.bool))
+    names = ("an initial state", "logits of step", "values of step", "state of step")
+    names += ("logits of sequence", "values of sequence")
+    shapes = (start, (n_envs, space.n_actions), (n_envs,), start)
+    shapes += ((_N_TURNS, n_envs, space.n_actions), (_N_TURNS, n_envs))
+    for what, output, shape in zip(names, (state, *played, *trained), shapes, strict=True):
+        if tuple(output.shape) != shape:
+            raise InputError(f"{name} gives {what} of shape {tuple(output.shape)}, not {shape}")
+        if output.dtype is not torch.float32:
+            raise InputError(f"{name} gives {what} of {output.dtype}, not torch.float32")
+    for what, output in zip(names[-2:], trained, strict=True):
+        if not output.requires_grad:
+            raise InputError(f"{name} gives {what} without a gradient: no weight can learn from them")
+    torch.stack([output.sum() for output in trained]).sum().backward()
+
+
+def _compare(name: str, network: PolicyNetwork, space: AgentSpace) -> None:
+    """Refuse a network whose `sequence` gives another result than `step`, turn by turn, with an episode that ends."""
+    features = _turns(space, 2)
+    resets = torch.zeros(_N_TURNS, 2, dtype=torch.bool)
+    resets[-1, 0] = True  # in one environment an episode begins, in the other it goes on
+    with torch.no_grad():
+        start = state = network.initial_state(2)
+        played = []
+        for turn, reset in zip(features, resets, strict=True):
+            *outputs, state = network.step(turn, torch.where(reset.unsqueeze(1), network.initial_state(2), state))
+            played.append(outputs)
+        trained = network.sequence(features, start, resets)
+    for what, turns, whole in zip(("logits", "values"), zip(*played, strict=True), trained, strict=True):
+        difference = (torch.stack([*turns]) - whole).abs()
+        if not (difference <= _TOLERANCE * (1 + whole.abs())).all():
+            raise InputError(
+                f"{name} gives other {what} in sequence than in step, by up to {difference.max():.3g}; "
+                "both compute the same turns, and where resets are True, a turn begins with initial_state"
+            )
