@@ -170,7 +170,9 @@ def run(command: Callable[[], int]) -> None:
 
 
 def _open_streams() -> None:
-    """Make standard streams that can be written to of those that were closed or know few characters."""
+    """Make standard streams that can be written to of those that were closed, know few characters or have no width."""
+    if os.environ.get("COLUMNS") == "0":  # what some programs say where there is no terminal; rich would print nothing
+        del os.environ["COLUMNS"]
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import inspect
 import secrets
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import wraps
@@ -26,6 +25,7 @@ LevelsName = Literal["training", "evaluation"]
 NOVELTY_BONUS = 0.03
 """Size of the bonus for a novel state unless another is given. Leaving at once is certain to be worth more than the
 states that are left up to (1 - gamma) / gamma, 0.053 at the default discount."""
+_LARGEST_BONUS = 10**6
 FRAMES_PER_SECOND = 10
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -106,8 +106,8 @@ class EnvConfig:
         self._require("subgoal_horizon", is_horizon, "a whole number of at least 1 or None")
         bonus = self.novelty_bonus
         is_number = isinstance(bonus, (int, float)) and not isinstance(bonus, bool)
-        is_bonus = is_number and 0 <= bonus <= sys.float_info.max
-        self._require("novelty_bonus", is_bonus, "a number of at least 0")
+        is_bonus = is_number and 0 <= bonus <= _LARGEST_BONUS
+        self._require("novelty_bonus", is_bonus, f"a number from 0 to {_LARGEST_BONUS:,}")
         require_name("goal_mask is one of", self.goal_mask, get_args(GoalMaskName))
         require_name("levels are", self.levels, (*get_args(LevelsName), None))
 

@@ -134,7 +134,12 @@ def raise_told(name: str, error: BaseException) -> NoReturn:
 
 
 def in_one_line(error: BaseException) -> str:
-    """The type and message of an error, without line breaks, and the last line of a user's own code that led to it."""
+    """The type and message of an error, without line breaks, and the last line of a user's own code that led to it.
+
+    Of an error that is one line already it is that line.
+    """
+    if isinstance(error, (InputError, DivergenceError)):
+        return str(error)
     text = f"{type(error).__name__}: {' '.join(str(error).split())}"
     places = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(_NOT_OWN)]
     return f"{text} (line {places[-1].lineno} of {places[-1].filename})" if places else text

@@ -19,6 +19,7 @@ from hierroom.env_config import GRAPHS, GoalMaskName
 from hierroom.errors import require_number
 from hierroom.files import to_json
 from hierroom.goals import GraphSpecs
+from hierroom.runtime.printed_table import print_table
 
 if TYPE_CHECKING:
     from hierroom.training.evaluation import Evaluation
@@ -105,9 +106,9 @@ def main() -> int:
         if n_known > len(graphs):
             where = f"{len(graphs)} of {n_known} graphs (the others had no episode)"
         console.print(escape(f"{arguments.run} on {where}, {results['sampled'].episodes} episodes"), soft_wrap=True)
-        console.print(_table(results))
+        print_table(_table(results), console)
         if len(graphs) > 1:
-            console.print(_graph_table(results))
+            print_table(_graph_table(results), console)
     return 0
 
 

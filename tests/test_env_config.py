@@ -15,8 +15,8 @@ from hierroom.vector_env import EscapeRooms
 
 WRONG = [
     ({"goal_mask": "some"}, "goal_mask is one of reachable, existing, seen, none, not 'some'"),
-    ({"novelty_bonus": "x"}, "novelty_bonus must be a number of at least 0, not 'x'"),
-    ({"novelty_bonus": -0.1}, "novelty_bonus must be a number of at least 0, not -0.1"),
+    ({"novelty_bonus": "x"}, "novelty_bonus must be a number from 0 to 1,000,000, not 'x'"),
+    ({"novelty_bonus": -0.1}, "novelty_bonus must be a number from 0 to 1,000,000, not -0.1"),
     ({"env_index": "a"}, "env_index must be a whole number of at least 0, not 'a'"),
     ({"env_index": -1}, "env_index must be a whole number of at least 0, not -1"),
     ({"drop_key": "no"}, "drop_key must be True or False, not 'no'"),

@@ -30,8 +30,9 @@ def test_aec_and_parallel_environment_agree_whatever_is_called():
         ({"graph": "9" * 5000}, "a graph must be a letter from a to g"),
         ({"graph": 10**5000}, "a graph must be a letter from a to g"),
         ({"env_index": 10**5000}, "env_index must be a whole number of at least 0, not a huge int"),
-        ({"novelty_bonus": 10**400}, "novelty_bonus must be a number of at least 0, not 1000"),
-        ({"novelty_bonus": np.zeros((2, 9))}, "novelty_bonus must be a number of at least 0, not a ndarray"),
+        ({"novelty_bonus": 1e308}, "novelty_bonus must be a number from 0 to 1,000,000, not 1e+308"),
+        ({"novelty_bonus": 10**400}, "novelty_bonus must be a number from 0 to 1,000,000, not 1000"),
+        ({"novelty_bonus": np.zeros((2, 9))}, "novelty_bonus must be a number from 0 to 1,000,000, not a ndarray"),
     ],
 )
 def test_odd_arguments_are_one_clear_line(api, arguments, said):

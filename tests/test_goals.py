@@ -82,9 +82,9 @@ def test_graphs_are_values():
         ((1,), 1, r"key_rooms must form a tree rooted at room 0, but the key of room 1 lies behind a cycle: \[1\]"),
         ((0, 3, 2), 1, r"the key of room 2 lies behind a cycle: \[0, 3, 2\]"),
         ((0, 0.5), 1, "key_rooms takes whole numbers"),
-        ("01", 1, "key_rooms takes whole numbers"),
+        ("01", 1, "key_rooms takes a list of whole numbers"),
         ((True,), 1, "key_rooms takes whole numbers"),
-        (None, 1, r"key_rooms takes whole numbers \(rooms\), not None"),
+        (None, 1, r"key_rooms takes a list of whole numbers \(rooms\), not None"),
         ((0,), "1", "exit_room takes whole numbers"),
         ((0,), None, "exit_room takes whole numbers"),
     ],
@@ -112,9 +112,16 @@ def test_toml_round_trip(graph, tmp_path):
         ("", "must hold key_rooms .* and nothing else; it holds nothing"),
         ("name = 3\nkey_rooms = [0]\nexit_room = 1", "graph.toml: the name of a goal graph must be a text of one line"),
         ('name = "c"\nkey_rooms = [0]\nexit_room = 1', "graph.toml: c is the name of another goal graph"),
+        (
+            'name = "keys-0-0-exit-1"\nkey_rooms = [0]\nexit_room = 1',
+            "keys-0-0-exit-1 is the name of another goal graph",
+        ),
+        ('name = "keys-9-exit-1"\nkey_rooms = [0]\nexit_room = 1', "the key of room 1 must lie in a room from 0 to 1"),
+        ('name = "rooms:3"\nkey_rooms = [0]\nexit_room = 1', "graph.toml: 'rooms:3' means a set of goal graphs; give"),
+        ("key_rooms = 0\nexit_room = 1", "graph.toml: key_rooms takes a list of whole numbers \\(rooms\\), not 0"),
         ("key_rooms = [0]\nexit = 1", "nothing else; it holds exit, key_rooms"),
         ("key_rooms = [0]\nexit_room = 0", "graph.toml: the exit must lie behind a door"),
-        ("key_rooms = 'c'\nexit_room = 1", "graph.toml: key_rooms takes whole numbers"),
+        ("key_rooms = 'c'\nexit_room = 1", "graph.toml: key_rooms takes a list of whole numbers"),
         ("key_rooms = [[0]]\nexit_room = 1", "graph.toml: key_rooms takes whole numbers"),
         ("key_rooms = [0]\nexit_room = []", "exit_room"),
     ],
@@ -137,12 +144,13 @@ def test_a_graph_of_a_file_has_its_name(tmp_path):
     assert GoalGraph.from_toml(path).name == 'the "fork"'
 
 
-def test_a_file_called_as_a_graph_of_the_paper_is_not_taken_for_it(tmp_path):
-    path = tmp_path / "c.toml"
+@pytest.mark.parametrize("name", ["c", "keys-0-1-exit-2"])
+def test_a_file_called_as_another_graph_is_not_taken_for_it(name, tmp_path):
+    path = tmp_path / f"{name}.toml"
     GoalGraph((0,), 1).to_toml(path)
-    assert GoalGraph.from_toml(path).name == "c.toml"
+    assert GoalGraph.from_toml(path).name == f"{name}.toml"
     GoalGraph((0, 1), 2).to_toml(path)
-    assert GoalGraph.from_toml(path).name == "c"
+    assert GoalGraph.from_toml(path).name == name
 
 
 @settings(max_examples=25)

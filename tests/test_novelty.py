@@ -76,7 +76,7 @@ def test_the_size_of_the_bonus_is_a_hyperparameter():
     config = TrainConfig().changed(method="ppo-novelty", graph="a", size=11, novelty_bonus=0.5)
     turns = make_turns(config, 64, seed=0, levels="training")
     assert set(turns.step([FORWARD] * 64).rewards) == {0.0, 0.5}
-    with pytest.raises(InputError, match="novelty_bonus must be a number of at least 0, not -1"):
+    with pytest.raises(InputError, match="novelty_bonus must be a number from 0 to 1,000,000, not -1"):
         make("a", reward="novelty", novelty_bonus=-1)
 
 

@@ -15,6 +15,7 @@ from hierroom.cli import one_line_usage, program, run
 from hierroom.compare.metric import METRICS, MetricName
 from hierroom.errors import InputError, require_number
 from hierroom.files import to_json, write_atomically
+from hierroom.runtime.printed_table import print_table
 
 if TYPE_CHECKING:
     from hierroom.compare.comparison import Comparison
@@ -166,9 +167,9 @@ def _print(comparison: Comparison, notes: Sequence[str], written: Sequence[Path]
     from hierroom.compare.tables import MAX_PAIRS, improvement_table, summary_table
 
     console = Console()
-    console.print(summary_table(comparison))
+    print_table(summary_table(comparison), console)
     if comparison.improvements:
-        console.print(improvement_table(comparison))
+        print_table(improvement_table(comparison), console)
         more = len(comparison.improvements) // 2 - MAX_PAIRS
         if more > 0:
             console.print(f"{more} more pairs are in improvement.csv")

@@ -243,9 +243,10 @@ def _counted(graphs: Sequence[object]) -> str:
 
 def _print_table(reports: list[ComplexityReport]) -> None:
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
+
+    from hierroom.runtime.printed_table import print_table
 
     table = Table(
         title=f"{_counted(reports)}, {'with' if reports[0].drop_key else 'without'} drop",
@@ -256,7 +257,7 @@ def _print_table(reports: list[ComplexityReport]) -> None:
         table.add_column(column.heading, justify="left" if name == "graph" else "right", no_wrap=name == "graph")
     for report in reports:
         table.add_row(*map(escape, report_cells(report)))
-    Console().print(table)
+    print_table(table)
     restart = reports[0].walk.restart
     print(f"hitting time: the paper's (Table 2){f', saturates near {1 / restart:.4g}' if restart else ''}")
     print("expected steps, std: first passage of the same walk to the exit")

@@ -1,7 +1,7 @@
 """Goal graphs, how users give them, and the ids of the goals in a level."""
 
 from hierroom.goals.enumeration import enumerate_graphs
-from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, open_goals
+from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph
 from hierroom.goals.ids import (
     COLOURS,
     EXIT_GOAL,
@@ -15,6 +15,7 @@ from hierroom.goals.ids import (
     ROOM_GOAL_NAMES,
     room_goals,
 )
+from hierroom.goals.reachable import open_goals
 from hierroom.goals.specs import (
     GraphSpec,
     GraphSpecs,

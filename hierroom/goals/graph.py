@@ -17,9 +17,13 @@ from hierroom.errors import InputError
 from hierroom.files import read_toml, write_atomically
 from hierroom.goals.canonical import canonical_rooms
 from hierroom.goals.drawing import tree_svg
+from hierroom.goals.reachable import open_goals
 
 if TYPE_CHECKING:
     import networkx as nx
+
+SET_KINDS = ("rooms", "hitting_time", "expected_steps")
+"""What stands before the colon where a text means a set of graphs, see `hierroom.complexity.GraphSet`."""
 
 _ROOM = r"(?:0|[1-9][0-9]{0,3})"
 _DESCRIBED = re.compile(rf"keys-({_ROOM}(?:-{_ROOM})*)-exit-({_ROOM})")
@@ -40,7 +44,7 @@ class GoalGraph:
 
     Raises:
         InputError: if there is no branch room, a room does not exist, the exit is in room 0, keys lie in a cycle, or
-            the label is not printable or is the letter of another graph.
+            the label is not printable, or is the name of another graph or of a set of graphs.
     """
 
     key_rooms: tuple[int, ...]
@@ -188,7 +192,7 @@ class GoalGraph:
     def from_toml(cls, path: str | Path) -> GoalGraph:
         """Read a graph from a TOML file with the entries ``key_rooms`` and ``exit_room``, and ``name`` if it has one.
 
-        Without a ``name`` its label is the file's name, without the suffix unless that is the letter of another graph.
+        Without a ``name`` its label is the file's name, without the suffix unless that is the name of another graph.
 
         Raises:
             InputError: if the file cannot be read, is not TOML, or does not describe a goal graph.
@@ -199,8 +203,10 @@ class GoalGraph:
             graph = cls.from_dict(table)
             if graph.label is not None:
                 return graph
-            is_letter = path.stem in NAMED_GRAPHS and path.stem != graph.name
-            return cls(graph.key_rooms, graph.exit_room, path.name if is_letter else path.stem)
+            try:
+                return cls(graph.key_rooms, graph.exit_room, path.stem)
+            except InputError:
+                return cls(graph.key_rooms, graph.exit_room, path.name)
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
 
@@ -226,7 +232,9 @@ class GoalGraph:
 
 
 def _integers(what: str, values: Iterable) -> tuple[int, ...]:
-    values = tuple(values) if isinstance(values, Iterable) and not isinstance(values, str) else (values,)
+    if not isinstance(values, Iterable) or isinstance(values, str):
+        raise InputError(f"{what} takes a list of whole numbers (rooms), not {values!r}")
+    values = tuple(values)
     if not all(isinstance(v, (int, np.integer)) and not isinstance(v, bool) for v in values):
         raise InputError(f"{what} takes whole numbers (rooms), not {', '.join(map(repr, values))}")
     return tuple(int(v) for v in values)
@@ -253,30 +261,18 @@ def _letters() -> Mapping[GoalGraph, str]:
 def _check_label(label: object, graph: GoalGraph) -> None:
     if not isinstance(label, str) or not label.strip() or not label.isprintable():
         raise InputError(f"the name of a goal graph must be a text of one line, not {label!r}")
-    if label in NAMED_GRAPHS and _letters().get(graph.canonical()) != label:
-        raise InputError(f"{label} is the name of another goal graph, the paper's; give yours another")
+    if is_graph_set(label):
+        raise InputError(f"{label!r} means a set of goal graphs; give yours another name")
+    if label in NAMED_GRAPHS:
+        named = NAMED_GRAPHS[label]
+    elif described := _DESCRIBED.fullmatch(label):
+        named = GoalGraph(tuple(map(int, described[1].split("-"))), int(described[2]))
+    else:
+        return
+    if named.canonical() != graph.canonical():
+        raise InputError(f"{label} is the name of another goal graph; give yours another")
 
 
-def open_goals(
-    key_rooms: NDArray[np.integer],
-    exit_rooms: NDArray[np.integer],
-    keys: NDArray[np.bool_],
-    doors: NDArray[np.bool_],
-) -> NDArray[np.bool_]:
-    """Find the goals that can be achieved now for many graphs at once; all arguments broadcast.
-
-    Args:
-        key_rooms: [..., B] int, the room in which the key of branch room 1, 2, ... B lies.
-        exit_rooms: [...] int, the room that holds the exit.
-        keys: [..., B] bool, whether the agent holds the key.
-        doors: [..., B] bool, whether the door is open.
-
-    Returns:
-        [..., 2 B + 1] bool: keys, doors, exit.
-    """
-    enterable = np.concatenate([np.ones((*doors.shape[:-1], 1), bool), doors], axis=-1)
-    homes = np.broadcast_to(key_rooms, doors.shape)
-    exits = np.broadcast_to(exit_rooms, doors.shape[:-1])[..., None]
-    keys_in_reach = ~keys & ~doors & np.take_along_axis(enterable, homes, axis=-1)
-    exit_in_reach = np.take_along_axis(enterable, exits, axis=-1)
-    return np.concatenate([keys_in_reach, keys & ~doors, exit_in_reach], axis=-1)
+def is_graph_set(spec: object) -> bool:
+    """Whether a text means a set of graphs, even a malformed one, and not one graph."""
+    return isinstance(spec, str) and spec.partition(":")[0].strip() in SET_KINDS

@@ -7,10 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from hierroom.errors import InputError, shown
-from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph
-
-SET_KINDS = ("rooms", "hitting_time", "expected_steps")
-"""What stands before the colon where a text means a set of graphs, see `hierroom.complexity.GraphSet`."""
+from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, is_graph_set
 
 GraphSpec = GoalGraph | str | Path | Mapping[str, Any]
 """How one goal graph, or a set of them, is given: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a path
@@ -49,11 +46,6 @@ def _is_file(path: str | Path) -> bool:
         return Path(path).is_file()
     except (OSError, ValueError):  # no name of a file: too long, or with a character that none has
         return False
-
-
-def is_graph_set(spec: object) -> bool:
-    """Whether a text means a set of graphs, even a malformed one, and not one graph."""
-    return isinstance(spec, str) and spec.partition(":")[0].strip() in SET_KINDS
 
 
 def graph_specs(specs: GraphSpecs) -> tuple[GoalGraph | str, ...]:

@@ -80,6 +80,8 @@ def _print_beside(cells: list[TableCell]) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from hierroom.runtime.printed_table import print_table
+
     graphs = list(dict.fromkeys(cell.graph for cell in cells))
     table = Table(title="Table 2", caption="* differs from the paper's printed digits", caption_justify="left")
     for heading in ("", "", *(f"({graph}) " for graph in graphs)):
@@ -89,7 +91,7 @@ def _print_beside(cells: list[TableCell]) -> None:
         table.add_row(row, "paper", *(f"{cell.paper} " for cell in in_row))
         table.add_row("", "ours", *(_ours(cell) for cell in in_row), end_section=True)
     console = Console()
-    console.print(table)
+    print_table(table, console)
     agreeing = sum(cell.agrees for cell in cells)
     console.print(f"{agreeing} of {len(cells)} numbers agree to the printed digit. {WHAT_IS_OPEN}")
 

@@ -21,6 +21,7 @@ from hierroom.paper.order import LEGEND, method_orders, pair_counts
 from hierroom.paper.prediction import prediction
 from hierroom.paper.published import METHODS
 from hierroom.paper.runs import PaperRuns
+from hierroom.runtime.printed_table import print_table
 from hierroom.sweep.summary import steps_text
 
 
@@ -53,7 +54,7 @@ class Table3:
                 print(markdown(own, self.runs.steps))
                 continue
             for part in _parts(own, self.runs.steps):
-                Console().print(part.drawn())
+                print_table(part.drawn())
             Console().print(_sentences(own), highlight=False)
 
 

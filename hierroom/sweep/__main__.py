@@ -13,6 +13,7 @@ from rich.console import Console
 
 from hierroom.cli import one_line_usage, program, run, words
 from hierroom.errors import require_number
+from hierroom.runtime.printed_table import print_table
 from hierroom.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Shard, Sweep
@@ -94,7 +95,7 @@ def main() -> int:
         return 0
     outcome = sweep.fill(processes=arguments.processes, ray=arguments.ray, shard=shard, command=arguments.command)
     rows = sweep.table.of(runs)
-    console.print(summarise(runs, rows, sweep.plan.metas).table())
+    print_table(summarise(runs, rows, sweep.plan.metas).table(), console)
     for failed, reason in outcome.failures:
         console.print(f"failed: {failed.name}: {reason}", markup=False, highlight=False, soft_wrap=True)
     if outcome.is_interrupted:

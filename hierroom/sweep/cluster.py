@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from hierroom.errors import InputError, one_line
+from hierroom.errors import InputError, in_one_line
 from hierroom.sweep.events import MAX_TRIES, Event, Failed, Finished, Progressed
 from hierroom.sweep.job import Job
 from hierroom.training.interrupt import Interrupt
@@ -51,7 +51,7 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
                     numbers, content = ray.get(reference)
                 except Exception as error:  # what the run raised, or that its machine was lost too often
                     cause = getattr(error, "cause", None) or error
-                    yield Failed(job, one_line(f"{type(cause).__name__}: {cause}"))
+                    yield Failed(job, in_one_line(cause))
                     continue
                 _unpack(content, job.folder)
                 yield Progressed(job, job.run.config.steps, "")

@@ -58,7 +58,10 @@ class Job:
             held = RunFolder.open(self.folder)
             if differences := held.config().differences(config):
                 raise InputError(f"{self.folder} holds another run: {', '.join(differences)}; move it away")
-            trainer, folder = resume(config, self.folder)
+            try:
+                trainer, folder = resume(config, self.folder)
+            except InputError as error:  # such as a checkpoint of another version of hierroom
+                raise InputError(f"{error}; move {self.folder} away to train this run from its beginning") from error
         else:
             trainer, folder = begin(config, self.folder)
         silent = Console(file=io.StringIO())

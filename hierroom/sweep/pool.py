@@ -11,7 +11,7 @@ from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
-from hierroom.errors import one_line
+from hierroom.errors import in_one_line
 from hierroom.sweep.events import MAX_TRIES, Event, Failed, Finished, Interrupted, Progressed, Retried
 from hierroom.sweep.job import Job
 from hierroom.training.interrupt import Interrupt
@@ -139,6 +139,6 @@ def _work(connection: Connection) -> None:
         except BrokenPipeError:  # the sweep was killed; what was saved stays
             return
         except Exception as error:
-            connection.send(("failed", one_line(f"{type(error).__name__}: {error}")))
+            connection.send(("failed", in_one_line(error)))
         else:
             connection.send(("finished", numbers))

@@ -115,8 +115,7 @@ class Logs:
 
 
 def _warn(error: Exception, label: str) -> None:
-    told = str(error) if isinstance(error, InputError) else in_one_line(error)
-    warn(f"{told}; training goes on without {label}")
+    warn(f"{in_one_line(error)}; training goes on without {label}")
 
 
 def _identities(path: Path) -> dict[str, str]:

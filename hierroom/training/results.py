@@ -11,6 +11,7 @@ from rich.table import Table
 from hierroom.agents.episode import Episode
 from hierroom.agents.playback import save_episodes
 from hierroom.options import META
+from hierroom.runtime.printed_table import print_table
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import WINDOW
 from hierroom.training.learning_curve import MILESTONES, LearningCurve
@@ -37,7 +38,7 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     picture, quoted = folder.path / "learning_curve.png", shlex.quote(str(folder.path)) + trust_option(trainer.config)
     plot_learning_curve(folder, curve, picture)
     console.print(folder.path.name, soft_wrap=True, markup=False)
-    console.print(_table(trainer.config, curve, summary))
+    print_table(_table(trainer.config, curve, summary), console)
     agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
     episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
     name, other = ("escape", "failure") if episode.success else ("failure", "escape")

@@ -10,13 +10,13 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from hierroom.complexity.measures.effective_horizon import horizon_of
 from hierroom.complexity.measures.sampled import SampledMeasures
 from hierroom.complexity.measures.summary import MdpMeasures, WalkMeasures
+from hierroom.runtime.printed_table import print_table
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def _print(title: str, columns: Sequence[str], rows: Sequence[tuple[str, list[st
         table.add_column(heading, justify="right", no_wrap=True)
     for name, cells in rows:
         table.add_row(escape(name), *map(escape, cells))
-    Console().print(table)
+    print_table(table)
 
 
 def _estimate(measures: SampledMeasures) -> str:
