@@ -1,5 +1,6 @@
 """Playing oneself: the game by its rules, and the window by posted keys, on no screen."""
 
+import os
 from itertools import pairwise
 
 import numpy as np
@@ -316,7 +317,7 @@ def test_the_command(run, monkeypatch):
     assert opened[1].can_be_piloted
 
 
-def test_what_cannot_be_used_is_one_line(run, monkeypatch, tmp_path):
+def test_what_cannot_be_used_is_one_line(run, monkeypatch, tmp_path, capfd):
     for argv, message in (
         (["--graph", "z"], "a graph must be a letter from a to g"),
         (["--size", "5"], "size must be a whole number from 11 to 63, not 5"),
@@ -329,9 +330,10 @@ def test_what_cannot_be_used_is_one_line(run, monkeypatch, tmp_path):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(pygame.display, "get_driver", lambda: "offscreen")
-    monkeypatch.setattr(pygame.display, "init", lambda: None)
+    monkeypatch.setattr(pygame.display, "init", lambda: os.write(2, b"error: a line of SDL's own"))
     with pytest.raises(InputError, match="play needs a screen, and there is none here"):
         main(["--graph", "a"])
+    assert "SDL" not in capfd.readouterr().err
     monkeypatch.undo()
     monkeypatch.setenv("SDL_VIDEODRIVER", "no such driver")
     with pytest.raises(InputError, match=r"cannot open a window .*: play needs a screen"):

@@ -76,8 +76,20 @@ def test_a_run_that_fails_is_reported_and_the_rest_goes_on(tmp_path):
     config.write_text("{}")
     (failure,) = sweep.fill(processes=1).failures
     assert failure[0].identity["meta"] == "fixed-dfs"
-    assert failure[1].startswith("InputError: ")
+    assert failure[1].startswith(str(config))
     assert [row["meta"] for row in sweep.rows()] == ["none"]
+
+
+def test_a_run_begun_by_another_version_is_not_resumed_and_the_way_on_is_told(tmp_path):
+    sweep = Sweep(plan("seed=0"), tmp_path / "out")
+    (run,) = sweep.plan.runs()
+    folder = RunFolder.create(tmp_path / "out" / "runs" / run.name, run.config)
+    (folder.checkpoints / "000000000100.pt").write_bytes(b"of another format")
+    ((_, told),) = sweep.fill(processes=1).failures
+    assert "has no digest at its end" in told
+    assert told.endswith(f"; move {folder.path} away to train this run from its beginning")
+    folder.path.rename(tmp_path / "away")
+    assert sweep.fill(processes=1).failures == ()
 
 
 @pytest.mark.parametrize(

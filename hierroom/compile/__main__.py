@@ -75,7 +75,7 @@ def compile_all(console: Console) -> int:
         BarColumn(),
         TextColumn("{task.fields[status]}"),
     )
-    with Progress(*columns, console=console, transient=True) as bar:
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=None, status="loading PyTorch")
         plays = list(_plays())  # they load all kernels
         bar.update(task, total=len(KERNELS))

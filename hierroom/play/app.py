@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pygame
 
@@ -43,7 +45,8 @@ class App:
         self.game, self.is_open = game, True
         self._wait, self._waited = 1000 / steps_per_second, 0.0
         try:
-            pygame.display.init()
+            with _quiet():
+                pygame.display.init()
             if pygame.display.get_driver() in NOWHERE and "SDL_VIDEODRIVER" not in os.environ:
                 pygame.display.quit()
                 raise InputError("play needs a screen, and there is none here; watch and report need none")
@@ -117,3 +120,16 @@ class App:
         """Take the person's action; whoever moves while the agent plays has taken over."""
         self.game.is_piloted = False
         self.game.step(action)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Hide what SDL itself writes to standard error while it looks for a screen; what comes of it is told."""
+    shown, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, 2)
+        yield
+    finally:
+        os.dup2(shown, 2)
+        os.close(shown)
+        os.close(nowhere)
