@@ -106,6 +106,26 @@ def test_what_no_run_can_use_is_refused_before_any_is_trained(tmp_path, words, m
     assert not (tmp_path / "out").exists()
 
 
+def test_a_row_tells_the_own_code_that_made_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+    own = tmp_path / "own_reward_of_a_sweep.py"
+    own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n")
+    words = tiny_words(f"reward={own.stem}:none,intrinsic", "method=ppo", "seed=0")
+    monkeypatch.setattr("sys.argv", ["sweep", *words, "--out", "out", "--processes", "1"])
+    assert main() == 0
+    rows = results(tmp_path / "out" / "sweep.csv")
+    assert {row["reward"]: len(row["own_code"]) for row in rows} == {f"{own.stem}:none": 16, "intrinsic": 0}
+    assert main() == 0
+    assert "warning" not in capsys.readouterr().err
+    own.write_text(own.read_text() + "# changed\n")
+    assert main() == 0
+    said = capsys.readouterr().err
+    assert said.startswith("warning: own code has changed since ")
+    assert said.endswith("was trained; to train again, delete rows from out/sweep.csv\n")
+    assert results(tmp_path / "out" / "sweep.csv") == rows
+
+
 def test_a_file_is_no_folder_of_a_sweep(tmp_path):
     (tmp_path / "out").write_text("mine")
     with pytest.raises(InputError, match=r"written to a folder; .*out is none"):

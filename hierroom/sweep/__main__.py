@@ -17,6 +17,7 @@ from hierroom.runtime.printed_table import print_table
 from hierroom.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Shard, Sweep
+from hierroom.training.output import warn
 
 
 @dataclass(frozen=True)
@@ -93,16 +94,20 @@ def main() -> int:
     if arguments.markdown:
         print(summarise(runs, sweep.table.of(runs), sweep.plan.metas).markdown())
         return 0
+    table = sweep.table.path
     outcome = sweep.fill(processes=arguments.processes, ray=arguments.ray, shard=shard, command=arguments.command)
     rows = sweep.table.of(runs)
     print_table(summarise(runs, rows, sweep.plan.metas).table(), console)
     for failed, reason in outcome.failures:
         console.print(f"failed: {failed.name}: {reason}", markup=False, highlight=False, soft_wrap=True)
+    if changed := sweep.made_with_other_code():
+        others = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
+        warn(f"own code has changed since {changed[0]}{others} was trained; to train again, delete rows from {table}")
     if outcome.is_interrupted:
         again = shlex.join(["python", "-m", "hierroom.sweep", *sys.argv[1:]])
         console.print(f"stopped and saved; go on with:\n{again}", markup=False, highlight=False, soft_wrap=True)
         return 130
-    console.print(f"{len(rows)} of {len(runs)} runs are in {sweep.table.path}", markup=False, soft_wrap=True)
+    console.print(f"{len(rows)} of {len(runs)} runs are in {table}", markup=False, soft_wrap=True)
     return 1 if outcome.failures else 0
 
 

@@ -18,6 +18,7 @@ from hierroom.training.evaluation import Evaluation
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import MILESTONES, Crossing, LearningCurve
 from hierroom.training.output import lasting_output
+from hierroom.training.own_modules import own_code_digest
 from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.session import begin, resume, train
@@ -93,6 +94,7 @@ class Job:
         for goal, (share, step) in sampled.steps_to_goals.items():
             name = goal.replace(" ", "_")
             numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}
+        numbers["own_code"] = own_code_digest(trainer.config)
         return numbers | {"version": hierroom.__version__, "command": self.command}
 
 

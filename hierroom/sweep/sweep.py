@@ -13,6 +13,7 @@ from rich.console import Console
 from hierroom.errors import InputError
 from hierroom.sweep.plan import Plan, PlannedRun
 from hierroom.sweep.table import Row, SweepTable
+from hierroom.training.own_modules import own_code_digest
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,15 @@ class Sweep:
     def rows(self) -> list[Row]:
         """The rows of the plan's runs that are done."""
         return self.table.of(self.plan.runs())
+
+    def made_with_other_code(self) -> list[str]:
+        """The names of the runs that are done and whose own code (meta-controller, network, reward) has changed since.
+
+        A row tells a digest of the files of that code; rows that were written before rows did are taken as they are.
+        """
+        told = {row["digest"]: row.get("own_code") for row in self.table.read()}
+        done = [run for run in self.plan.runs() if told.get(run.digest)]
+        return [run.name for run in done if told[run.digest] != own_code_digest(run.config, is_loaded=False)]
 
     def fill(
         self,

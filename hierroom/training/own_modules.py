@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import importlib
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from importlib.util import resolve_name
@@ -51,7 +53,7 @@ def find_module_files(config: TrainConfig) -> list[ModuleFile]:
         the files by their names, at most 50.
     """
     files: dict[str, ModuleFile] = {}
-    for module in dict.fromkeys(filter(None, (_module_of(config.entries[entry]) for entry in _PLUGGED))):
+    for module in _modules(config):
         path = getattr(sys.modules.get(module), "__file__", None)
         if path is None or Path(path).suffix != ".py":
             files.setdefault(module, ModuleFile(module, None, "it has no Python source"))
@@ -63,6 +65,31 @@ def find_module_files(config: TrainConfig) -> list[ModuleFile]:
         else:
             _gather(module, root, files)
     return [files[name] for name in sorted(files)]
+
+
+def own_code_digest(config: TrainConfig, *, is_loaded: bool = True) -> str:
+    """A digest of the files of `find_module_files`, by which a change in them is seen.
+
+    Args:
+        config: whose meta-controller, network and reward may be a user's own.
+        is_loaded: whether their modules are loaded; else they are imported, which runs them.
+
+    Returns:
+        16 hexadecimal digits of a SHA-256; empty where all that the config names ships with hierroom.
+    """
+    if not is_loaded:
+        if str(Path.cwd()) not in sys.path:  # as where they are used
+            sys.path.insert(0, str(Path.cwd()))
+        for module in _modules(config):
+            with suppress(Exception, SystemExit):  # what cannot be imported any more has no digest of before
+                importlib.import_module(module)
+    files = [(file.name, file.digest) for file in find_module_files(config)]
+    return hashlib.sha256(repr(files).encode()).hexdigest()[:16] if files else ""
+
+
+def _modules(config: TrainConfig) -> list[str]:
+    """The modules of a user's own that a config names, each once."""
+    return [*dict.fromkeys(filter(None, (_module_of(config.entries[entry]) for entry in _PLUGGED)))]
 
 
 def _module_of(spec: object) -> str | None:
