@@ -324,7 +324,7 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--meta", "nowhere:Nobody"], "nowhere"),
         (["--network", "best"], "a network is one of"),
         (["--warm-start", "nowhere"], "nowhere is not a run folder"),
-        (["--novelty-bonus", "-1"], "novelty_bonus must be a number of at least 0"),
+        (["--novelty-bonus", "-1"], "novelty_bonus must be a number from 0 to 1,000,000"),
         (["--method", "ppo-rnd", "--curiosity-weight", "-1"], "curiosity_weight must be at least 0, not -1"),
         (["--size", "10"], "size must be a whole number from 11 to 63"),
         (["--num-envs", "0"], "num_envs must be at least 1, not 0"),
