@@ -22,6 +22,10 @@ class InputError(Exception):
         return one_line(super().__str__())
 
 
+class CheckpointError(InputError):
+    """A checkpoint that is damaged, or was written in another format."""
+
+
 class DivergenceError(FloatingPointError):
     """Training has diverged; the message is one line: which numbers are not finite or far too large, and what to do."""
 

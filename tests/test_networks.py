@@ -68,6 +68,13 @@ MINE = """
             logits, values = super().sequence(features, state, resets)
             return logits, values.detach()
 
+    class Two(Mine):
+        def step(self, features, state):
+            return super().step(features, state)[:2]
+
+        def sequence(self, features, state, resets):
+            return Mine.step(self, features, state)[:2]
+
     class Frozen(Mine):
         def __init__(self, space, hidden_size):
             super().__init__(space, hidden_size)
@@ -186,6 +193,10 @@ def test_weights_that_are_tied_are_saved_and_come_back(outside, tmp_path):
         ("{outside}:Fragile", "{it}, in its first turns, fails: RuntimeError: out of cheese"),
         ("{outside}:Double", "{it} gives logits of step of torch.float64, not torch.float32"),
         ("{outside}:Detached", "{it} gives values of sequence without a gradient: no weight"),
+        (
+            "{outside}:Two",
+            "{it}, in its first turns, fails: ValueError: not enough values to unpack (expected 3, ",
+        ),
         ("{outside}:Frozen", "{it} has no weights to learn: no parameter requires a gradient"),
         ("{outside}:Normed", "{it}, in its first turns, fails: ValueError: Expected more than 1"),
         ("{outside}:Stateless", "{it} gives 2 environments an initial state of shape (1, 1)"),

@@ -58,21 +58,21 @@ def _take_turns(name: str, network: PolicyNetwork, space: AgentSpace, n_envs: in
         start = tuple(state.shape)
         if len(start) != 2 or start[0] != n_envs:
             raise InputError(f"{name} gives {n_envs} environments an initial state of shape {start}, not rows")
-        played = network.step(features[0], state)
-    trained = network.sequence(features, state, torch.zeros(_N_TURNS, n_envs, dtype=torch.bool))
-    names = ("an initial state", "logits of step", "values of step", "state of step")
-    names += ("logits of sequence", "values of sequence")
+        logits, values, after = network.step(features[0], state)
+    all_logits, all_values = network.sequence(features, state, torch.zeros(_N_TURNS, n_envs, dtype=torch.bool))
+    trained = {"logits of sequence": all_logits, "values of sequence": all_values}
+    outputs = {"an initial state": state, "logits of step": logits, "values of step": values, "state of step": after}
     shapes = (start, (n_envs, space.n_actions), (n_envs,), start)
     shapes += ((_N_TURNS, n_envs, space.n_actions), (_N_TURNS, n_envs))
-    for what, output, shape in zip(names, (state, *played, *trained), shapes, strict=True):
+    for (what, output), shape in zip((outputs | trained).items(), shapes, strict=True):
         if tuple(output.shape) != shape:
             raise InputError(f"{name} gives {what} of shape {tuple(output.shape)}, not {shape}")
         if output.dtype is not torch.float32:
             raise InputError(f"{name} gives {what} of {output.dtype}, not torch.float32")
-    for what, output in zip(names[-2:], trained, strict=True):
+    for what, output in trained.items():
         if not output.requires_grad:
             raise InputError(f"{name} gives {what} without a gradient: no weight can learn from them")
-    torch.stack([output.sum() for output in trained]).sum().backward()
+    (all_logits.sum() + all_values.sum()).backward()
 
 
 def _compare(name: str, network: PolicyNetwork, space: AgentSpace) -> None:

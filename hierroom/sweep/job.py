@@ -12,7 +12,7 @@ from rich.console import Console
 
 import hierroom
 from hierroom.complexity.graph_set import GraphSet
-from hierroom.errors import InputError
+from hierroom.errors import CheckpointError, InputError
 from hierroom.sweep.plan import PlannedRun
 from hierroom.training.evaluation import Evaluation
 from hierroom.training.interrupt import Interrupt
@@ -61,7 +61,7 @@ class Job:
                 raise InputError(f"{self.folder} holds another run: {', '.join(differences)}; move it away")
             try:
                 trainer, folder = resume(config, self.folder)
-            except InputError as error:  # such as a checkpoint of another version of hierroom
+            except CheckpointError as error:
                 raise InputError(f"{error}; move {self.folder} away to train this run from its beginning") from error
         else:
             trainer, folder = begin(config, self.folder)

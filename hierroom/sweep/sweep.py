@@ -80,7 +80,7 @@ class Sweep:
         """
         told = {row["digest"]: row.get("own_code") for row in self.table.read()}
         done = [run for run in self.plan.runs() if told.get(run.digest)]
-        return [run.name for run in done if told[run.digest] != own_code_digest(run.config, is_loaded=False)]
+        return [run.name for run in done if told[run.digest] != own_code_digest(run.config)]
 
     def fill(
         self,

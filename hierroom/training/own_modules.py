@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import ast
 import hashlib
-import importlib
 import sys
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import entry_points
 from importlib.util import resolve_name
@@ -43,8 +41,8 @@ class ModuleFile:
 def find_module_files(config: TrainConfig) -> list[ModuleFile]:
     """The files of the modules that a config names, and of what these import from the same folder.
 
-    The modules are those that are loaded. Of an installed package only its own files are taken, and never those of
-    hierroom. Imports are read from the source; nothing is imported here.
+    A module that is not loaded is looked for in the current folder and where Python looks. Of an installed package only
+    its own files are taken, and never those of hierroom. Imports are read from the source; nothing is imported here.
 
     Args:
         config: whose meta-controller, network and reward may be a user's own.
@@ -54,7 +52,7 @@ def find_module_files(config: TrainConfig) -> list[ModuleFile]:
     """
     files: dict[str, ModuleFile] = {}
     for module in _modules(config):
-        path = getattr(sys.modules.get(module), "__file__", None)
+        path = _file_of(module)
         if path is None or Path(path).suffix != ".py":
             files.setdefault(module, ModuleFile(module, None, "it has no Python source"))
             continue
@@ -67,22 +65,15 @@ def find_module_files(config: TrainConfig) -> list[ModuleFile]:
     return [files[name] for name in sorted(files)]
 
 
-def own_code_digest(config: TrainConfig, *, is_loaded: bool = True) -> str:
+def own_code_digest(config: TrainConfig) -> str:
     """A digest of the files of `find_module_files`, by which a change in them is seen.
 
     Args:
         config: whose meta-controller, network and reward may be a user's own.
-        is_loaded: whether their modules are loaded; else they are imported, which runs them.
 
     Returns:
         16 hexadecimal digits of a SHA-256; empty where all that the config names ships with hierroom.
     """
-    if not is_loaded:
-        if str(Path.cwd()) not in sys.path:  # as where they are used
-            sys.path.insert(0, str(Path.cwd()))
-        for module in _modules(config):
-            with suppress(Exception, SystemExit):  # what cannot be imported any more has no digest of before
-                importlib.import_module(module)
     files = [(file.name, file.digest) for file in find_module_files(config)]
     return hashlib.sha256(repr(files).encode()).hexdigest()[:16] if files else ""
 
@@ -90,6 +81,14 @@ def own_code_digest(config: TrainConfig, *, is_loaded: bool = True) -> str:
 def _modules(config: TrainConfig) -> list[str]:
     """The modules of a user's own that a config names, each once."""
     return [*dict.fromkeys(filter(None, (_module_of(config.entries[entry]) for entry in _PLUGGED)))]
+
+
+def _file_of(module: str) -> str | Path | None:
+    """The file of a module, loaded or not; None where it has none."""
+    if module in sys.modules:
+        return getattr(sys.modules[module], "__file__", None)
+    found = (_source(Path(folder), module) for folder in (Path.cwd(), *sys.path))
+    return next(filter(None, found), None)
 
 
 def _module_of(spec: object) -> str | None:

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hierroom.errors import InputError
+from hierroom.errors import CheckpointError, InputError
 from hierroom.files import is_unfinished, remove_unfinished, to_json, write_atomically
 from hierroom.training import checkpoint
 from hierroom.training.config import TrainConfig
@@ -175,7 +175,8 @@ class RunFolder:
         """Read the checkpoint after ``steps`` steps, by default the newest; no code from the file is executed.
 
         Raises:
-            InputError: if there is none, it is damaged, or another version of hierroom wrote it in another format.
+            InputError: if there is none or it cannot be read.
+            CheckpointError: if it is damaged, or another version of hierroom wrote it in another format.
         """
         paths = self._checkpoint_paths()
         if not paths:
@@ -188,7 +189,7 @@ class RunFolder:
         except OSError as error:
             raise InputError(f"cannot read the checkpoint {path}: {error.strerror}") from error
         except InputError as error:
-            raise InputError(f"the checkpoint {path} {error}") from error
+            raise CheckpointError(f"the checkpoint {path} {error}") from error
 
     def require_same_config(
         self, config: TrainConfig, checkpoint: Mapping[str, Any], besides: Collection[str] = ()
