@@ -15,8 +15,9 @@ import tyro
 
 from benchmarks.committed import ROOT, plan_of
 from benchmarks.study.page_tables import correlations_file, milestone_and_measures
+from benchmarks.study.result import csv_text
 from benchmarks.study.statistics import Options as StudyOptions
-from benchmarks.study.statistics import csv_text, study
+from benchmarks.study.statistics import study
 from benchmarks.study.tables import MEASURES_PATH, known_measures, read_rows
 from benchmarks.study.trained import Milestone
 from benchmarks.tables import PAGES, PLACE

@@ -97,6 +97,10 @@ def test_a_graph_on_which_the_runs_are_the_same_has_no_ratio():
     assert factors.markdown([slower]).splitlines()[-1].endswith("| slower | 1 of 1 | 100.0% | 3 of 3 |")
     _, slower = factors.factors(told("as it is", "0") + told("slower", "0"), MEASURES, options())
     assert slower.compared == 3, "runs that learn nothing may end alike by chance"
+    second = [{**row, "length": row["length"] + row["variant"]} if row["seed"] == "1" else row for row in rows]
+    assert {row["seed"] for row in rows} == {"0", "1"}
+    _, slower = factors.factors(second, MEASURES, options())
+    assert slower.compared == 1, "one seed is enough: equal runs of different processors differ by rounding"
     same = [{**row, "length": "50"} for row in rows]
     with pytest.raises(InputError, match="the runs of hippo slower and of hippo as it is are the same on every goal"):
         factors.factors(same, MEASURES, options())

@@ -50,7 +50,9 @@ def test_the_command_prints_a_table_and_writes_every_number(module, tables, monk
     monkeypatch.setattr(sys, "argv", ["statistics", *words])
     assert module("statistics").main() == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "**hippo**: steps_to_95, 10 goal graphs, 3 seeds, never reached by half of the seeds on 1"
+    assert (
+        lines[0] == "**hippo**, steps to 95%, 10 goal graphs, 3 seeds; on 1 half of the seeds or more never get there:"
+    )
     assert lines[4].startswith("| expected_steps | 1.00 [")
     assert lines[-1].startswith("5 twins: 1.00")  # halves of three seeds are unequal
     assert lines[-1].endswith("differ by a factor of 1.00")
@@ -58,6 +60,8 @@ def test_the_command_prints_a_table_and_writes_every_number(module, tables, monk
     assert float(rows["expected_steps", "at 5 goals"]["value"]) == pytest.approx(1)
     assert rows["goals", "given goals"]["value"] == ""
     assert (rows["twins", "spearman"]["graphs"], rows["width", "kendall"]["graphs"]) == ("5", "10")
+    read = module("result").results_of([*rows.values()])
+    assert [module("result").markdown(one).splitlines() for one in read] == [lines]
     monkeypatch.setattr(sys, "argv", ["statistics", *words, "--rooms", "4"])
     assert module("statistics").main() == 0
     assert "5 goal graphs, 3 seeds" in capsys.readouterr().out
@@ -65,7 +69,9 @@ def test_the_command_prints_a_table_and_writes_every_number(module, tables, monk
     monkeypatch.setattr(sys, "argv", ["statistics", *words, "--seeds", "1"])
     assert module("statistics").main() == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "**hippo**: steps_to_95, 10 goal graphs, 1 seed, never reached by half of the seeds on 1"
+    assert (
+        lines[0] == "**hippo**, steps to 95%, 10 goal graphs, 1 seed; on 1 half of the seeds or more never get there:"
+    )
     assert lines[-1].startswith("5 twins: 1.00")
     assert {(row["seeds_min"], row["seeds_max"]) for row in csv.DictReader(out.open())} == {("1", "1")}
     assert "minus hitting time" not in {statistic for _, statistic in rows if rows[_, statistic]["value"]}
@@ -81,7 +87,7 @@ def test_the_milestone_is_that_of_all_rooms_whatever_is_shown(module, tables, mo
     monkeypatch.setattr(sys, "argv", ["statistics", *words])
     assert module("statistics").main() == 0
     first = capsys.readouterr().out.splitlines()[0]
-    assert first == "**hippo**: steps_to_95, 5 goal graphs, 1 seed, never reached by half of the seeds on 2"
+    assert first == "**hippo**, steps to 95%, 5 goal graphs, 1 seed; on 2 half of the seeds or more never get there:"
 
 
 @pytest.mark.parametrize(

@@ -79,13 +79,16 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
         for measure, value in (("width", 0.25), ("goals", 0.5))
         for one in statistics
     ]
-    rows += ["hippo,steps_to_95,seeds,halves,0.75,0.5,1,9,3,3", "hippo,steps_to_95,twins,spearman,,,,0,3,3"]
+    rows += ["hippo,steps_to_95,seeds,halves,0.75,0.5,1,9,3,3", "hippo,steps_to_95,seeds,never,2,,,9,3,3"]
+    rows += ["hippo,steps_to_95,twins,spearman,,,,0,3,3", "hippo,steps_to_95,twins,factor,,,,0,3,3"]
     (folder / "correlations.csv").write_text(
         "method,outcome,measure,statistic,value,low,high,graphs,seeds_min,seeds_max\n" + "\n".join(rows)
     )
     lines = tables.renewed("<!-- study one -->\n<!-- end of study -->\n").splitlines()
     assert lines[2].endswith("/one/sweep.csv --out benchmarks/results/one/correlations.csv`:")
-    assert lines[4] == "**hippo**, steps to 95%, 9 goal graphs, 3 seeds:"
+    assert (
+        lines[4] == "**hippo**, steps to 95%, 9 goal graphs, 3 seeds; on 2 half of the seeds or more never get there:"
+    )
     assert [line.split(" | ")[:2] for line in lines if line.startswith("| ")][1:] == [
         ["| goals", "0.50"],
         ["| width", "0.25"],
@@ -97,7 +100,7 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     (command,) = (line for line in page_tables.study_table("one").splitlines() if line.startswith("`"))
     assert command.endswith("/one/sweep.csv --seeds 3 --out benchmarks/results/one/correlations.csv`:")
     assert "goals | 0.50" not in tables.renewed("<!-- study one width -->\n<!-- end of study -->\n")
-    with pytest.raises(InputError, match="the measures of hippo are width, goals; there is no 'luck'"):
+    with pytest.raises(InputError, match="the measures of hippo are goals, width; there is no 'luck'"):
         page_tables.study_table("one", "luck")
     path = folder / "correlations.csv"
     (folder / "correlations_steps_to_50.csv").write_text(path.read_text().replace("steps_to_95", "steps_to_50"))

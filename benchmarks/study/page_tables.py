@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import get_args
 
 from benchmarks.committed import ROOT, checked_path, done_rows, plan_of
-from benchmarks.study import comparisons, factors, hierarchy, levels, tuning
-from benchmarks.study.correlations import Estimate
-from benchmarks.study.statistics import measure_table, reliability_text, seeds_text
+from benchmarks.study import comparisons, factors, hierarchy, levels, result, tuning
 from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
 from benchmarks.study.trained import Milestone
 from hierroom.errors import InputError
@@ -36,10 +33,7 @@ def study_table(name: str, *shown: str) -> str:
     only = "" if n_seeds == plan_of(name).seeds else f" --seeds {n_seeds}"
     only += "" if outcome is None else f" --outcome {outcome}"
     command = f"python -m benchmarks.study.statistics {folder}/sweep.csv{only} --out {folder / file}"
-    by_method: dict[str, list[Row]] = {}
-    for row in rows:
-        by_method.setdefault(row["method"], []).append(row)
-    tables = [_study_table(method, rows, measures) for method, rows in by_method.items()]
+    tables = [result.markdown(one, measures) for one in result.results_of(rows)]
     return f"\n`{command}`:\n\n" + "\n\n".join(tables) + "\n\n"
 
 
@@ -52,28 +46,6 @@ def milestone_and_measures(words: Sequence[str]) -> tuple[Milestone | None, Sequ
 def correlations_file(milestone: Milestone | None) -> str:
     """The name of the table of correlations beside the rows of a sweep."""
     return "correlations.csv" if milestone is None else f"correlations_{milestone}.csv"
-
-
-def _study_table(method: str, rows: Sequence[Row], shown: Sequence[str]) -> str:
-    estimates = {
-        (row["measure"], row["statistic"]): Estimate(*(float(row[name] or "nan") for name in ("value", "low", "high")))
-        for row in rows
-    }
-    known = [row["measure"] for row in rows if row["statistic"] == "spearman" and row["measure"] != "twins"]
-    if unknown := [name for name in shown if name not in known]:
-        raise InputError(f"the measures of {method} are {', '.join(known)}; there is no {unknown[0]!r}")
-    best = sorted(known, key=lambda name: -estimates[name, "spearman"].value)
-    outcome = rows[0]["outcome"].replace("_", " ")
-    unit = "%" if outcome.startswith("steps") else ""
-    n_seeds = seeds_text(int(rows[0]["seeds_min"]), int(rows[0]["seeds_max"]))
-    header = f"**{method}**, {outcome}{unit}, {rows[0]['graphs']} goal graphs, {n_seeds}:"
-    lines = [header, "", measure_table(estimates, shown or best)]
-    halves, twins = estimates["seeds", "halves"], estimates["twins", "spearman"]
-    if not math.isnan(halves.value):
-        lines += ["", reliability_text(halves)]
-    if not math.isnan(twins.value):
-        lines += ["", f"twins: {twins}"]
-    return "\n".join(lines)
 
 
 def hierarchy_table(name: str, n_seeds: str, *words: str) -> str:

@@ -9,9 +9,6 @@ reached), as `python -m hierroom.sweep` writes it. `python -m benchmarks.study.m
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,24 +18,13 @@ from rich.console import Console
 from rich.progress import Progress
 
 from benchmarks.study.bootstrap import Bootstrap
-from benchmarks.study.correlations import Estimate, ceiling, estimates, noise_of_twins, split_half, twin_factor
-from benchmarks.study.markdown import table
+from benchmarks.study.correlations import Estimate, estimates, noise_of_twins, split_half, twin_factor
+from benchmarks.study.result import HALVES, NEVER, TWIN_FACTOR, TWINS, Result, csv_text, markdown
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, among, by_rule, measures_of, read_trained
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
-
-PRINTED = (
-    "spearman",
-    "kendall",
-    "given goals",
-    "given exit depth",
-    "at fixed goals",
-    "minus goals",
-    "minus exit depth",
-    "minus hitting time",
-)
 
 
 @dataclass(frozen=True)
@@ -63,39 +49,6 @@ class Options:
     seeds: int | None = None
     bootstrap: tyro.conf.OmitArgPrefixes[Bootstrap] = field(default_factory=Bootstrap)
     out: Path | None = None
-
-
-@dataclass(frozen=True)
-class Result:
-    """What was found of one method.
-
-    Args:
-        outcome: what says how hard a graph was.
-        trained: its outcomes.
-        estimates: by measure and statistic.
-        halves: the split-half reliability of the seeds.
-        twins: the correlation of graphs and their twins.
-        factor: by which these differ.
-    """
-
-    outcome: Outcome
-    trained: Trained
-    estimates: Mapping[tuple[str, str], Estimate]
-    halves: Estimate
-    twins: Estimate
-    factor: float
-
-    @property
-    def n_seeds(self) -> tuple[int, int]:
-        """The fewest and the most seeds of a goal graph."""
-        several = (~np.isnan(self.trained.outcomes)).sum(axis=1)
-        return int(several.min()), int(several.max())
-
-    @property
-    def measures(self) -> list[str]:
-        """The measures, the best first."""
-        names = dict.fromkeys(name for name, _ in self.estimates)
-        return sorted(names, key=lambda name: -np.nan_to_num(self.estimates[name, "spearman"].value, nan=-2))
 
 
 def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result]:
@@ -134,60 +87,16 @@ def study(rows: list[Row], measured: list[Row], options: Options) -> list[Result
                 progress=lambda done, task=task: bar.update(task, completed=done),
             )
             settings = {"level": options.bootstrap.level, "seed": options.bootstrap.seed}
-            halves = split_half(trained, n_splits=options.bootstrap.resamples, **settings)
-            twins = noise_of_twins(trained, n_resamples=options.bootstrap.resamples, **settings)
-            results.append(Result(outcome, trained, found, halves, twins, twin_factor(trained)))
+            noise = {
+                NEVER: Estimate(trained.never, np.nan, np.nan),
+                HALVES: split_half(trained, n_splits=options.bootstrap.resamples, **settings),
+                TWINS: noise_of_twins(trained, n_resamples=options.bootstrap.resamples, **settings),
+                TWIN_FACTOR: Estimate(twin_factor(trained), np.nan, np.nan),
+            }
+            several = (~np.isnan(trained.outcomes)).sum(axis=1)
+            seeds = int(several.min()), int(several.max())
+            results.append(Result(trained.method, outcome, n, len(trained.twins), seeds, {**found, **noise}))
     return results
-
-
-def markdown(result: Result) -> str:
-    """The table of one method, and below it how far its graphs can be ranked at all."""
-    caption = f"{result.outcome}, {len(result.trained.graphs)} goal graphs, {seeds_text(*result.n_seeds)}"
-    if result.outcome != "success_rate":
-        caption += f", never reached by half of the seeds on {result.trained.never}"
-    lines = [f"**{result.trained.method}**: {caption}", "", measure_table(result.estimates, result.measures)]
-    noise = [] if np.isnan(result.halves.value) else [reliability_text(result.halves)]
-    if not np.isnan(result.factor):
-        twins = f"{len(result.trained.twins)} twins: {result.twins}"
-        noise.append(f"{twins}, which differ by a factor of {result.factor:.2f}")
-    return "\n".join([*lines, *(["", "; ".join(noise)] if noise else [])])
-
-
-def reliability_text(halves: Estimate) -> str:
-    """How far the noise of the seeds lets graphs be ranked at all."""
-    return f"split-half reliability: {halves}; a measure without noise could have: {ceiling(halves)}"
-
-
-def seeds_text(fewest: int, most: int) -> str:
-    """How many seeds goal graphs have, in words."""
-    return f"{fewest} to {most} seeds" if fewest < most else "1 seed" if most == 1 else f"{most} seeds"
-
-
-def measure_table(estimates: Mapping[tuple[str, str], Estimate], measures: Sequence[str]) -> str:
-    """A row for each measure, in Markdown.
-
-    Args:
-        estimates: by measure and statistic.
-        measures: those shown.
-    """
-    return table(["measure", *PRINTED], [[name, *(str(estimates[name, one]) for one in PRINTED)] for name in measures])
-
-
-def csv_text(results: list[Result]) -> str:
-    """Every number of every method as a row."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(
-        ["method", "outcome", "measure", "statistic", "value", "low", "high", "graphs", "seeds_min", "seeds_max"]
-    )
-    for result in results:
-        noise = {("seeds", "halves"): result.halves, ("twins", "spearman"): result.twins}
-        for (measure, statistic), estimate in {**result.estimates, **noise}.items():
-            numbers = ("" if np.isnan(number) else f"{number:.6g}" for number in estimate)
-            n = len(result.trained.twins) if measure == "twins" else len(result.trained.graphs)
-            names = result.trained.method, result.outcome, measure, statistic
-            writer.writerow([*names, *numbers, n, *result.n_seeds])
-    return text.getvalue()
 
 
 def main() -> int:

@@ -1,0 +1,123 @@
+"""How well measures predicted what was trained with one method: as text, and as rows of a table."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.study.correlations import Estimate, ceiling
+from benchmarks.study.markdown import table
+from benchmarks.study.tables import Row
+from hierroom.errors import InputError
+
+PRINTED = (
+    "spearman",
+    "kendall",
+    "given goals",
+    "given exit depth",
+    "at fixed goals",
+    "minus goals",
+    "minus exit depth",
+    "minus hitting time",
+)
+COLUMNS = ("method", "outcome", "measure", "statistic", "value", "low", "high", "graphs", "seeds_min", "seeds_max")
+NEVER, HALVES = ("seeds", "never"), ("seeds", "halves")
+TWINS, TWIN_FACTOR = ("twins", "spearman"), ("twins", "factor")
+NOISE = (NEVER, HALVES, TWINS, TWIN_FACTOR)
+
+
+@dataclass(frozen=True)
+class Result:
+    """How well measures predicted the difficulty of goal graphs to one method, and how far it can be told at all.
+
+    Args:
+        method: its name, with its settings.
+        outcome: what says how hard a goal graph was.
+        graphs: how many goal graphs.
+        twins: how many of these have a twin.
+        seeds: the fewest and the most seeds of a goal graph.
+        estimates: by measure and statistic, and those of `NOISE`: on how many graphs half of the seeds never got to the
+            milestone, the split-half reliability of the seeds, and the correlation and the factor between twins.
+    """
+
+    method: str
+    outcome: str
+    graphs: int
+    twins: int
+    seeds: tuple[int, int]
+    estimates: Mapping[tuple[str, str], Estimate]
+
+    @property
+    def measures(self) -> list[str]:
+        """The measures, the best first."""
+        names = dict.fromkeys(name for name, statistic in self.estimates if (name, statistic) not in NOISE)
+        return sorted(names, key=lambda name: -np.nan_to_num(self.estimates[name, "spearman"].value, nan=-2))
+
+
+def markdown(result: Result, shown: Sequence[str] = ()) -> str:
+    """The table of one method, and below it how far its graphs can be ranked at all.
+
+    Args:
+        result: what was found.
+        shown: the measures; all, the best first, where none is named.
+
+    Raises:
+        InputError: if there is no such measure.
+    """
+    if unknown := [name for name in shown if name not in result.measures]:
+        raise InputError(
+            f"the measures of {result.method} are {', '.join(result.measures)}; there is no {unknown[0]!r}"
+        )
+    estimates, is_of_steps = result.estimates, result.outcome != "success_rate"
+    caption = f"{result.outcome.replace('_', ' ')}{'%' if is_of_steps else ''}, {result.graphs} goal graphs"
+    caption += f", {_seeds_text(*result.seeds)}"
+    caption += f"; on {estimates[NEVER].value:.0f} half of the seeds or more never get there" if is_of_steps else ""
+    rows = [[name, *(str(estimates[name, one]) for one in PRINTED)] for name in shown or result.measures]
+    lines = [f"**{result.method}**, {caption}:", "", table(["measure", *PRINTED], rows)]
+    if not np.isnan(estimates[HALVES].value):
+        could_have = f"a measure without noise could have: {ceiling(estimates[HALVES])}"
+        lines += ["", f"split-half reliability: {estimates[HALVES]}; {could_have}"]
+    if not np.isnan(estimates[TWIN_FACTOR].value):
+        factor = f"which differ by a factor of {estimates[TWIN_FACTOR]}"
+        lines += ["", f"{result.twins} twins: {estimates[TWINS]}, {factor}"]
+    return "\n".join(lines)
+
+
+def _seeds_text(fewest: int, most: int) -> str:
+    return f"{fewest} to {most} seeds" if fewest < most else "1 seed" if most == 1 else f"{most} seeds"
+
+
+def csv_text(results: Sequence[Result]) -> str:
+    """Every number of every method as a row."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for result in results:
+        for (measure, statistic), estimate in result.estimates.items():
+            numbers = ("" if np.isnan(number) else f"{number:.6g}" for number in estimate)
+            n = result.twins if measure == "twins" else result.graphs
+            writer.writerow([result.method, result.outcome, measure, statistic, *numbers, n, *result.seeds])
+    return text.getvalue()
+
+
+def results_of(rows: Sequence[Row]) -> list[Result]:
+    """What rows that `csv_text` wrote say of each method."""
+    by_method: dict[str, list[Row]] = {}
+    for row in rows:
+        by_method.setdefault(row["method"], []).append(row)
+    return [_result(method, several) for method, several in by_method.items()]
+
+
+def _result(method: str, rows: Sequence[Row]) -> Result:
+    by_name = {(row["measure"], row["statistic"]): row for row in rows}
+    estimates = {
+        name: Estimate(*(float(row[number] or "nan") for number in ("value", "low", "high")))
+        for name, row in by_name.items()
+    }
+    known = by_name[HALVES]
+    seeds = int(known["seeds_min"]), int(known["seeds_max"])
+    return Result(method, known["outcome"], int(known["graphs"]), int(by_name[TWINS]["graphs"]), seeds, estimates)
