@@ -89,6 +89,8 @@ def text_of(value: Any) -> str:
         return " ".join(repr(value).split())
     except (ValueError, RecursionError):  # a number of thousands of digits; lists in lists in lists ...
         return f"a huge {type(value).__name__}"
+    except Exception:  # a user's own class may have a __repr__ that fails
+        return f"a {type(value).__name__}"
 
 
 _MAX_CHARACTERS = 1000
@@ -144,7 +146,11 @@ def in_one_line(error: BaseException) -> str:
     """
     if isinstance(error, (InputError, DivergenceError)):
         return str(error)
-    text = f"{type(error).__name__}: {' '.join(str(error).split())}"
+    try:
+        message = " ".join(str(error).split())
+    except Exception:  # a user's own class of errors may have a __str__ that fails
+        message = "its message cannot be read"
+    text = f"{type(error).__name__}: {message}"
     places = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith(_NOT_OWN)]
     return f"{text} (line {places[-1].lineno} of {places[-1].filename})" if places else text
 

@@ -137,11 +137,6 @@ class GoalMask:
 
     kind: int
 
-    @property
-    def may_explore(self) -> bool:
-        """Whether 'no goal' is legal beside goals; where there are none it always is."""
-        return self.kind == SEEN
-
     def goals(self, situation: Situation) -> NDArray[np.bool_]:
         """The legal goals, [M, 13], of the situation of M environments."""
         return self.masks(situation.levels, np.ones(len(situation), bool))[:, :N_GOALS]

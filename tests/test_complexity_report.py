@@ -124,6 +124,7 @@ def test_the_package_knows_no_world():
         "hierroom.errors",
         "hierroom.files",
         "hierroom.goals",
+        "hierroom.runtime.markdown_table",
         "hierroom.runtime.printed_table",
         "hierroom.runtime.schema",
     }

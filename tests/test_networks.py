@@ -4,6 +4,7 @@ import re
 import sys
 import textwrap
 
+import numpy as np
 import pytest
 import torch
 from run_contents import check_run, weights
@@ -12,7 +13,9 @@ import hierroom
 from hierroom.agents.networks import make_network
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
+from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.learners.torch_backend import TorchBackend
 from hierroom.train import main as train
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
@@ -118,6 +121,46 @@ MINE = """
             self.n_turns += 1
             return super().step(self.dropout(self.rows(features.int())[..., 0]), state)
 
+    class Writing(Counting):
+        # It writes to what it is given.
+
+        def step(self, features, state):
+            logits, values, _ = Mine.step(self, features, state)
+            values = values + state[..., 0]
+            features.zero_()
+            return logits, values, state.add_(1)
+
+        def sequence(self, features, state, resets):
+            outputs = []
+            for turn, reset in zip(features, resets):
+                state = torch.where(reset[:, None], self.initial_state(len(turn)), state)
+                logits, values, state = self.step(turn.clone(), state.clone())
+                outputs.append((logits, values))
+            return tuple(map(torch.stack, zip(*outputs)))
+
+    class Endless(Mine):
+        def step(self, features, state):
+            logits, values, state = super().step(features, state)
+            return logits / 0, values, state
+
+    class Remembering(Mine):
+        # It has a state beside tensors, and a buffer that no state has.
+
+        def __init__(self, space, hidden_size):
+            super().__init__(space, hidden_size)
+            self.names = {"a": 1}
+            self.register_buffer("n_turns", torch.zeros(()), persistent=False)
+
+        def get_extra_state(self):
+            return self.names
+
+        def set_extra_state(self, state):
+            self.names = state
+
+        def step(self, features, state):
+            self.n_turns += 1
+            return super().step(features, state)
+
     class Short(Random):
         def __init__(self, space, hidden_size):
             super().__init__(space, hidden_size)
@@ -203,6 +246,7 @@ def test_weights_that_are_tied_are_saved_and_come_back(outside, tmp_path):
         ("{outside}:Counting", "{it} gives other values in sequence than in step, by up to 2;"),
         ("{outside}:Short", "{it}, in its first turns, fails: IndexError: index out of range"),
         (None, "a network is named, like recurrent or package.module:Class, not None"),
+        ("{outside}:Endless", "{it} gives logits of step that are not finite: "),
         ("{outside}:Flat", "{it} gives logits of sequence of shape (6, 4), not (3, 2, 4)"),
     ],
 )
@@ -225,6 +269,22 @@ def test_the_trial_leaves_nothing_behind(outside):
     assert all(torch.equal(one, other) for one, other in zip(tried.parameters(), fresh.parameters(), strict=True))
     assert all(parameter.grad is None for parameter in tried.parameters())
     assert all(module.training for module in tried.modules())
+
+
+def test_buffers_that_no_state_has_are_as_before_the_trial(outside):
+    tried = make_network(f"{outside}:Remembering", SPACE, 8, None)
+    assert (tried.n_turns, tried.names) == (0, {"a": 1})
+
+
+def test_a_network_may_write_to_what_it_is_given(outside):
+    """The learner keeps the state before a turn, and its features, for the update."""
+    network = make_network(f"{outside}:Writing", SPACE, 8, None)
+    backend = TorchBackend(network, PPOConfig(), "cpu")
+    features, states = np.ones((2, SPACE.n_features), np.uint8), backend.initial_states(2)
+    _, _, after = backend.step(features, states)
+    assert (after == states + 1).all()
+    assert (states == 0).all()
+    assert features.all()
 
 
 @pytest.mark.parametrize(

@@ -31,5 +31,15 @@ def test_numbers_and_names_are_whole_at_any_width(width):
     assert max(lines) <= max(width, 60)
 
 
+@pytest.mark.parametrize("width", [1, 20, 200])
+def test_headings_of_columns_that_are_not_wrapped_are_whole(width):
+    table = Table()
+    table.add_column("mixing\ntime", no_wrap=True, justify="right")
+    table.add_row("8")
+    stream = io.StringIO()
+    print_table(table, Console(file=stream, width=width))
+    assert "mixing" in stream.getvalue()
+
+
 def test_where_there_is_room_nothing_is_folded():
     assert "keys-0-1-2-3-exit-4 │ reached the exit in time │      1,234.5 │" in printed(80)

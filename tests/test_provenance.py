@@ -9,6 +9,7 @@ import subprocess
 import sys
 from datetime import UTC, datetime
 from importlib.metadata import EntryPoint, version
+from importlib.util import spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
@@ -22,8 +23,13 @@ from hierroom.goals import GoalGraph
 from hierroom.train import main as train
 from hierroom.training import own_modules, session
 from hierroom.training.config import TrainConfig
-from hierroom.training.own_modules import MAX_BYTES, MAX_FILES, find_module_files
-from hierroom.training.provenance import changed_modules, describe_git, describe_session, record_session
+from hierroom.training.own_modules import MAX_BYTES, MAX_FILES, find_module_files, own_code_digest
+from hierroom.training.provenance import (
+    changed_modules,
+    describe_git,
+    describe_session,
+    record_session,
+)
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512).changed(minibatches=2)
 FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2", "--steps", "512"]
@@ -247,6 +253,36 @@ def test_a_link_to_a_module_is_copied_by_its_own_name():
     Path("elsewhere/real.py").write_text(META)
     Path("mine.py").symlink_to("elsewhere/real.py")
     assert names_of(load("mine", {"other.py": ""})) == ["mine.py"]
+
+
+def test_imports_from_beyond_the_top_package_are_passed_over():
+    source = "try:\n    from .. import common\nexcept ImportError:\n    common = None\nfrom . import near\n" + META
+    assert names_of(load("lab.metas", {"lab/__init__.py": "", "lab/metas.py": source, "lab/near.py": ""})) == [
+        "lab/__init__.py",
+        "lab/metas.py",
+        "lab/near.py",
+    ]
+
+
+def test_modules_that_a_finder_of_pythons_knows_are_found(tmp_path, monkeypatch):
+    """As those that ``pip install -e`` makes."""
+    (tmp_path / "elsewhere" / "editable_lab").mkdir(parents=True)
+    (tmp_path / "elsewhere" / "editable_lab" / "__init__.py").write_text("")
+    (tmp_path / "elsewhere" / "editable_lab" / "metas.py").write_text(META)
+
+    class Finder:
+        @staticmethod
+        def find_spec(name, path=None, target=None):
+            if name == "editable_lab":
+                return spec_from_file_location(name, tmp_path / "elsewhere" / "editable_lab" / "__init__.py")
+            return None
+
+    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path, Finder])
+    config = SMALL.changed(meta="editable_lab.metas:First")
+    assert "editable_lab" not in sys.modules
+    assert names_of(config) == ["editable_lab/__init__.py", "editable_lab/metas.py"]
+    assert own_code_digest(config)
+    assert own_code_digest(SMALL.changed(meta="editable_lab.nowhere:First")) == ""
 
 
 def test_very_many_modules_are_not_all_copied():

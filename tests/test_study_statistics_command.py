@@ -110,3 +110,15 @@ def test_the_command_refuses_in_one_line(module, tables, monkeypatch, words, mes
     monkeypatch.setattr(sys, "argv", ["statistics", *words])
     with pytest.raises(InputError, match=message):
         module("statistics").main()
+
+
+def test_correlations_that_lack_a_number_say_who_writes_them_anew(module):
+    row = {"method": "hippo", "outcome": "steps_to_95", "measure": "seeds", "statistic": "halves"}
+    row |= {"value": "1", "low": "", "high": "", "graphs": "9", "seeds_min": "2", "seeds_max": "2"}
+    with pytest.raises(InputError, match=r"hippo lack seeds never, twins spearman, twins factor; python -m benchmarks"):
+        module("result").results_of([row])
+
+
+def test_comments_stand_before_the_headings(module, tmp_path):
+    (tmp_path / "runs.csv").write_text("# a comment\nvariant,seed\n#1,0\n#2,0\n")
+    assert [row["variant"] for row in module("tables").read_rows(tmp_path / "runs.csv")] == ["#1", "#2"]

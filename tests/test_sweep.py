@@ -1,7 +1,9 @@
 """Sweeps: what is trained, what fails, and what becomes of killed processes."""
 
 import csv
+import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -15,8 +17,9 @@ from hierroom.errors import InputError
 from hierroom.sweep.__main__ import main
 from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Sweep
+from hierroom.training.provenance import record_session
 from hierroom.training.run_folder import RunFolder
-from hierroom.training.session import resume
+from hierroom.training.session import begin, resume
 
 TIMES = ("seconds", "steps_per_second")
 
@@ -34,14 +37,17 @@ def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
     assert sweep.fill(processes=2, command="made so").failures == ()
     rows = sweep.rows()
     assert [row["method"] for row in rows] == ["hippo", "ppo"]
+    assert [bool(row["random_success_rate"]) for row in rows] == [True, False], "ppo sees no goals"
     for row, run in zip(rows, sweep.plan.runs(), strict=True):
         folder = RunFolder.open(tmp_path / "out" / "runs" / run.name)
         assert folder.config() == run.config
         assert int(row["steps"]) >= 300
-        assert 0 <= float(row["random_success_rate"]) <= 1
+        assert 0 <= float(row["random_success_rate"] or 0) <= 1
         assert row["command"] == "made so"
         for name in ("summary.json", "learning_curve.png", "evaluations.csv", "provenance.json"):
             assert (folder.path / name).is_file()
+        (session,) = json.loads((folder.path / "provenance.json").read_text())["sessions"]
+        assert session["command"] == shlex.join(sys.orig_argv)
     curves = sweep.table.curves()
     for row in rows:
         points = curves[row["digest"]]
@@ -122,8 +128,56 @@ def test_a_row_tells_the_own_code_that_made_it(tmp_path, monkeypatch, capsys):
     assert main() == 0
     said = capsys.readouterr().err
     assert said.startswith("warning: own code has changed since ")
-    assert said.endswith("was trained; to train again, delete rows from out/sweep.csv\n")
+    assert said.endswith(
+        "was trained; to train again, delete the rows from out/sweep.csv, and the folders in out/runs\n"
+    )
     assert results(tmp_path / "out" / "sweep.csv") == rows
+
+
+def test_own_code_that_is_not_found_is_not_said_to_have_changed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+    sweep = Sweep(plan("reward=a_reward_that_moves:none", "method=ppo", "seed=0"), tmp_path / "out")
+    (run,) = sweep.plan.runs()
+    Path("a_reward_that_moves.py").write_text("")
+    (tmp_path / "out").mkdir()
+    sweep.table.add(run, {"own_code": "0" * 16})
+    assert sweep.made_with_other_code() == [run.name]
+    Path("a_reward_that_moves.py").unlink()
+    assert sweep.made_with_other_code() == []
+
+
+def test_own_code_of_other_meta_controllers_is_told_too(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+    Path("a_meta_of_a_sweep.py").write_text("def first(level):\n    return level.goals[0] if level.goals else None\n")
+    sweep = Sweep(plan(metas=("a_meta_of_a_sweep:first",), seeds=1), tmp_path / "out")
+    assert not sweep.fill(processes=1).failures
+    assert [len(row["own_code"]) for row in sweep.rows()] == [16]
+    assert sweep.made_with_other_code() == []
+    with Path("a_meta_of_a_sweep.py").open("a") as file:
+        file.write("# changed\n")
+    assert len(sweep.made_with_other_code()) == 1
+
+
+def test_a_run_does_not_go_on_with_other_code(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+    own = Path("a_reward_that_changes.py")
+    own.write_text("import numpy as np\n\ndef none(step):\n    return np.zeros(len(step.events))\n")
+    sweep = Sweep(plan(f"reward={own.stem}:none", "method=ppo", "seed=0"), tmp_path / "out")
+    (run,) = sweep.plan.runs()
+    folder = begin(run.config, tmp_path / "out" / "runs" / run.name)[1]
+    folder.lock.release()
+    record_session(folder.path, run.config)
+    own.write_text(own.read_text() + "# changed\n")
+    ((failed, reason),) = sweep.fill(processes=1).failures
+    assert failed == run
+    assert f"{own} has changed since {folder.path} was trained" in reason
+    assert reason.endswith(f"; move {folder.path} away to train this run with the code as it is now")
+    folder.path.rename(tmp_path / "away")
+    assert not sweep.fill(processes=1).failures
+    assert sweep.made_with_other_code() == []
 
 
 def test_a_file_is_no_folder_of_a_sweep(tmp_path):
@@ -141,9 +195,18 @@ def test_a_shard_of_no_runs_does_nothing(tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "out").exists()
 
 
+def test_rows_tell_an_entry_that_a_sweep_had_one_value_of_when_it_grows(tmp_path):
+    Sweep(plan("gamma=0.9", "method=ppo", seeds=1), tmp_path).fill(processes=1)
+    grown = Sweep(plan("gamma=0.9,0.99", "method=ppo", seeds=1), tmp_path)
+    grown.fill(processes=1)
+    assert [row["gamma"] for row in grown.table.read()] == ["0.9", "0.99"]
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        ((), "say what to train: entries with values to try such as method=hippo,ppo, a TOML file"),
+        (("--seeds", "3"), "say what to train"),
         (("--graphs", "--list"), "--graphs is given without a goal graph; give at least one: --graphs a b"),
         (("--graphs", "a", "--graphs", "b"), "--graphs is given twice; give it once, with all its goal graphs"),
         (("--metas",), "--metas is given without a meta-controller; give at least one: --metas random oracle"),
@@ -194,6 +257,17 @@ def test_killed_workers_and_a_killed_sweep_leave_the_same_table(tmp_path, undist
     os.killpg(process.pid, signal.SIGKILL)  # the workers with it
     assert process.wait(60) == -signal.SIGKILL
     assert start(tmp_path).wait(300) == 0
+    assert results(tmp_path / "sweep.csv") == undisturbed
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are looked up in /proc")
+def test_a_process_that_alone_is_asked_to_stop_is_replaced(tmp_path, undisturbed):
+    process = start(tmp_path)
+    assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
+    for pid in children(process):
+        os.kill(pid, signal.SIGTERM)
+    told = process.communicate(timeout=120)[0].decode()
+    assert process.returncode == 0, told
     assert results(tmp_path / "sweep.csv") == undisturbed
 
 

@@ -74,7 +74,8 @@ def test_one_and_several_of_the_same_are_not_both_given(values, variants, settin
         (("gamma=high",), "gamma must be a number, not 'high'"),
         (("steps=0",), "steps must be at least 1, not 0"),
         (("method=[]",), "method needs at least one value"),
-        (("seed=1,1",), "two runs of the sweep are the same"),
+        (("seed=1,1",), "two runs of the sweep are the same: .* from a value that is given twice; leave one out"),
+        (("seed=0,1", "gamma=0.9,0.90"), "two runs of the sweep are the same: .* from a value that is given twice"),
         (("gamma=0.9", "gamma=0.99"), "gamma is given twice; several values to try are joined by commas, gamma="),
         (("seeds=5",), "seeds is no entry of a run; it is given as --seeds, or at the head of a file"),
         (("variants=5",), "variants is no entry of a run; it is given in a file, under "),
@@ -145,3 +146,14 @@ def test_an_entry_that_is_new_leaves_digests_as_they_are_and_another_default_doe
     (run,) = plan("seed=0", "stagger_clocks=true").runs()
     assert run.digest == plan("seed=0").runs()[0].digest
     assert run.digest != plan("seed=0", "stagger_clocks=false").runs()[0].digest
+
+
+def test_two_graphs_that_are_called_alike_are_refused(tmp_path):
+    for folder, rooms in (("x", [0, 1]), ("y", [0, 0])):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "g.toml").write_text(f"key_rooms = {rooms}\nexit_room = 1\n")
+    words = f"graph={tmp_path}/x/g.toml,{tmp_path}/y/g.toml"
+    with pytest.raises(
+        InputError, match=r"would have the same row, on two goal graphs .* called alike: g.toml; give one"
+    ):
+        plan(words).runs()

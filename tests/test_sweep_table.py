@@ -52,6 +52,16 @@ def test_rows_of_other_values_stay(tmp_path):
     assert [row["digest"] for row in table.read()] == [run.digest for run in (*several, single)]
 
 
+def test_a_row_without_exclusions_stays_beside_one_with(tmp_path):
+    table = SweepTable(tmp_path)
+    of_several = plan("graph=rooms:3", "method=ppo", 'exclude=[[], ["b"]]', "seed=0").runs()
+    for run in of_several:
+        table.add(run, {"steps": 1})
+    (other,) = plan("graph=rooms:3", "method=ppo", 'exclude=[["b"]]', "gamma=0.5", "seed=0").runs()
+    table.add(other, {"steps": 1})
+    assert {row["digest"] for row in table.read()} == {of_several[0].digest, other.digest}
+
+
 def test_a_run_without_evaluations_has_no_milestones():
     (run,) = plan("seed=0", "evaluations=0").runs()
     row = {**run.identity, **{name: str(number) for name, number in NUMBERS.items()}, "digest": run.digest}
@@ -104,7 +114,7 @@ def test_a_summary_has_medians_and_their_spread():
     assert "single" not in summary.caption()
     assert summary.markdown().splitlines() == [
         "| method | runs | steps to 50% | steps to 95% | success | length | / shortest | greedy |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|",
         "| hippo | 3 | - | 1.20M (900k to 1.20M) | 50.0% | 40 | 1.50 | 50.0% |",
         "| ppo | 2 | - | - | 25.0% | 40 | 1.50 | 50.0% |",
     ]

@@ -21,12 +21,12 @@ import tyro
 
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.factors import RATIO_HEADER, Factor, compare_methods, ratio_cells
-from benchmarks.study.markdown import table
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, milestone_of
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import read_toml
+from hierroom.runtime.markdown_table import markdown_table
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def compare(
 def markdown(planned: Sequence[PlannedComparison], found: Sequence[Factor]) -> str:
     """A row for each comparison."""
     rows = [[one.method, one.reference, *ratio_cells(factor)] for one, factor in zip(planned, found, strict=True)]
-    return table(["method", "reference", *RATIO_HEADER], rows)
+    return markdown_table(["method", "reference", *RATIO_HEADER], rows, n_names=2)
 
 
 def main() -> int:

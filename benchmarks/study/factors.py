@@ -23,12 +23,12 @@ import tyro
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate
 from benchmarks.study.hierarchy import ENOUGH, QUARTILES
-from benchmarks.study.markdown import table
 from benchmarks.study.paired import graphs_of_equal_runs, pair
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, method_names
 from hierroom.cli import run
 from hierroom.errors import InputError
+from hierroom.runtime.markdown_table import markdown_table
 
 RATIO_HEADER = ("compared by", "steps / reference's", "verdict", "slower on")
 HEADER = ("method", *RATIO_HEADER, "success", f"above {ENOUGH:.0%} on")
@@ -137,7 +137,7 @@ def compare_methods(
 
 def markdown(found: Sequence[Factor]) -> str:
     """A row for each method; the reference is compared with none."""
-    return table(HEADER, [cells(one) for one in found])
+    return markdown_table(HEADER, [cells(one) for one in found])
 
 
 def cells(one: Factor) -> list[str]:

@@ -21,13 +21,13 @@ import numpy as np
 import tyro
 
 from benchmarks.study.bootstrap import Bootstrap
-from benchmarks.study.markdown import table
 from benchmarks.study.paired import median_ratios, pair
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, measures_of
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
+from hierroom.runtime.markdown_table import markdown_table
 from hierroom.sweep.summary import steps_text
 
 Grouping = Literal["exit_depth", "width", "rooms"]
@@ -161,7 +161,7 @@ def markdown(found: Sequence[Comparison], options: Options) -> str:
                 *_working(alike),
             ]
         )
-    return table(header, rows)
+    return markdown_table(header, rows)
 
 
 def hardest(found: Sequence[Comparison], measured: Sequence[Row], measure: str) -> list[Comparison]:

@@ -16,10 +16,10 @@ import tyro
 
 from benchmarks.study import factors
 from benchmarks.study.factors import Factor
-from benchmarks.study.markdown import table
 from benchmarks.study.tables import Row, known_measures, read_rows
 from hierroom.cli import run
 from hierroom.errors import InputError
+from hierroom.runtime.markdown_table import markdown_table
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ def levels(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> di
 def markdown(found: Mapping[str, Sequence[Factor]]) -> str:
     """A row for each kind of levels and each method."""
     rows = [[kind, *factors.cells(one)] for kind, several in found.items() for one in several]
-    return table(["levels", *factors.HEADER], rows)
+    return markdown_table(["levels", *factors.HEADER], rows, n_names=2)
 
 
 def main() -> int:

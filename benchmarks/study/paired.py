@@ -14,8 +14,8 @@ from benchmarks.study.tables import Row
 from benchmarks.study.trained import Milestone, Trained, by_rule, medians, method_names, read_trained
 from hierroom.errors import InputError
 
-TELLING = ("area_under_curve", "length", "greedy_length")
-"""Columns of results that two different runs share by chance only where both learned nothing."""
+TELLING = ("area_under_curve", "length", "greedy_length", "achieved_", "steps_to_")
+"""How columns of results begin that two different runs do not share, all of them, where they learned anything."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,18 +150,22 @@ def graphs_of_equal_runs(rows: Sequence[Row], methods: tuple[str, str]) -> froze
     One seed is enough, because equal runs differ by rounding where they were made on different kinds of processor.
 
     Args:
-        rows: of a table of training runs; without the columns of `TELLING` no runs count as equal.
+        rows: of a table of training runs; without the areas under the learning curves no runs count as equal.
         methods: the names of the methods.
     """
     ends: dict[str, list[set[tuple[str, ...]]]] = {}
     for row, name in zip(rows, method_names(rows), strict=True):
         for n, method in enumerate(methods):
             if name == method:
-                told = (row["seed"], *(row.get(column, "") for column in TELLING))
+                told = (row["seed"], row.get("area_under_curve", ""), *_results(row))
                 ends.setdefault(row["graph"], [set(), set()])[n].add(told)
     return frozenset(
         graph for graph, (first, second) in ends.items() if any(float(area or 0) for _, area, *_ in first & second)
     )
+
+
+def _results(row: Row) -> list[str]:
+    return [text for column, text in sorted(row.items()) if column.startswith(TELLING)]
 
 
 def _of_methods(trained: Sequence[Trained], names: Sequence[str]) -> list[Trained]:

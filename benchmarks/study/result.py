@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.study.correlations import Estimate, ceiling
-from benchmarks.study.markdown import table
 from benchmarks.study.tables import Row
 from hierroom.errors import InputError
+from hierroom.runtime.markdown_table import markdown_table
 
 PRINTED = (
     "spearman",
@@ -77,7 +77,7 @@ def markdown(result: Result, shown: Sequence[str] = ()) -> str:
     caption += f", {_seeds_text(*result.seeds)}"
     caption += f"; on {estimates[NEVER].value:.0f} half of the seeds or more never get there" if is_of_steps else ""
     rows = [[name, *(str(estimates[name, one]) for one in PRINTED)] for name in shown or result.measures]
-    lines = [f"**{result.method}**, {caption}:", "", table(["measure", *PRINTED], rows)]
+    lines = [f"**{result.method}**, {caption}:", "", markdown_table(["measure", *PRINTED], rows)]
     if not np.isnan(estimates[HALVES].value):
         could_have = f"a measure without noise could have: {ceiling(estimates[HALVES])}"
         lines += ["", f"split-half reliability: {estimates[HALVES]}; {could_have}"]
@@ -105,7 +105,11 @@ def csv_text(results: Sequence[Result]) -> str:
 
 
 def results_of(rows: Sequence[Row]) -> list[Result]:
-    """What rows that `csv_text` wrote say of each method."""
+    """What rows that `csv_text` wrote say of each method.
+
+    Raises:
+        InputError: if a number is missing, as of a table that an older version wrote.
+    """
     by_method: dict[str, list[Row]] = {}
     for row in rows:
         by_method.setdefault(row["method"], []).append(row)
@@ -118,6 +122,9 @@ def _result(method: str, rows: Sequence[Row]) -> Result:
         name: Estimate(*(float(row[number] or "nan") for number in ("value", "low", "high")))
         for name, row in by_name.items()
     }
+    if missing := [" ".join(name) for name in NOISE if name not in by_name]:
+        lacking = f"the correlations of {method} lack {', '.join(missing)}"
+        raise InputError(f"{lacking}; python -m benchmarks.page_statistics writes them anew")
     known = by_name[HALVES]
     seeds = int(known["seeds_min"]), int(known["seeds_max"])
     return Result(method, known["outcome"], int(known["graphs"]), int(by_name[TWINS]["graphs"]), seeds, estimates)

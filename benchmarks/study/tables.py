@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
+from itertools import dropwhile
 from pathlib import Path
 
 from hierroom.errors import InputError
@@ -59,13 +60,13 @@ def first_seeds(rows: Sequence[Row], n_seeds: int | None) -> list[Row]:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """The rows of a CSV file, such as a table of training runs; lines that begin with # are comments.
+    """The rows of a CSV file, such as a table of training runs; lines before its headings may begin with # as comments.
 
     Raises:
         InputError: if it cannot be read, or a row has another number of columns than its headings.
     """
     try:
-        lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+        lines = dropwhile(lambda line: line.startswith("#"), path.read_text().splitlines())
         rows: list[Row] = [*csv.DictReader(lines, strict=True)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"cannot read the table {path}: {error}") from error

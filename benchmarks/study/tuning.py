@@ -15,10 +15,10 @@ from pathlib import Path
 
 import tyro
 
-from benchmarks.study.markdown import table
 from benchmarks.study.tables import Row, read_rows
 from hierroom.cli import run
 from hierroom.errors import InputError
+from hierroom.runtime.markdown_table import markdown_table
 
 TUNED = ("learning_rate", "novelty_bonus", "curiosity_weight", "gamma")
 """What may be tuned, columns of the tables."""
@@ -110,7 +110,7 @@ def _numbers(row: Row) -> dict[str, float]:
 
 def markdown(found: Sequence[Tuned]) -> str:
     """A row for each method."""
-    return table(HEADER, [_cells(one) for one in found])
+    return markdown_table(HEADER, [_cells(one) for one in found])
 
 
 def _cells(one: Tuned) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import cast
 
 import torch
@@ -18,7 +19,7 @@ _TOLERANCE = 1e-3
 def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
     """Let two environments, and one alone, take three turns, and refuse what the learner could not train.
 
-    Afterwards the network's weights, buffers, gradients and modes, and torch's random numbers, are as before.
+    Afterwards the network's weights, buffers and modes, and torch's random numbers, are as before; gradients are None.
 
     Args:
         name: of the network, for messages.
@@ -27,14 +28,16 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
 
     Raises:
         InputError: if the network has no weights to learn, raises an error, gives outputs of other shapes and types
-            than the protocol's, gives outputs without a gradient, or if its `sequence` differs from its `step`.
+            than the protocol's, outputs that are not finite or have no gradient, or if its `sequence` differs from its
+            `step`.
     """
     if not any(parameter.requires_grad for parameter in network.parameters()):
         raise InputError(f"{name} has no weights to learn: no parameter requires a gradient")
     policy = cast(PolicyNetwork, network)
     modes = {module: module.training for module in network.modules()}
     with own_code(f"{name}, in its first turns,"), torch.random.fork_rng([]):
-        before = {key: value.clone() for key, value in network.state_dict().items()}
+        before = deepcopy(network.state_dict())
+        buffers = {name: buffer.clone() for name, buffer in network.named_buffers()}  # those that no state has, too
         for n_envs in (2, 1):
             _take_turns(name, policy, space, n_envs)
         network.zero_grad()
@@ -42,6 +45,9 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
         _compare(name, policy, space)
         for module, mode in modes.items():
             module.training = mode
+        for name, buffer in buffers.items():
+            module, _, attribute = name.rpartition(".")
+            setattr(network.get_submodule(module), attribute, buffer)
         network.load_state_dict(before)
 
 
@@ -58,7 +64,7 @@ def _take_turns(name: str, network: PolicyNetwork, space: AgentSpace, n_envs: in
         start = tuple(state.shape)
         if len(start) != 2 or start[0] != n_envs:
             raise InputError(f"{name} gives {n_envs} environments an initial state of shape {start}, not rows")
-        logits, values, after = network.step(features[0], state)
+        logits, values, after = network.step(features[0].clone(), state.clone())  # it may write to what it is given
     all_logits, all_values = network.sequence(features, state, torch.zeros(_N_TURNS, n_envs, dtype=torch.bool))
     trained = {"logits of sequence": all_logits, "values of sequence": all_values}
     outputs = {"an initial state": state, "logits of step": logits, "values of step": values, "state of step": after}
@@ -69,6 +75,8 @@ def _take_turns(name: str, network: PolicyNetwork, space: AgentSpace, n_envs: in
             raise InputError(f"{name} gives {what} of shape {tuple(output.shape)}, not {shape}")
         if output.dtype is not torch.float32:
             raise InputError(f"{name} gives {what} of {output.dtype}, not torch.float32")
+        if not output.isfinite().all():
+            raise InputError(f"{name} gives {what} that are not finite: {output[~output.isfinite()][0]:g}")
     for what, output in trained.items():
         if not output.requires_grad:
             raise InputError(f"{name} gives {what} without a gradient: no weight can learn from them")
@@ -84,7 +92,8 @@ def _compare(name: str, network: PolicyNetwork, space: AgentSpace) -> None:
         start = state = network.initial_state(2)
         played = []
         for turn, reset in zip(features, resets, strict=True):
-            *outputs, state = network.step(turn, torch.where(reset.unsqueeze(1), network.initial_state(2), state))
+            begun = torch.where(reset.unsqueeze(1), network.initial_state(2), state)
+            *outputs, state = network.step(turn.clone(), begun)
             played.append(outputs)
         trained = network.sequence(features, start, resets)
     for what, turns, whole in zip(("logits", "values"), zip(*played, strict=True), trained, strict=True):

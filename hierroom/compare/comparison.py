@@ -45,7 +45,7 @@ class GroupSummary:
         auc: [1] the interquartile mean of the areas under the curves.
         auc_mean: [1] their mean.
         steps_to: for each of `SUCCESS_LEVELS` the median of the steps until a curve of the success rate is that high;
-            infinity if fewer than half are.
+            infinity if half or fewer are.
         reached: for each of them the fraction of the curves that are that high somewhere.
     """
 

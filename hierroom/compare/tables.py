@@ -180,7 +180,7 @@ def _probability(estimate: Estimate) -> str:
 
 
 def _censored(steps: float, reached: float, end: float) -> str:
-    """``-`` where no run was that good, ``>1.00M`` where fewer than half were."""
+    """``-`` where no run was that good, ``>1.00M`` where half or fewer were."""
     if math.isfinite(steps):
         return _steps(steps)
     return f">{_steps(end)}" if reached else "-"

@@ -18,7 +18,6 @@ from hierroom.complexity.tables import (
     csv_text,
     latex_table,
     latex_text,
-    markdown_table,
     markdown_text,
     report_cells,
 )
@@ -27,6 +26,7 @@ from hierroom.env_config import GRAPHS
 from hierroom.errors import InputError
 from hierroom.files import to_json
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, graph_specs, is_graph_set
+from hierroom.runtime.markdown_table import markdown_table
 
 MAX_LISTED_ROOMS = 8
 """There are 612 goal graphs of 8 rooms. The 1,747 of 9 rooms would take most of a minute."""
@@ -232,7 +232,7 @@ def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...]) 
     elif options.csv:
         print_measures_csv(measured)
     elif options.latex or options.markdown:
-        print(measures_table(measured, latex_table if options.latex else markdown_table), end="")
+        print(measures_table(measured, latex_table if options.latex else markdown_table))
     else:
         print_measures(measured, title)
 

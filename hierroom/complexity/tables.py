@@ -14,6 +14,7 @@ from hierroom.complexity.observed import Interval
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.report import ComplexityReport
 from hierroom.errors import InputError, shown
+from hierroom.runtime.markdown_table import markdown_table
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-not-found]
@@ -77,7 +78,7 @@ def csv_text(reports: Iterable[ComplexityReport]) -> str:
 
 
 def latex_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A LaTeX tabular with the rules of booktabs.
+    """A LaTeX tabular with the rules of booktabs, without a line break at the end.
 
     Args:
         heads: the headings, the first that of names.
@@ -88,24 +89,17 @@ def latex_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     for cells in rows:
         texts = (r"$\infty$" if cell == "inf" else cell.translate(TEX).replace(" +- ", r" $\pm$ ") for cell in cells)
         lines.append(" & ".join(texts) + r" \\")
-    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
-
-
-def markdown_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A Markdown table; arguments as for `latex_table`."""
-    lines = ["| " + " | ".join(heads) + " |", "|---|" + "---:|" * (len(heads) - 1)]
-    lines += ["| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |" for cells in rows]
-    return "\n".join([*lines, ""])
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
 
 
 def latex_text(reports: Iterable[ComplexityReport]) -> str:
     """The list as a LaTeX tabular, rounded as it is printed."""
-    return latex_table(HEADS, map(report_cells, reports))
+    return latex_table(HEADS, map(report_cells, reports)) + "\n"
 
 
 def markdown_text(reports: Iterable[ComplexityReport]) -> str:
     """The list as a Markdown table, rounded as it is printed."""
-    return markdown_table(HEADS, map(report_cells, reports))
+    return markdown_table(HEADS, map(report_cells, reports)) + "\n"
 
 
 def to_frame(

@@ -51,7 +51,8 @@ class TorchBackend:
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
         """Compute one turn: logits [M, A], values [M] and new states [M, S] from features [M, K] and states [M, S]."""
         with torch.no_grad(), self._own_code():
-            outputs = self._network.step(self._tensor(features), self._tensor(states))
+            # Copies: a user's own network may write to what it is given, and the arrays are kept for the update.
+            outputs = self._network.step(self._tensor(features.copy()), self._tensor(states.copy()))
         logits, values, new_states = (output.cpu().numpy() for output in outputs)
         return logits, values, new_states
 

@@ -19,8 +19,8 @@ class MethodOrder:
     Args:
         graph: a to g.
         paper: the names by the paper's means, `>` between two, `=` where it prints the same number.
-        ours: the names by our means, `>` where the 95% intervals of two neighbours lie apart, `~` where they overlap
-            and always of a single seed, which has none.
+        ours: the names by our means, `>` where the 95% intervals of two neighbours lie apart, `=` where they have the
+            same mean, else `~`, as always of a single seed, which has no interval.
     """
 
     graph: str
@@ -63,6 +63,10 @@ class _Method:
     def is_better(self, other: _Method) -> bool:
         return self.ours - self.half_width > other.ours + other.half_width  # NaN of a single seed: never
 
+    def sign_before(self, other: _Method) -> str:
+        """What stands between it and the next one."""
+        return " = " if self.ours == other.ours else " > " if self.is_better(other) else " ~ "
+
 
 def method_orders(cells: Sequence[ComparedCell], quantity: str) -> list[MethodOrder]:
     """The order of the methods on each graph.
@@ -77,7 +81,7 @@ def method_orders(cells: Sequence[ComparedCell], quantity: str) -> list[MethodOr
         by_paper = sorted(methods, key=lambda method: -method.paper)
         by_ours = sorted(methods, key=lambda method: -method.ours)
         paper = [" = " if one.paper == other.paper else " > " for one, other in pairwise(by_paper)]
-        ours = [" > " if one.is_better(other) else " ~ " for one, other in pairwise(by_ours)]
+        ours = [one.sign_before(other) for one, other in pairwise(by_ours)]
         orders.append(MethodOrder(graph, _joined(by_paper, paper), _joined(by_ours, ours)))
     return orders
 

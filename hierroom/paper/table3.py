@@ -14,13 +14,13 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from hierroom.complexity.tables import markdown_table
 from hierroom.errors import InputError
 from hierroom.paper.cells import STEPS_ENDS, ComparedCell, table_3
 from hierroom.paper.order import LEGEND, method_orders, pair_counts
 from hierroom.paper.prediction import prediction
 from hierroom.paper.published import METHODS
 from hierroom.paper.runs import PaperRuns
+from hierroom.runtime.markdown_table import markdown_table
 from hierroom.runtime.printed_table import print_table
 from hierroom.sweep.summary import steps_text
 
@@ -98,7 +98,7 @@ class _Part:
     def markdown(self) -> str:
         """For a page."""
         table = markdown_table(self.headings, [line for group in self.groups for line in group])
-        return f"{self.title} ({self.legend}):\n\n{table.strip()}"
+        return f"{self.title} ({self.legend}):\n\n{table}"
 
 
 def _parts(cells: Sequence[ComparedCell], steps: int) -> list[_Part]:

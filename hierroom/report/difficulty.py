@@ -48,7 +48,7 @@ def complexities(runs: Sequence[ReportedRun]) -> tuple[list[dict[str, Any]], lis
 
 
 def learning_points(curves: Curves) -> list[dict[str, Any]]:
-    """How many steps each group needed on each graph: the median over its runs; None where fewer than half got there.
+    """How many steps each group needed on each graph: the median over its runs; None where half or fewer got there.
 
     Returns:
         for each group and graph: numbers by level of success, and the ``last`` step that was looked at.

@@ -17,13 +17,16 @@ def print_table(table: Table, console: Console | None = None) -> None:
 
     Args:
         table: whose columns of numbers are justified to the right, and whose columns of names that are not to be folded
-            are not wrapped; the longest cell of each is the least width of its column.
+            are not wrapped; the longest cell of each is the least width of its column, and of one that is not wrapped
+            its heading, too.
         console: where it is printed; None: standard output.
     """
     console = console or Console()
     for column in table.columns:
         if column.justify == "right" or column.no_wrap:
-            column.min_width = max((cell_len(Text.from_markup(str(cell)).plain) for cell in column.cells), default=0)
+            texts = [*column.cells, column.header] if column.no_wrap else [*column.cells]
+            lines = [line for text in texts for line in Text.from_markup(str(text)).plain.splitlines()]
+            column.min_width = max(map(cell_len, lines), default=0)
     least = Measurement.get(console, console.options.update(width=_WIDEST), table).minimum
     if least > console.width:
         table.width = least

@@ -12,7 +12,7 @@ import tyro
 from rich.console import Console
 
 from hierroom.cli import one_line_usage, program, run, words
-from hierroom.errors import require_number
+from hierroom.errors import InputError, require_number
 from hierroom.runtime.printed_table import print_table
 from hierroom.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.sweep.summary import summarise
@@ -35,7 +35,7 @@ class SweepArguments:
         graphs: goal graphs or sets of them, such as a b rooms:4, on each of which there is a run of its own.
         seeds: seeds 0, 1, ... of each run.
         episodes: of the evaluation at the end of each run.
-        metas: other meta-controllers with which the trained controllers are evaluated too.
+        metas: other meta-controllers with which the trained controllers that see goals are evaluated too.
         processes: runs at a time; by default one for each core.
         shard: a part of the runs, such as 3/8 for the third of eight machines that share no more than OUT or nothing.
         ray: address of a Ray cluster on whose machines the runs are done: auto, HOST:6379 or ray://HOST:10001.
@@ -78,6 +78,10 @@ def main() -> int:
     argv = words()
     with one_line_usage(argv):
         arguments = tyro.cli(SweepArguments, prog=program("sweep"), args=argv)
+    if not arguments.what and not arguments.graphs:
+        raise InputError(
+            "say what to train: entries with values to try such as method=hippo,ppo, a TOML file, or --graphs"
+        )
     if arguments.processes is not None:
         require_number("processes", arguments.processes, 1, 1024, is_whole=True)
     shard = Shard.parse(arguments.shard)
@@ -102,7 +106,8 @@ def main() -> int:
         console.print(f"failed: {failed.name}: {reason}", markup=False, highlight=False, soft_wrap=True)
     if changed := sweep.made_with_other_code():
         others = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
-        warn(f"own code has changed since {changed[0]}{others} was trained; to train again, delete rows from {table}")
+        again = f"to train again, delete the rows from {table}, and the folders in {sweep.out / 'runs'}"
+        warn(f"own code has changed since {changed[0]}{others} was trained; {again}")
     if outcome.is_interrupted:
         again = shlex.join(["python", "-m", "hierroom.sweep", *sys.argv[1:]])
         console.print(f"stopped and saved; go on with:\n{again}", markup=False, highlight=False, soft_wrap=True)

@@ -90,8 +90,15 @@ def _pack(folder: Path) -> bytes:
 
 
 def _unpack(content: bytes, folder: Path) -> None:
-    """Write the folder of a run that came back; nothing outside of it, whatever the archive names."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Write the folder of a run that came back, whole or not at all; nothing outside of it, whatever the archive names.
+
+    A folder that is there holds a part of the run, which was trained again from its beginning.
+    """
     kinds: dict[str, Any] = {"fileobj": io.BytesIO(content), "mode": "r:gz"}
-    with tarfile.open(**kinds) as archive:
-        archive.extractall(folder, filter="data")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as place, tarfile.open(**kinds) as archive:
+        whole = Path(place, "whole")
+        archive.extractall(whole, filter="data")
+        if folder.exists():
+            folder.rename(Path(place, "part"))
+        whole.rename(folder)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hierroom.sweep.job import Job
 
 MAX_TRIES = 3
-"""How often a run is begun or gone on with whose process is killed."""
+"""How often a run is begun or gone on with whose process is killed or stopped."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Failed:
 
 @dataclass(frozen=True)
 class Retried:
-    """The process that worked on a job was killed; it begins again where its last checkpoint is."""
+    """The process that worked on a job was killed or stopped; it begins again where its last checkpoint is."""
 
     job: Job
 

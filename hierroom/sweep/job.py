@@ -19,6 +19,7 @@ from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import MILESTONES, Crossing, LearningCurve
 from hierroom.training.output import lasting_output
 from hierroom.training.own_modules import own_code_digest
+from hierroom.training.provenance import changed_modules
 from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.session import begin, resume, train
@@ -26,6 +27,8 @@ from hierroom.training.trainer import Trainer
 
 Report = Callable[[int, str], object]
 """Takes the steps trained so far and a few words."""
+_loaded_code: dict[tuple[str, ...], str] = {}
+"""Digests of own code by what names it. Whatever becomes of its files, a process goes on with what it loaded first."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,7 @@ class Job:
         run: what to train.
         folder: of the run; one that holds a part of the run is gone on with.
         episodes: of each evaluation at the end.
-        metas: other meta-controllers with which the trained controller is evaluated too.
+        metas: other meta-controllers with which the trained controller, if it sees goals, is evaluated too.
         command: the command that began the sweep.
     """
 
@@ -59,19 +62,23 @@ class Job:
             held = RunFolder.open(self.folder)
             if differences := held.config().differences(config):
                 raise InputError(f"{self.folder} holds another run: {', '.join(differences)}; move it away")
+            if changes := changed_modules(self.folder, config):
+                raise InputError(f"{changes[0]}; move {self.folder} away to train this run with the code as it is now")
             try:
                 trainer, folder = resume(config, self.folder)
             except CheckpointError as error:
                 raise InputError(f"{error}; move {self.folder} away to train this run from its beginning") from error
         else:
             trainer, folder = begin(config, self.folder)
+        own = *(config.entries[name] for name in ("meta", "network", "reward")), *self.metas
+        own_code = _loaded_code.setdefault(tuple(map(str, own)), own_code_digest(config, self.metas))
         silent = Console(file=io.StringIO())
         with folder.lock, lasting_output(), Interrupt(hears_ctrl_c=False) as interrupt:
             train(trainer, folder, interrupt, lambda words: report(trainer.steps, words))
             if not trainer.is_done:
                 return None
             write_results(trainer, folder, silent)
-            return self._numbers(trainer, folder)
+            return self._numbers(trainer, folder) | {"own_code": own_code}
 
     def _numbers(self, trainer: Trainer, folder: RunFolder) -> dict[str, object]:
         """The results: milestones from the learning curve, then evaluations of all that was learned."""
@@ -86,7 +93,7 @@ class Job:
         sampled = trainer.evaluate(self.episodes)
         numbers |= _columns("", sampled)
         numbers |= _columns("greedy_", trainer.evaluate(self.episodes, is_greedy=True))
-        for meta in self.metas:
+        for meta in self.metas if trainer.config.resolved_method.controller.sees_goal else ():
             numbers |= _columns(f"{meta}_", trainer.evaluate(self.episodes, meta=meta))
         env = trainer.config.env
         if excluded := GraphSet(env.graph, env.exclude, env.drop_key).excluded:
@@ -94,7 +101,6 @@ class Job:
         for goal, (share, step) in sampled.steps_to_goals.items():
             name = goal.replace(" ", "_")
             numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}
-        numbers["own_code"] = own_code_digest(trainer.config)
         return numbers | {"version": hierroom.__version__, "command": self.command}
 
 

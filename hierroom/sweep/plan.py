@@ -67,7 +67,7 @@ class Plan:
         seeds: seeds 0, 1, ... of each run; None: ``seed`` of the values.
         variants: by name, further values of entries; each is combined with all others.
         episodes: of the evaluations at the end.
-        metas: other meta-controllers with which the trained controller is evaluated too.
+        metas: other meta-controllers with which a trained controller that sees goals is evaluated too.
 
     Raises:
         InputError: if an entry or a value cannot be used.
@@ -96,6 +96,7 @@ class Plan:
             InputError: if a config cannot be used, or two runs are the same.
         """
         runs: dict[str, PlannedRun] = {}
+        named: dict[tuple[str, ...], PlannedRun] = {}
         varied = self._varied()
         for seed, (variant, own), graph in product(self._seeds(), self._variants(), self._graphs()):
             values = {**self.values, **own, **seed, **graph}
@@ -103,8 +104,14 @@ class Plan:
                 run = self._run(variant, dict(zip(values, chosen, strict=True)), varied)
                 if run.digest in runs:
                     same = {name: one for name, one in run.identity.items() if one != runs[run.digest].identity[name]}
-                    raise InputError(f"two runs of the sweep are the same: {run.name} with {same}; leave one out")
+                    told = f"with {same}" if same else "from a value that is given twice"
+                    raise InputError(f"two runs of the sweep are the same: {run.name} {told}; leave one out")
                 runs[run.digest] = run
+                if named.setdefault(tuple(run.identity.values()), run) is not run:
+                    raise InputError(
+                        f"two runs of the sweep would have the same row, on two goal graphs or sets of them that are "
+                        f"called alike: {run.identity['graph']}; give one of the graphs another name"
+                    )
         return tuple(runs.values())
 
     def _seeds(self) -> list[dict[str, list[int]]]:
@@ -250,5 +257,5 @@ def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
 
 def _text(value: Any) -> str:
     if isinstance(value, (tuple, list)):
-        return " ".join(map(_text, value))
+        return " ".join(map(_text, value)) or "none"  # an empty cell would be one that the table lacks
     return value.name if isinstance(value, GoalGraph) else str(value)

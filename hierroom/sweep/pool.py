@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -32,7 +33,7 @@ class _Worker:
     @classmethod
     def start(cls) -> _Worker:
         ours, theirs = _SPAWN.Pipe()
-        process = _SPAWN.Process(target=_work, args=(theirs,), daemon=True)
+        process = _SPAWN.Process(target=_work, args=(theirs, sys.orig_argv), daemon=True)
         with _without_ctrl_c():
             process.start()
         theirs.close()  # so that ours ends when the process does
@@ -62,9 +63,11 @@ def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iter
                 if worker.job is None and waiting:
                     worker.give(waiting.popleft())
             for event in _heard(workers, 0.2):
+                if isinstance(event, Interrupted) and not interrupt.is_requested:
+                    event = Retried(event.job)  # its process alone was asked to stop, by a scheduler or by hand
                 if isinstance(event, Retried):
                     if tries[event.job.run.digest] == MAX_TRIES:
-                        event = Failed(event.job, f"its process was killed {MAX_TRIES} times")
+                        event = Failed(event.job, f"its process was killed or stopped {MAX_TRIES} times")
                     else:
                         tries[event.job.run.digest] += 1
                         waiting.appendleft(event.job)
@@ -126,8 +129,9 @@ def _without_ctrl_c() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _work(connection: Connection) -> None:
+def _work(connection: Connection, command: list[str]) -> None:
     """What a process of the pool does: jobs, until the sweep is over."""
+    sys.orig_argv = command  # of which the runs are to tell, not of how multiprocessing starts a process
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches it too; the sweep asks it to stop by SIGTERM
     while True:
         try:

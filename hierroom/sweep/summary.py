@@ -10,6 +10,7 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
+from hierroom.runtime.markdown_table import markdown_table
 from hierroom.sweep.plan import PlannedRun
 from hierroom.sweep.table import Row
 
@@ -45,12 +46,10 @@ class Summary:
 
     def markdown(self) -> str:
         """As a table in Markdown."""
-        rule = ("---",) * len(self.headings)
-        rows = [[cell.replace("|", r"\|") for cell in cells] for cells in (self.headings, rule, *self.lines)]
-        return "\n".join(f"| {' | '.join(cells)} |" for cells in rows)
+        return markdown_table(self.headings, self.lines, self.n_names)
 
 
-CAPTION = "medians of the seeds, in brackets from the lowest to the highest; -: fewer than half got so far"
+CAPTION = "medians of the seeds, in brackets from the lowest to the highest; -: half or more did not get so far"
 SINGLE_RUNS = "; of a single run, in square brackets the 95% interval that its evaluations leave"
 
 

@@ -76,11 +76,13 @@ class Sweep:
     def made_with_other_code(self) -> list[str]:
         """The names of the runs that are done and whose own code (meta-controller, network, reward) has changed since.
 
-        A row tells a digest of the files of that code; rows that were written before rows did are taken as they are.
+        A row tells a digest of the files of that code. Rows that tell none are taken as they are, and so is every row
+        where the files are not found.
         """
         told = {row["digest"]: row.get("own_code") for row in self.table.read()}
         done = [run for run in self.plan.runs() if told.get(run.digest)]
-        return [run.name for run in done if told[run.digest] != own_code_digest(run.config)]
+        now = {run.digest: own_code_digest(run.config, self.plan.metas) for run in done}
+        return [run.name for run in done if now[run.digest] and told[run.digest] != now[run.digest]]
 
     def fill(
         self,
@@ -105,6 +107,7 @@ class Sweep:
                 no cluster; then nothing is trained.
         """
         runs = shard.of(self.plan.runs())
+        self.table.complete(runs)
         have = {row["digest"] for row in self.table.of(runs)}
         missing = [run for run in runs if run.digest not in have]
         if not missing:

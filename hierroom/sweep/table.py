@@ -54,6 +54,21 @@ class SweepTable:
             curves.setdefault(row["digest"], []).append(row)
         return curves
 
+    def complete(self, runs: Sequence[PlannedRun]) -> None:
+        """Write into the rows of some runs the columns that tell them apart, and that the table lacked until now.
+
+        Raises:
+            InputError: if the file cannot be read or written.
+        """
+        if not self.path.exists():
+            return
+        identities = {run.digest: run.identity for run in runs}
+        with FileLock(self.path.with_name(f".{self.path.name}.lock")):
+            before = self.read()
+            rows = [{**row, **identities.get(row["digest"], {})} for row in before]
+            if rows != before:
+                _write(self.path, rows, [*runs[0].identity])
+
     def add(self, run: PlannedRun, numbers: Mapping[str, object], evaluations: Sequence[Row] = ()) -> None:
         """Add the row of a run, in the place of one that an older config of the same run had.
 

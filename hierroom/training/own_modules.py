@@ -5,15 +5,16 @@ from __future__ import annotations
 import ast
 import hashlib
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import entry_points
-from importlib.util import resolve_name
+from importlib.util import find_spec, resolve_name
 from pathlib import Path
 
 from hierroom.training.config import TrainConfig
 
 MAX_FILES, MAX_BYTES = 50, 2**20
+_MORE = "..."
 _PLUGGED = ("meta", "network", "reward")
 """Entries that may name a class of the user's own."""
 
@@ -38,7 +39,7 @@ class ModuleFile:
         return None if self.content is None else hashlib.sha256(self.content).hexdigest()
 
 
-def find_module_files(config: TrainConfig) -> list[ModuleFile]:
+def find_module_files(config: TrainConfig, metas: Sequence[str] = ()) -> list[ModuleFile]:
     """The files of the modules that a config names, and of what these import from the same folder.
 
     A module that is not loaded is looked for in the current folder and where Python looks. Of an installed package only
@@ -46,12 +47,13 @@ def find_module_files(config: TrainConfig) -> list[ModuleFile]:
 
     Args:
         config: whose meta-controller, network and reward may be a user's own.
+        metas: further meta-controllers.
 
     Returns:
-        the files by their names, at most 50.
+        the files by their names, at most 50; where there are more, one named ``...`` beside them.
     """
     files: dict[str, ModuleFile] = {}
-    for module in _modules(config):
+    for module in _modules(config, metas):
         path = _file_of(module)
         if path is None or Path(path).suffix != ".py":
             files.setdefault(module, ModuleFile(module, None, "it has no Python source"))
@@ -65,30 +67,45 @@ def find_module_files(config: TrainConfig) -> list[ModuleFile]:
     return [files[name] for name in sorted(files)]
 
 
-def own_code_digest(config: TrainConfig) -> str:
+def own_code_digest(config: TrainConfig, metas: Sequence[str] = ()) -> str:
     """A digest of the files of `find_module_files`, by which a change in them is seen.
 
     Args:
         config: whose meta-controller, network and reward may be a user's own.
+        metas: further meta-controllers.
 
     Returns:
-        16 hexadecimal digits of a SHA-256; empty where all that the config names ships with hierroom.
+        16 hexadecimal digits of a SHA-256; empty where all that is named ships with hierroom, or a file of it is not
+        found.
     """
-    files = [(file.name, file.digest) for file in find_module_files(config)]
-    return hashlib.sha256(repr(files).encode()).hexdigest()[:16] if files else ""
+    files = [(file.name, file.digest) for file in find_module_files(config, metas) if file.name != _MORE]
+    is_told = files and all(digest for _, digest in files)
+    return hashlib.sha256(repr(files).encode()).hexdigest()[:16] if is_told else ""
 
 
-def _modules(config: TrainConfig) -> list[str]:
-    """The modules of a user's own that a config names, each once."""
-    return [*dict.fromkeys(filter(None, (_module_of(config.entries[entry]) for entry in _PLUGGED)))]
+def _modules(config: TrainConfig, metas: Sequence[str]) -> list[str]:
+    """The modules of a user's own that are named, each once."""
+    named = [*(config.entries[entry] for entry in _PLUGGED), *metas]
+    return [*dict.fromkeys(filter(None, map(_module_of, named)))]
 
 
 def _file_of(module: str) -> str | Path | None:
     """The file of a module, loaded or not; None where it has none."""
     if module in sys.modules:
         return getattr(sys.modules[module], "__file__", None)
-    found = (_source(Path(folder), module) for folder in (Path.cwd(), *sys.path))
+    found = (_source(Path(folder), module) for folder in (Path.cwd(), *sys.path, *_folders_of_finders(module)))
     return next(filter(None, found), None)
+
+
+def _folders_of_finders(module: str) -> Iterator[Path]:
+    """Where the top package of a module lies as Python's finders tell, such as those of editable installs."""
+    try:
+        spec = find_spec(module.partition(".")[0])
+    except (ImportError, ValueError):  # a finder that fails; a module of that name that was loaded in an odd way
+        return
+    if spec is not None:
+        packages = spec.submodule_search_locations or ([] if spec.origin is None else [spec.origin])
+        yield from (Path(place).parent for place in packages)
 
 
 def _module_of(spec: object) -> str | None:
@@ -111,8 +128,8 @@ def _gather(first: str, root: Path, files: dict[str, ModuleFile]) -> None:
         if path in seen or path is None or top == "hierroom" or (is_installed and top != first.partition(".")[0]):
             continue
         seen.add(path)
-        if len(files) == MAX_FILES:
-            files["..."] = ModuleFile("...", None, f"these and others are more than {MAX_FILES} files")
+        if len(files) >= MAX_FILES:
+            files[_MORE] = ModuleFile(_MORE, None, f"these and others are more than {MAX_FILES} files")
             return
         file = _read(path, path.relative_to(root).as_posix())
         files[file.name] = file
@@ -148,7 +165,11 @@ def _imports(file: ModuleFile, package: str) -> Iterator[str]:
     for node in nodes:
         if isinstance(node, ast.ImportFrom):
             base = "." * node.level + (node.module or "")
-            base = resolve_name(base, package) if node.level and package else base
+            if node.level and package:
+                try:
+                    base = resolve_name(base, package)
+                except ImportError:  # from beyond the top package; the file may well catch that
+                    continue
             names += [base, *(f"{base}.{alias.name}" for alias in node.names)]
     for name in names:
         parts = [part for part in name.split(".") if part.isidentifier()]

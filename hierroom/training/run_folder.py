@@ -189,7 +189,9 @@ class RunFolder:
         except OSError as error:
             raise InputError(f"cannot read the checkpoint {path}: {error.strerror}") from error
         except InputError as error:
-            raise CheckpointError(f"the checkpoint {path} {error}") from error
+            others = sorted(other for other in paths if paths[other] < path)
+            before = f"; without it the run goes on from {paths[others[-1]].name}" if others else ""
+            raise CheckpointError(f"the checkpoint {path} {error}{before}") from error
 
     def require_same_config(
         self, config: TrainConfig, checkpoint: Mapping[str, Any], besides: Collection[str] = ()

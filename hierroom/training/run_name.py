@@ -17,7 +17,7 @@ MAX_NAMED_GRAPHS = 4
 """How many graphs or sets of them stand in a name; of the rest there is the number."""
 _META_LENGTH, _GRAPH_LENGTH, _SEED_LENGTH = 20, 24, 18
 _TOLD_SEPARATELY = frozenset({"env", "agents", "ppo", "method", "meta", "graph", "exclude", "seed", "preset"})
-_CHANGED_WHEN_RESUMED = frozenset({"threads", "device"})
+_NEVER_TOLD = frozenset({"threads", "device"})
 
 
 def run_name(config: TrainConfig) -> str:
@@ -68,7 +68,7 @@ def _differences(config: TrainConfig) -> Iterator[str]:
     preset = find_preset(config.preset)
     usual = preset.entries
     for name, value in config.entries.items():
-        if name in _TOLD_SEPARATELY | _CHANGED_WHEN_RESUMED or value == usual[name]:
+        if name in _TOLD_SEPARATELY | _NEVER_TOLD or value == usual[name]:
             continue
         if name == "meta_ppo":
             usual_ppo = vars(preset.meta_ppo)

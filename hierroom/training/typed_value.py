@@ -28,7 +28,7 @@ def entry_types(part: type) -> dict[str, Any]:
 
 
 def typed_value(name: str, kind: Any, value: Any) -> Any:
-    """The value that a file holds for an entry, as one of the entry's type: lists as tuples, whole numbers as floats.
+    """The value that a file holds for an entry, as one of the entry's type: lists as tuples, numbers as its kind.
 
     Args:
         name: of the entry, for the message.
@@ -73,6 +73,8 @@ def _typed(kind: Any, value: Any) -> Any:
         return None
     elif kind is float and type(value) is int:
         return float(value)
+    elif kind is int and type(value) is float and value.is_integer():
+        return int(value)
     elif isinstance(kind, type) and type(value) is kind:
         return value
     raise TypeError

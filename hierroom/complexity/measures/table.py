@@ -120,7 +120,7 @@ def measures_table(
 
     Args:
         measured: the measures.
-        table: `tables.latex_table` or `tables.markdown_table`.
+        table: `tables.latex_table` or `markdown_table`.
     """
     has_walk = all(graph.walk is not None for graph in measured)
     heads = ["graph", *MDP_COLUMNS, *(WALK_COLUMNS if has_walk else ())]
