@@ -129,13 +129,18 @@ def train(
 def main(argv: list[str] | None = None) -> int:
     """The command."""
     arguments = parse(argv)
+    from hierroom.complexity.graph_set import GraphSet
     from hierroom.training.logs import logger_names
+    from hierroom.training.output import warn
     from hierroom.training.session import begin, resume, run_session  # torch takes its time, and --help needs none
 
     loggers = logger_names(arguments.log)
     if arguments.resume:
         return run_session(*resume(arguments.config, arguments.resume), loggers)
     trainer, folder = begin(arguments.config, arguments.out)
+    env = arguments.config.env
+    for note in GraphSet(env.graph, env.exclude, env.drop_key).notes:
+        warn(note)
     if arguments.config_file is not None and arguments.config_file.name == "config.json":
         from hierroom.training.provenance import warn_of_changed_modules
 

@@ -160,3 +160,9 @@ def test_columns_to_sort_by_are_choices():
         assert all(column in said for column in COLUMNS)
     assert f"--sort {{None,{','.join(COLUMNS)}}}" in listed
     assert get_args(ColumnName) == tuple(COLUMNS)
+
+
+def test_a_graph_that_is_listed_by_another_name_is_told(tmp_path, printed, capsys):
+    (tmp_path / "mine.toml").write_text('name = "mine"\nkey_rooms = [2, 0]\nexit_room = 1\n')
+    show(ComplexityArguments(graph=("c", str(tmp_path / "mine.toml"))))
+    assert capsys.readouterr().err.startswith("note: goal graphs c and mine are the same")

@@ -175,3 +175,14 @@ def test_one_clear_message(arguments, message):
     with pytest.raises(InputError, match=message) as caught:
         GraphSet(*arguments)
     assert "\n" not in str(caught.value)
+
+
+def test_graphs_that_another_one_stands_for_are_told():
+    twin = GoalGraph((2, 0), 1, label="mine")
+    chosen = GraphSet(["c", twin, "rooms:3", "c"])
+    assert chosen.alike == (("mine", "c"),)
+    assert chosen.notes == [
+        "goal graphs c and mine are the same, but for names and the numbers of rooms, and are taken once"
+    ]
+    assert chosen.graphs[0].name == "c"
+    assert GraphSet(["c", "b"]).notes == GraphSet("c").notes == []

@@ -29,6 +29,7 @@ from hierroom.training.provenance import (
     describe_git,
     describe_session,
     record_session,
+    version_of_code,
 )
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512).changed(minibatches=2)
@@ -151,6 +152,23 @@ def test_a_checkout_names_no_program_that_git_runs(tmp_path):
     git("config", "filter.a=b.clean", f"touch {tmp_path}/ran; cat")
     assert describe_git(tmp_path) is None
     assert not Path("ran").exists()
+
+
+def test_the_version_of_a_checkout_tells_its_commit_now(tmp_path, monkeypatch):
+    git("init", "-q")
+    (tmp_path / "hierroom").mkdir()
+    Path("hierroom/__init__.py").write_text("")
+    git("add", ".")
+    git("commit", "-qm", "one")
+    monkeypatch.setattr(hierroom, "__version__", "1.2.dev3+gold")
+    assert version_of_code().startswith("1.2.dev3+g")
+    monkeypatch.setattr(hierroom, "__file__", str(tmp_path / "hierroom" / "__init__.py"))
+    commit = describe_git(tmp_path)["commit"]
+    assert version_of_code() == f"1.2.dev3+g{commit[:9]}"
+    Path("hierroom/__init__.py").write_text("X = 1")
+    assert version_of_code() == f"1.2.dev3+g{commit[:9]}.dirty"
+    monkeypatch.setattr(hierroom, "__file__", "/nowhere/hierroom/__init__.py")
+    assert version_of_code() == "1.2.dev3+gold"
 
 
 def test_no_secret_is_written(tmp_path, monkeypatch):

@@ -148,6 +148,15 @@ def test_steps_to_a_success_rate_stand_beside_complexity(tmp_path, capsys):
     assert '<section id="replay"' not in page.source
 
 
+def test_runs_that_cannot_be_played_take_no_place_of_those_that_can(tmp_path, capsys):
+    for name in ("one", "two"):
+        evaluated_runs.make_run(tmp_path / "in" / name, {"a": evaluated_runs.line(1.0)})
+    hierroom.train(**TINY, out=tmp_path / "in" / "whole")
+    page = report(tmp_path, tmp_path / "in", "--replays", 1)
+    assert [replay["run"] for replay in page.data["replays"]] == ["whole"]
+    assert "episodes were played by 1 of 3 runs" in capsys.readouterr().out
+
+
 def test_runs_that_cannot_be_compared_are_shown_one_by_one(tmp_path):
     for name in ("one", "same"):
         evaluated_runs.make_run(tmp_path / "in" / name, {"a": evaluated_runs.line(1.0)})

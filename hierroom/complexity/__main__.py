@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass
 from pathlib import Path
@@ -129,7 +130,10 @@ def show(options: ComplexityArguments) -> None:
     if (options.levels or options.horizon is not None) and not options.measures:
         raise InputError("--levels and --horizon go with --measures, which is missing")
     specs = _specs(options)
-    graphs = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS).graphs
+    chosen = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS)
+    graphs = chosen.graphs
+    for note in chosen.notes:
+        print(f"note: {note}", file=sys.stderr)
     if options.measures:
         _show_measures(options, graphs)
         return

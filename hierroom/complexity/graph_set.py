@@ -44,6 +44,8 @@ class GraphSet:
         graphs: the graphs in the order of the specs, those of an interval from the easiest on. What is given by itself
             keeps its name and its numbers of rooms.
         excluded: likewise, those that are left out.
+        alike: graphs that were given by themselves, and are others that were with other numbers of their rooms: the
+            name of each, and that of the other, which stands for both.
 
     Raises:
         InputError: if a spec cannot be read, the set or an interval is empty, an exclusion excludes nothing, or two
@@ -61,14 +63,15 @@ class GraphSet:
         if not self.specs:
             raise InputError("give at least one goal graph, or a set of them such as rooms:4")
         self._drop_key, self._max_rooms = bool(drop_key), max_rooms
+        self.alike: tuple[tuple[str, str], ...] = ()
         if len(self.specs) == 1 and isinstance(self.specs[0], GoalGraph) and not graph_specs(exclude):
             self.graphs: tuple[GoalGraph, ...] = (self.specs[0],)  # however large it is
             self.excluded: tuple[GoalGraph, ...] = ()
             return
-        own = {}
-        for spec in self.specs:
-            if not is_graph_set(spec):
-                own.setdefault(as_goal_graph(spec).canonical(), as_goal_graph(spec))
+        own: dict[GoalGraph, GoalGraph] = {}
+        for graph in (as_goal_graph(spec) for spec in self.specs if not is_graph_set(spec)):
+            kept = own.setdefault(graph.canonical(), graph)
+            self.alike += ((graph.name, kept.name),) if graph.name != kept.name else ()
         given = [graph.canonical() for spec in self.specs for graph in self._graphs_of(spec)]
         chosen = {canonical: own.get(canonical, canonical) for canonical in given}
         left_out: set[GoalGraph] = set()
@@ -86,6 +89,14 @@ class GraphSet:
         if not self.graphs:
             raise InputError(f"no goal graph is left of {' and '.join(spec_names(self.specs))}: all are excluded")
         self._check_names()
+
+    @property
+    def notes(self) -> list[str]:
+        """A line for each of the graphs that another one stands for."""
+        return [
+            f"goal graphs {kept} and {name} are the same, but for names and the numbers of rooms, and are taken once"
+            for name, kept in self.alike
+        ]
 
     @cached_property
     def difficulties(self) -> tuple[tuple[float, GoalGraph], ...]:

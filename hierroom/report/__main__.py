@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -96,21 +97,23 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         runs, notes = read_runs(arguments.runs)
         bar.update(task, description="comparing", total=len(METRICS))
         curves = compare_runs(runs, arguments.by, lambda: bar.advance(task))
-        chosen = _chosen(runs, curves, arguments.replays)
-        bar.update(task, description="playing", total=len(chosen), completed=0)
-        played = []
-        for one in chosen:
-            played.append(_play(one, arguments, notes))
-            bar.advance(task)
+        untried, chosen, played = deque(_in_turn(runs, curves)), [], []
+        bar.update(task, description="playing", total=min(len(untried), arguments.replays), completed=0)
+        while untried and len(chosen) < arguments.replays:
+            if (found := _play(untried[0], arguments, notes)) is not None:
+                chosen.append(untried[0])
+                played.append(found)
+                bar.advance(task)
+            untried.popleft()
         bar.update(task, description="computing complexity", total=None)
         complexity, too_large = complexities(runs)
     notes += [*curves.notes, *too_large]
-    if 0 < len(chosen) < len(runs):
-        notes.append(f"episodes were played by {len(chosen)} of {len(runs)} runs; --replays N plays more")
-    goals = [
-        {"run": one.name, "group": curves.group_of[str(one.path)], **row} for one, (row, _) in _both(chosen, played)
-    ]
-    replays = [{"run": one.name, "episodes": episodes} for one, (_, episodes) in _both(chosen, played)]
+    if arguments.replays and len(chosen) < len(runs):
+        more = "; --replays N plays more" if untried else ""
+        notes.append(f"episodes were played by {len(chosen)} of {len(runs)} runs{more}")
+    both = [*zip(chosen, played, strict=True)]
+    goals = [{"run": one.name, "group": curves.group_of[str(one.path)], **row} for one, (row, _) in both]
+    replays = [{"run": one.name, "episodes": episodes} for one, (_, episodes) in both]
     points = learning_points(curves)
     data = {
         "tiles": TILES,
@@ -145,10 +148,6 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     return render_page(texts, data), notes
 
 
-def _both(runs: Sequence[ReportedRun], played: Sequence[Any]) -> list[tuple[ReportedRun, Any]]:
-    return [(run, found) for run, found in zip(runs, played, strict=True) if found is not None]
-
-
 def _dash(number: int) -> str:
     from hierroom.compare.figure import COLOURS
 
@@ -162,13 +161,13 @@ def _summary(runs: Sequence[ReportedRun], curves: Curves) -> str:
     return f"{len(runs)} runs in {len(groups)} group{'s' * (len(groups) > 1)}: {', '.join(groups)}"
 
 
-def _chosen(runs: Sequence[ReportedRun], curves: Curves, most: int) -> list[ReportedRun]:
-    """The first run of each group on each graph, as many as are to be played."""
+def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
+    """The first run of each group on each graph, the groups taking turns."""
     firsts: dict[int, dict[tuple[str, ...], ReportedRun]] = {}
     for one in runs:
         firsts.setdefault(curves.group_of[str(one.path)], {}).setdefault(tuple(one.graphs), one)
     in_turn = zip_longest(*(of_group.values() for of_group in firsts.values()))
-    return [one for group in in_turn for one in group if one is not None][:most]
+    return [one for group in in_turn for one in group if one is not None]
 
 
 def _play(one: ReportedRun, arguments: ReportArguments, notes: list[str]) -> tuple[dict[str, Any], list[Any]] | None:

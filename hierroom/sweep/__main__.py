@@ -87,6 +87,8 @@ def main() -> int:
     shard = Shard.parse(arguments.shard)
     sweep = Sweep(arguments.plan(), arguments.out)
     planned = sweep.plan.runs()
+    for note in _graph_notes(sweep.plan):
+        warn(note)
     runs = shard.of(planned)
     console = Console()
     if not runs:
@@ -114,6 +116,15 @@ def main() -> int:
         return 130
     console.print(f"{len(rows)} of {len(runs)} runs are in {table}", markup=False, soft_wrap=True)
     return 1 if outcome.failures else 0
+
+
+def _graph_notes(plan: Plan) -> list[str]:
+    """A line for each of the plan's graphs that another one stands for."""
+    if not plan.graphs:
+        return []
+    from hierroom.complexity.graph_set import GraphSet  # it brings scipy along
+
+    return GraphSet(plan.graphs).notes
 
 
 def _list(runs: tuple[PlannedRun, ...], sweep: Sweep, console: Console) -> None:

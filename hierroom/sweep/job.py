@@ -10,7 +10,6 @@ from pathlib import Path
 import torch
 from rich.console import Console
 
-import hierroom
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.errors import CheckpointError, InputError
 from hierroom.sweep.plan import PlannedRun
@@ -19,7 +18,7 @@ from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import MILESTONES, Crossing, LearningCurve
 from hierroom.training.output import lasting_output
 from hierroom.training.own_modules import own_code_digest
-from hierroom.training.provenance import changed_modules
+from hierroom.training.provenance import changed_modules, version_of_code
 from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.session import begin, resume, train
@@ -101,7 +100,7 @@ class Job:
         for goal, (share, step) in sampled.steps_to_goals.items():
             name = goal.replace(" ", "_")
             numbers |= {f"achieved_{name}": share, f"steps_to_{name}": step}
-        return numbers | {"version": hierroom.__version__, "command": self.command}
+        return numbers | {"version": version_of_code(), "command": self.command}
 
 
 def _ends(crossing: Crossing | None) -> list[tuple[str, float | None]]:

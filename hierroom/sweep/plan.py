@@ -183,7 +183,8 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
         raise InputError(f"{where}variants are tables, [[variants]], not {shown(several)}")
     for one in several:
         if not isinstance(one, dict) or not isinstance(one.get("name"), str) or not one["name"].isprintable():
-            raise InputError(f'{where}each of [[variants]] needs a name = "..." of one line, not {shown(one)}')
+            told = shown(one.get("name", "none")) if isinstance(one, dict) else shown(one)
+            raise InputError(f'{where}each of [[variants]] needs a name = "..." of one line, not {told}')
         values = {name: value for name, value in one.items() if name != "name"}
         variants[one["name"]] = _typed(values, f"{where}variant {one['name']}: ")
     if len(variants) < len(several):

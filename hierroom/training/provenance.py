@@ -97,6 +97,14 @@ def describe_session(device: str = "cpu") -> dict[str, Any]:
     }
 
 
+def version_of_code() -> str:
+    """The version of hierroom, in a checkout with its commit now, which an editable installation does not follow."""
+    git = describe_git(Path(hierroom.__file__).parent, "__init__.py")
+    if git is None:
+        return hierroom.__version__
+    return f"{hierroom.__version__.partition('+')[0]}+g{git['commit'][:9]}{'.dirty' if git['is_dirty'] else ''}"
+
+
 def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | None:
     """The commit that is checked out in a folder, and whether files that git tracks differ from it.
 

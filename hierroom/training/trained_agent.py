@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.options import CONTROLLER, META
 from hierroom.training.assembly import freeze, load_agents, make_turns, restore_agents
 from hierroom.training.config import TrainConfig
@@ -147,6 +148,8 @@ def load(
     Raises:
         InputError: if there is no such run, file, checkpoint or meta-controller, or it names code and is not trusted.
     """
+    if not isinstance(run, (str, os.PathLike)):
+        raise InputError(f"a run is named by its folder, a file or a shipped agent's name, not {shown(run)}")
     file = weights_file(run)
     if file is not None:
         return _load_file(file, checkpoint, meta, greedy, trust)
