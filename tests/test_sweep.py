@@ -202,6 +202,20 @@ def test_rows_tell_an_entry_that_a_sweep_had_one_value_of_when_it_grows(tmp_path
     assert [row["gamma"] for row in grown.table.read()] == ["0.9", "0.99"]
 
 
+def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
+    told = []
+    for words in (
+        ("steps=1e3", "gamma=0.9", "--graphs", "a", "b", "--out", "x=y", "--list"),
+        ("--graphs", "a", "b", "steps=1e3", "--out", "x=y", "--list", "gamma=0.9"),
+    ):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["sweep", *words])
+        assert main() == 0
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1]
+    assert len(told[0].splitlines()) == 2
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -18,6 +20,10 @@ from hierroom.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Shard, Sweep
 from hierroom.training.output import warn
+
+_ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
+_OF_ONE_VALUE = ("--out", "--seeds", "--episodes", "--processes", "--shard", "--ray")
+"""Options whose value may hold an equals sign."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +81,7 @@ class SweepArguments:
 
 def main() -> int:
     """The command."""
-    argv = words()
+    argv = _entries_first(words())
     with one_line_usage(argv):
         arguments = tyro.cli(SweepArguments, prog=program("sweep"), args=argv)
     if not arguments.what and not arguments.graphs:
@@ -116,6 +122,15 @@ def main() -> int:
         return 130
     console.print(f"{len(rows)} of {len(runs)} runs are in {table}", markup=False, soft_wrap=True)
     return 1 if outcome.failures else 0
+
+
+def _entries_first(argv: Sequence[str]) -> list[str]:
+    """The words of the command with entries before the options, as the parser wants them, wherever they stand."""
+    options = next((n for n, word in enumerate(argv) if word.startswith("-")), len(argv))
+    pairs = [*zip(["", *argv], argv, strict=False)][options:]
+    entries = [word for before, word in pairs if _ENTRY.match(word) and before not in _OF_ONE_VALUE]
+    others = [word for before, word in pairs if not _ENTRY.match(word) or before in _OF_ONE_VALUE]
+    return [*argv[:options], *entries, *others]
 
 
 def _graph_notes(plan: Plan) -> list[str]:
