@@ -133,13 +133,14 @@ def main(argv: list[str] | None = None) -> int:
     from hierroom.training.logs import logger_names
     from hierroom.training.output import warn
     from hierroom.training.session import begin, resume, run_session  # torch takes its time, and --help needs none
+    from hierroom.training.unread_entries import unread_note
 
     loggers = logger_names(arguments.log)
     if arguments.resume:
         return run_session(*resume(arguments.config, arguments.resume), loggers)
     trainer, folder = begin(arguments.config, arguments.out)
-    env = arguments.config.env
-    for note in GraphSet(env.graph, env.exclude, env.drop_key).notes:
+    env, unread = arguments.config.env, unread_note(arguments.config)
+    for note in [*GraphSet(env.graph, env.exclude, env.drop_key).notes, *([unread] if unread else [])]:
         warn(note)
     if arguments.config_file is not None and arguments.config_file.name == "config.json":
         from hierroom.training.provenance import warn_of_changed_modules

@@ -84,7 +84,7 @@ def test_the_tables_tell_of_the_runs(page, runs):
         assert name in page.text
         rows = RunFolder(runs / "runs" / name).evaluations.read()
         assert f"{float(rows[-1]['success_rate']):.1%}" in page.text
-    assert "3 runs in 2 groups: fixed-dfs, learned" in page.text
+    assert "3 runs in 2 groups: fixed-dfs; learned" in page.text
     assert "meta_ppo.gamma" in page.text
     assert "learning_rate" in page.text
 

@@ -13,9 +13,10 @@ from matplotlib.ticker import FormatStrFormatter, MaxNLocator
 
 from hierroom.compare.comparison import ALL, Comparison, GroupSummary
 from hierroom.compare.metric import METRICS
-from hierroom.compare.style import COLOURS, DASHES, STYLE
+from hierroom.compare.style import COLOURS, DASHES, STYLE, line_style
 from hierroom.compare.tasks import OWN
 from hierroom.files import write_atomically
+from hierroom.training.plots import step_unit
 
 MAX_GROUPS = len(COLOURS) * len(DASHES)
 MAX_PANELS = 12
@@ -23,6 +24,8 @@ MAX_PANELS = 12
 
 _COLUMN, _PAGE = 3.3, 6.8
 """Inches: the width of a column and of a page of a paper in two columns."""
+_LETTERS = 12
+"""Of the legend, about, to the inch."""
 
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
@@ -54,8 +57,9 @@ def _figure(comparison: Comparison) -> Figure:
     n_columns = 3 if len(panels) in (5, 6, 9) else min(4, len(panels))
     n_rows = -(-len(panels) // n_columns)
     labels = [_label(summary) for summary in comparison.of_graph(ALL)]
-    width = _COLUMN if len(panels) == 1 else _PAGE
-    n_legend = max(1, int(width * 12 / (max(map(len, labels)) + 6)))  # columns; about 12 letters to the inch
+    longest = (max(map(len, labels)) + 6) / _LETTERS
+    width = max(_COLUMN if len(panels) == 1 else _PAGE, longest)
+    n_legend = int(width / longest)  # columns
     legend_height = 0.18 * -(-len(labels) // n_legend)
     height = 2.3 if len(panels) == 1 else 1.55 * n_rows + 0.25
     figure = Figure(figsize=(width, height + legend_height), layout="constrained")
@@ -69,7 +73,7 @@ def _figure(comparison: Comparison) -> Figure:
     for column in range(n_columns):  # above a place without a panel the numbers belong to the upper one
         lowest = (len(panels) - 1 - column) // n_columns
         axes[lowest, column].tick_params(labelbottom=True)
-        axes[lowest, column].set_xlabel("training steps (millions)")
+        axes[lowest, column].set_xlabel(f"training steps ({step_unit(comparison.summaries[0].steps[-1])[1]})")
     for first in axes[:, 0]:
         first.set_ylabel(METRICS[comparison.metric].axis_label)
     lines, _ = axes[0, 0].get_legend_handles_labels()
@@ -94,17 +98,19 @@ def _panels(comparison: Comparison) -> dict[str, str]:
 
 def _draw(axes: Axes, summary: GroupSummary, comparison: Comparison) -> None:
     number = comparison.groups.index(summary.group)
-    colour, dash = COLOURS[number % len(COLOURS)], DASHES[number // len(COLOURS)]
+    colour, dash = line_style(number)
     scale = METRICS[comparison.metric].scale
-    steps, curve = summary.steps / 1e6, summary.curve
-    axes.plot(steps, scale * curve.values, color=colour, linestyle=dash, linewidth=1.2, label=summary.group.label)
+    steps, curve = summary.steps / step_unit(summary.steps[-1])[0], summary.curve
+    axes.plot(
+        steps, scale * curve.values, color=colour, linestyle=DASHES[dash], linewidth=1.2, label=summary.group.label
+    )
     axes.fill_between(steps, scale * curve.lows, scale * curve.highs, color=colour, alpha=0.2, linewidth=0)
 
 
 def _finish(axes: Axes, title: str, comparison: Comparison) -> None:
-    steps = comparison.summaries[0].steps
+    steps = comparison.summaries[0].steps / step_unit(comparison.summaries[0].steps[-1])[0]
     axes.set_title(title, fontsize=8, pad=3, parse_math=False)
-    axes.set_xlim(steps[0] / 1e6, steps[-1] / 1e6)
+    axes.set_xlim(steps[0], steps[-1])
     axes.xaxis.set_major_locator(MaxNLocator(4))
     axes.xaxis.set_major_formatter(FormatStrFormatter("%g"))
     axes.yaxis.set_major_locator(MaxNLocator(5))

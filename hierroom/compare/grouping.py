@@ -30,7 +30,7 @@ class Group:
     def label(self) -> str:
         """A short name: ``hippo, random`` or ``gamma 0.95``."""
         named = [
-            value if name in _NAMED_BY_VALUE else f"{name} {value}"
+            value if name in _NAMED_BY_VALUE else f"{name} {value or 'none'}"
             for name, value in self.choices.items()
             if not (name == "meta" and value == "none" and "method" in self.choices)
         ]

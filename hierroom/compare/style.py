@@ -7,7 +7,7 @@ from typing import Any
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Okabe & Ito's palette, told apart by the colour-blind, without its yellow, which is faint on white."""
 DASHES = ("-", "--", ":", "-.")
-"""How the lines of one colour are told apart."""
+"""How lines are told apart that lie on each other, and those of one colour."""
 
 STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,  # TrueType: editors and publishers refuse type 3
@@ -20,3 +20,14 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False,
 }
 """Settings of matplotlib for figures in papers."""
+
+
+def line_style(number: int) -> tuple[str, int]:
+    """The colour of a line, and which of `DASHES` it has.
+
+    Args:
+        number: of the line, from 0; below ``len(COLOURS) * len(DASHES)`` no two look the same, nor do neighbours share
+            either.
+    """
+    cycle, colour = divmod(number, len(COLOURS))
+    return COLOURS[colour], (colour + cycle) % len(DASHES)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import count, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,6 +20,10 @@ from hierroom.files import write_atomically
 if TYPE_CHECKING:
     from hierroom.report.curves import Curves
     from hierroom.report.runs import ReportedRun
+
+
+_DASHES = ("solid", "dash", "dot", "dashdot")
+"""The dashes of `compare.style`, as the page calls them."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +85,8 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     import torch  # it takes its time, as does what follows, and --help needs none of it
 
     from hierroom import __version__
-    from hierroom.compare.figure import COLOURS
     from hierroom.compare.metric import METRICS
+    from hierroom.compare.style import line_style
     from hierroom.report.curves import compare_runs, curve_rows, run_rows
     from hierroom.report.difficulty import MEASURES, complexities, learning_points
     from hierroom.report.page import render_page
@@ -118,8 +122,8 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     data = {
         "tiles": TILES,
         "groups": [
-            {"label": label, "colour": COLOURS[n % len(COLOURS)], "dash": _dash(n)}
-            for n, label in enumerate(curves.labels)
+            {"label": label, "colour": colour, "dash": _DASHES[dash]}
+            for label, (colour, dash) in zip(curves.labels, map(line_style, count()), strict=False)
         ],
         "metrics": [
             {"name": name, "label": metric.label, "is_rate": metric.is_rate} for name, metric in METRICS.items()
@@ -148,17 +152,11 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     return render_page(texts, data), notes
 
 
-def _dash(number: int) -> str:
-    from hierroom.compare.figure import COLOURS
-
-    return ("solid", "dash", "dot", "dashdot")[number // len(COLOURS) % 4]
-
-
 def _summary(runs: Sequence[ReportedRun], curves: Curves) -> str:
     if len(runs) == 1:
         return runs[0].config.title
     groups = dict.fromkeys(curves.labels)
-    return f"{len(runs)} runs in {len(groups)} group{'s' * (len(groups) > 1)}: {', '.join(groups)}"
+    return f"{len(runs)} runs in {len(groups)} group{'s' * (len(groups) > 1)}: {'; '.join(groups)}"
 
 
 def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:

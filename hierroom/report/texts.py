@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hierroom.compare.evaluated_run import flat_entries
-from hierroom.compare.figure import COLOURS
 from hierroom.compare.grouping import shortened
+from hierroom.compare.style import line_style
 from hierroom.meta import LEARNED
 from hierroom.report.curves import Curves
 from hierroom.report.difficulty import MEASURES
@@ -97,7 +97,7 @@ def _run(run: ReportedRun, curves: Curves, shown: Sequence[str], differing: Sequ
         "name": run.name,
         "path": str(run.path),
         "graph": shortened([*run.graphs], 3),
-        "colour": COLOURS[curves.group_of[str(run.path)] % len(COLOURS)],
+        "colour": line_style(curves.group_of[str(run.path)])[0],
         "differing": [run.evaluated.choice(name) if run.evaluated else _text(run.entries.get(name)) for name in shown],
         "others": ", ".join(f"{name} {_text(run.entries.get(name))}" for name in differing if name not in shown),
         "origin": _origin(run),

@@ -20,6 +20,7 @@ from hierroom.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Shard, Sweep
 from hierroom.training.output import warn
+from hierroom.training.unread_entries import unread_entries
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
 _OF_ONE_VALUE = ("--out", "--seeds", "--episodes", "--processes", "--shard", "--ray")
@@ -93,7 +94,7 @@ def main() -> int:
     shard = Shard.parse(arguments.shard)
     sweep = Sweep(arguments.plan(), arguments.out)
     planned = sweep.plan.runs()
-    for note in _graph_notes(sweep.plan):
+    for note in _notes(sweep.plan, planned):
         warn(note)
     runs = shard.of(planned)
     console = Console()
@@ -133,13 +134,15 @@ def _entries_first(argv: Sequence[str]) -> list[str]:
     return [*argv[:options], *entries, *others]
 
 
-def _graph_notes(plan: Plan) -> list[str]:
-    """A line for each of the plan's graphs that another one stands for."""
-    if not plan.graphs:
-        return []
-    from hierroom.complexity.graph_set import GraphSet  # it brings scipy along
+def _notes(plan: Plan, runs: Sequence[PlannedRun]) -> list[str]:
+    """A line for each of the plan's graphs that another one stands for, and for each value that no run reads."""
+    unread = set(plan.values).intersection(*(unread_entries(run.config) for run in runs))
+    notes = [f"{name} is given, and has no effect on any run of the sweep" for name in sorted(unread)]
+    if plan.graphs:
+        from hierroom.complexity.graph_set import GraphSet  # it brings scipy along
 
-    return GraphSet(plan.graphs).notes
+        notes += GraphSet(plan.graphs).notes
+    return notes
 
 
 def _list(runs: tuple[PlannedRun, ...], sweep: Sweep, console: Console) -> None:

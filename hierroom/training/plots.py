@@ -28,7 +28,8 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
     from matplotlib.figure import Figure  # imported here, because it loads slowly
 
     rows = run.metrics.numbers()
-    steps = [row["steps"] / 1e6 for row in rows]
+    unit, name = step_unit(max((row["steps"] for row in rows), default=0))
+    steps = [row["steps"] / unit for row in rows]
     figure = Figure(figsize=(8, 3.2), layout="constrained")
     panels = figure.subplots(1, 2)
     windows = [100 * row["success_rate"] for row in rows], [row["episode_length"] for row in rows]
@@ -36,8 +37,8 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
     for n, axes in enumerate(panels):
         axes.plot(steps, windows[n], color="tab:orange", linewidth=1, label=f"training, last {WINDOW} episodes")
         if curve is not None and evaluated is not None:
-            axes.plot(curve.steps / 1e6, evaluated[n], color="tab:blue", marker="o", markersize=3, label="evaluated")
-        axes.set_xlabel("primitive steps (millions)")
+            axes.plot(curve.steps / unit, evaluated[n], color="tab:blue", marker="o", markersize=3, label="evaluated")
+        axes.set_xlabel(f"primitive steps ({name})")
         axes.grid(alpha=0.3)
     panels[0].set(ylim=(-2, 102), ylabel="success (%)", title="reached the exit")
     longest = np.nanmax([1, *windows[1], *(() if curve is None else curve.length)])  # nan: no episode has ended yet
@@ -47,3 +48,12 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
     picture = io.BytesIO()
     figure.savefig(picture, format="png", dpi=120)
     write_atomically(path, picture.getvalue())
+
+
+def step_unit(most: float) -> tuple[float, str]:
+    """In what an axis counts steps: how many to one, and its name.
+
+    Args:
+        most: the largest number of steps on the axis.
+    """
+    return (1e6, "millions") if most >= 200_000 else (1e3, "thousands")

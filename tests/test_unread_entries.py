@@ -1,0 +1,47 @@
+"""Entries that have no effect, and the line that says so."""
+
+import sys
+
+import pytest
+
+from hierroom.sweep.__main__ import main as sweep
+from hierroom.train import main as train
+from hierroom.training.config import TrainConfig
+from hierroom.training.presets import PRESETS, find_preset
+from hierroom.training.unread_entries import unread_entries, unread_note
+
+
+@pytest.mark.parametrize(
+    ("changes", "unread"),
+    [
+        ({}, ()),
+        ({"novelty_bonus": 9.0}, ("novelty_bonus",)),
+        ({"novelty_bonus": 9.0, "method": "ppo-novelty"}, ()),
+        ({"novelty_bonus": 9.0, "reward": "novelty"}, ()),
+        ({"curiosity_weight": 3.0}, ("curiosity_weight",)),
+        ({"curiosity_weight": 3.0, "method": "ppo-rnd"}, ()),
+        ({"meta_start_success": 0.9}, ("meta_start_success",)),
+        ({"meta_start_success": 0.9, "meta": "learned"}, ()),
+    ],
+)
+def test_an_entry_is_read_by_some(changes, unread):
+    assert unread_entries(TrainConfig().changed(**changes)) == unread
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_what_a_preset_has_is_not_told(preset):
+    assert unread_note(find_preset(preset)) is None
+
+
+def test_commands_say_so(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = ["--steps", "300", "--size", "11", "--num-envs", "4", "--minibatches", "1", "--max-steps", "40"]
+    assert train([*words, "--meta-ppo.gamma", "0.5", "--novelty-bonus", "9", "--out", "run"]) == 0
+    said = "warning: meta_ppo.gamma, novelty_bonus have no effect on hippo with meta-controller fixed-dfs and reward "
+    assert said + "intrinsic\n" in capsys.readouterr().err
+    monkeypatch.setattr(sys, "argv", ["sweep", "meta_ppo.gamma=0.9,0.99", "method=hippo,ppo", "--list"])
+    assert sweep() == 0
+    assert capsys.readouterr().err == "warning: meta_ppo.gamma is given, and has no effect on any run of the sweep\n"
+    monkeypatch.setattr(sys, "argv", ["sweep", "novelty_bonus=0.1,0.2", "method=hippo,ppo-novelty", "--list"])
+    assert sweep() == 0
+    assert capsys.readouterr().err == ""
