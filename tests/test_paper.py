@@ -11,6 +11,7 @@ from PIL import Image
 
 from hierroom.errors import InputError, RunError
 from hierroom.paper import PAPER_TABLE_3
+from hierroom.paper.__main__ import main
 from hierroom.paper.cells import ComparedCell, table_3
 from hierroom.paper.figures import _limited
 from hierroom.paper.order import PairCounts, method_orders, pair_counts
@@ -173,3 +174,24 @@ def test_all_from_nothing_and_nothing_twice(tmp_path):
     assert again.stdout == first.stdout
     assert again.stderr == ""
     assert Path(tmp_path / "p" / "sweep.csv").read_bytes() == table
+
+
+def test_table_2_in_markdown_and_one_format_at_a_time(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["paper", "table2", "--markdown"])
+    assert main() == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[:2] == [
+        "|  |  | (a) | (b) | (c) | (d) | (e) | (f) | (g) |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    assert lines[7] == "|  | ours | 8.4 | 12.1 | 15.1 | 15.1* | 17.1* | 22.4* | 27.5 |"
+    monkeypatch.setattr(sys, "argv", ["paper", "table2", "--markdown", "--csv"])
+    with pytest.raises(InputError, match="--csv and --markdown are both given"):
+        main()
+
+
+def test_figure_4_is_not_drawn_of_another_graph(monkeypatch, tmp_path):
+    monkeypatch.setattr(sys, "argv", ["paper", "figure4", "--graphs", "a", "--out", str(tmp_path / "out")])
+    with pytest.raises(InputError, match="figure 4 is of graph c alone, not of a"):
+        main()
+    assert not (tmp_path / "out").exists()

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from hierroom.compare.style import COLOURS, DASHES, STYLE
+from hierroom.errors import InputError
 from hierroom.files import write_atomically
 from hierroom.paper.cells import LIMIT, ComparedCell, Curves, curve_of, table_3
 from hierroom.paper.prediction import prediction
@@ -65,7 +66,13 @@ class Figure4:
     methods: ClassVar[tuple[str, ...]] = tuple(METHODS)
 
     def run(self) -> None:
-        """Train, and draw."""
+        """Train, and draw.
+
+        Raises:
+            InputError: if graph c is not among those of the runs.
+        """
+        if not set(self.graphs) <= set(self.runs.graphs):
+            raise InputError(f"figure 4 is of graph {self.graphs} alone, not of {', '.join(self.runs.graphs)}")
         sweep = replace(self.runs, graphs=tuple(self.graphs)).train(self.graphs, self.methods)
         for size in self.runs.sizes:
             _write(self.draw(sweep, size), self.runs.out / f"figure4-{size}")

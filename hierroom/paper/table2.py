@@ -11,8 +11,10 @@ import tyro
 
 from hierroom.complexity.report import analyze
 from hierroom.complexity.walk import TABLE_READING, Reading
+from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.paper.published import PAPER_TABLE_2
+from hierroom.runtime.markdown_table import markdown_table
 
 WHAT_IS_OPEN = (
     "Graphs d, e and f differ from the paper in both hitting-time (HT) rows. The paper prints the augmented graph of "
@@ -64,11 +66,22 @@ class Table2:
 
     csv: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     """Print one line per number as CSV, ours unrounded."""
+    markdown: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """Print the table in Markdown."""
 
     def run(self) -> None:
-        """Print the table."""
+        """Print the table.
+
+        Raises:
+            InputError: if it is to be printed both ways.
+        """
+        if self.csv and self.markdown:
+            raise InputError("--csv and --markdown are both given; give one of them")
         cells = table_2()
-        if self.csv:
+        if self.markdown:
+            headings = ["", "", *dict.fromkeys(f"({cell.graph})" for cell in cells)]
+            print(markdown_table(headings, [[cell.strip() for cell in line] for line in _lines(cells)], n_names=2))
+        elif self.csv:
             writer = csv.writer(sys.stdout, lineterminator="\n")
             writer.writerow(["row", "graph", "paper", "ours", "agrees"])
             writer.writerows([cell.row, cell.graph, cell.paper, cell.ours, cell.agrees] for cell in cells)
@@ -86,16 +99,25 @@ def _print_beside(cells: list[TableCell]) -> None:
     table = Table(title="Table 2", caption="* differs from the paper's printed digits", caption_justify="left")
     for heading in ("", "", *(f"({graph}) " for graph in graphs)):
         table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
-    for row in dict.fromkeys(cell.row for cell in cells):
-        in_row = [cell for cell in cells if cell.row == row]
-        table.add_row(row, "paper", *(f"{cell.paper} " for cell in in_row))
-        table.add_row("", "ours", *(_ours(cell) for cell in in_row), end_section=True)
+    for line in _lines(cells):
+        cells_of_line = (f"[yellow]{cell}[/yellow]" if cell.endswith("*") else cell for cell in line)
+        table.add_row(*cells_of_line, end_section=line[1] == "ours")
     console = Console()
     print_table(table, console)
     agreeing = sum(cell.agrees for cell in cells)
     console.print(f"{agreeing} of {len(cells)} numbers agree to the printed digit. {WHAT_IS_OPEN}")
 
 
+def _lines(cells: list[TableCell]) -> list[list[str]]:
+    """The paper's numbers of each row and, below them, ours; what differs ends in a star."""
+    lines = []
+    for row in dict.fromkeys(cell.row for cell in cells):
+        in_row = [cell for cell in cells if cell.row == row]
+        lines.append([row, "paper", *(f"{cell.paper} " for cell in in_row)])
+        lines.append(["", "ours", *(_ours(cell) for cell in in_row)])
+    return lines
+
+
 def _ours(cell: TableCell) -> str:
     text = f"{cell.ours:.0f}" if isinstance(cell.paper, int) else f"{cell.ours:.1f}"
-    return f"{text} " if cell.agrees else f"[yellow]{text}*[/yellow]"
+    return f"{text} " if cell.agrees else f"{text}*"
