@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +12,7 @@ import tyro
 
 import hierroom
 from hierroom.cli import COMMANDS, one_line_usage, run
+from hierroom.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,13 @@ class ListArguments:
 
 
 def main() -> int:
-    """The command."""
+    """The command.
+
+    Raises:
+        InputError: if it is given anything but an option.
+    """
+    if sys.argv[1:2] and sys.argv[1] in COMMANDS:
+        raise InputError(f"{sys.argv[1]} is a command of its own: python -m hierroom.{shlex.join(sys.argv[1:])}")
     with one_line_usage():
         called = "hierroom" if Path(sys.argv[0]).stem == "hierroom" else "python -m hierroom"
         arguments = tyro.cli(ListArguments, prog=called)

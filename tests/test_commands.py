@@ -36,6 +36,12 @@ def test_the_package_lists_its_commands():
         assert f"python -m hierroom.{name}" in done.stdout
 
 
+def test_a_command_given_as_a_word_is_named_as_it_is_called():
+    done = run("-m", "hierroom", "train", "--graph", "a")
+    assert done.returncode == 2
+    assert done.stderr == "error: train is a command of its own: python -m hierroom.train --graph a\n"
+
+
 def test_the_version():
     assert run("-m", "hierroom", "--version").stdout.strip() == hierroom.__version__
 

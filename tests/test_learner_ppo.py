@@ -1,5 +1,7 @@
 """The learner's promises, on the compiled and on the plain torch path alike."""
 
+import math
+
 import numpy as np
 import pytest
 import torch
@@ -268,6 +270,8 @@ def test_greedy_is_the_best_legal_action():
     [
         ({"gamma": 1.5}, "gamma must be from 0 to 1, not 1.5"),
         ({"learning_rate": 0.0}, "learning_rate must be above 0, not 0"),
+        ({"learning_rate": -1.0}, "learning_rate must be above 0, not -1"),
+        ({"learning_rate": math.nan}, "learning_rate must be finite, not nan"),
         ({"epochs": 0}, "epochs must be at least 1"),
         ({"sequences_per_update": 3}, "sequences_per_update must be at least 4"),
     ],

@@ -96,7 +96,7 @@ def require_file(path: Path) -> None:
         InputError: if the format is unknown or needs what is not installed, or the folder does not exist.
     """
     if path.suffix.lower() not in FILE_FORMATS:
-        raise InputError(f"episodes are written as {', '.join(FILE_FORMATS)}, not as {path.name}")
+        raise InputError(f"episodes are written as {', '.join(FILE_FORMATS)}, not as {path.name or path}")
     if not path.parent.is_dir():
         raise InputError(f"cannot write {path}: there is no folder {path.parent}")
     require_format(path)

@@ -137,7 +137,7 @@ def picture_file(path: str | Path) -> Path:
     if not path.suffix:
         path = path.with_name(f"{path.name}.png")
     if path.suffix.lower() not in PICTURE_FORMATS:
-        raise InputError(f"drawings are written as {', '.join(PICTURE_FORMATS)}, not as {path.name}")
+        raise InputError(f"drawings are written as {', '.join(PICTURE_FORMATS)}, not as {path.name or path}")
     if not path.parent.is_dir():
         raise InputError(f"cannot write {path}: there is no folder {path.parent}")
     return path

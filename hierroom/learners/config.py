@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from hierroom.errors import InputError, require_number
@@ -67,9 +68,9 @@ class PPOConfig:
             least, most = self.minibatches, MOST["minibatches"]
             require_number("sequences_per_update", self.sequences_per_update, least, most, is_whole=True)
         for name in ("learning_rate", "adam_epsilon", "max_gradient_norm", "clip", "min_advantage_std"):
-            require_number(name, getattr(self, name), 0)
-            if getattr(self, name) == 0:
-                raise InputError(f"{name} must be above 0, not 0")
+            require_number(name, getattr(self, name), -math.inf)
+            if getattr(self, name) <= 0:
+                raise InputError(f"{name} must be above 0, not {getattr(self, name)}")
         for name in ("value_weight", "entropy_weight"):
             require_number(name, getattr(self, name), 0)
         for name in ("gamma", "gae_lambda", "final_learning_rate_fraction"):
