@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -14,8 +15,10 @@ from pictures import has_colour, pixels
 from hierroom.compare import __main__ as command
 from hierroom.compare import figure
 from hierroom.compare.evaluated_run import find_runs
-from hierroom.compare.figure import COLOURS
+from hierroom.compare.figure import COLOURS, MAX_GROUPS
+from hierroom.compare.style import DASHES, line_style
 from hierroom.errors import InputError
+from hierroom.training.plots import step_unit
 
 ENDS = {"fixed-dfs": (0.7, 0.8, 0.9, 1.0), "random": (0.2, 0.4, 0.6, 0.8)}
 """Success rates after a million steps, by seed; on their way they rise in straight lines from 0."""
@@ -460,3 +463,13 @@ def test_brackets_are_no_markup(tmp_path, compare):
     assert re.search(r"^ own:\[bold\] +2 ", printed, re.MULTILINE)
     assert "written: [blue]/comparison.json" in printed
     assert row("[blue]/summary.csv", network="own:[bold]", graph="c")["final_iqm"] == "0.5"
+
+
+def test_no_two_lines_of_a_figure_look_the_same():
+    styles = [line_style(number) for number in range(MAX_GROUPS)]
+    assert len(set(styles)) == MAX_GROUPS == len(COLOURS) * len(DASHES)
+    assert all(one[0] != other[0] and one[1] != other[1] for one, other in pairwise(styles))
+
+
+def test_steps_are_counted_in_thousands_where_there_are_few():
+    assert [step_unit(most)[1] for most in (20_480, 199_999, 200_000, 10**7)] == [*["thousands"] * 2, *["millions"] * 2]

@@ -179,7 +179,7 @@ def test_one_clear_message(arguments, message):
 
 def test_graphs_that_another_one_stands_for_are_told():
     twin = GoalGraph((2, 0), 1, label="mine")
-    chosen = GraphSet(["c", twin, "rooms:3", "c"])
+    chosen = GraphSet(["c", twin, "rooms:3", "c", twin])
     assert chosen.alike == (("mine", "c"),)
     assert chosen.notes == [
         "goal graphs c and mine are the same, but for names and the numbers of rooms, and are taken once"

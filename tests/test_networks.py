@@ -150,6 +150,7 @@ MINE = """
             super().__init__(space, hidden_size)
             self.names = {"a": 1}
             self.register_buffer("n_turns", torch.zeros(()), persistent=False)
+            self.held = [self.n_turns]
 
         def get_extra_state(self):
             return self.names
@@ -274,6 +275,7 @@ def test_the_trial_leaves_nothing_behind(outside):
 def test_buffers_that_no_state_has_are_as_before_the_trial(outside):
     tried = make_network(f"{outside}:Remembering", SPACE, 8, None)
     assert (tried.n_turns, tried.names) == (0, {"a": 1})
+    assert tried.held[0] is tried.n_turns
 
 
 def test_a_network_may_write_to_what_it_is_given(outside):

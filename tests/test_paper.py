@@ -92,6 +92,11 @@ def test_the_order_of_the_methods_is_that_of_the_means_and_intervals_tell_them_a
     )
 
 
+def test_methods_of_the_same_mean_have_the_same_number():
+    cells = [compared("ppo", 10, 1), compared("hippo", 10, np.nan), compared("ppo-bonus", 10.5, 1)]
+    assert method_orders(cells, "success")[0].ours == "PPO+Bonus ~ PPO = HiPPO"
+
+
 def test_one_seed_tells_no_order():
     cells = [compared("ppo", 10, np.nan), compared("hippo", 90, np.nan)]
     assert method_orders(cells, "success")[0].ours == "HiPPO ~ PPO"

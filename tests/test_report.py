@@ -154,7 +154,10 @@ def test_runs_that_cannot_be_played_take_no_place_of_those_that_can(tmp_path, ca
     hierroom.train(**TINY, out=tmp_path / "in" / "whole")
     page = report(tmp_path, tmp_path / "in", "--replays", 1)
     assert [replay["run"] for replay in page.data["replays"]] == ["whole"]
-    assert "episodes were played by 1 of 3 runs" in capsys.readouterr().out
+    assert "episodes were played by 1 of 3 runs\n" in capsys.readouterr().out, "there is nothing more to play"
+    hierroom.train(**TINY, gamma=0.5, out=tmp_path / "in" / "other")
+    report(tmp_path, tmp_path / "in", "--replays", 1)
+    assert "episodes were played by 1 of 4 runs; --replays N plays more\n" in capsys.readouterr().out
 
 
 def test_runs_that_cannot_be_compared_are_shown_one_by_one(tmp_path):

@@ -2,6 +2,7 @@
 
 import errno
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -62,6 +63,24 @@ def test_a_checkpoint_is_found_by_its_steps(tmp_path):
     assert folder.load_checkpoint(64)["steps"] == 64
     with pytest.raises(InputError, match="has checkpoints after 64, 128 steps, not 65"):
         folder.load_checkpoint(65)
+
+
+def test_of_a_broken_checkpoint_the_one_before_is_told_where_it_is_the_newest(tmp_path):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    paths = []
+    for steps in (64, 128, 256):
+        folder.save_checkpoint(state_after(steps))
+        paths = sorted(folder.checkpoints.iterdir())
+    for path in paths:
+        path.write_bytes(b"")
+    with pytest.raises(InputError, match=f"; without it the run goes on from {re.escape(paths[1].name)}$"):
+        folder.load_checkpoint()
+    with pytest.raises(InputError, match="which this hierroom reads$"):
+        folder.load_checkpoint(128)
+    for path in paths[1:]:
+        path.unlink()
+    with pytest.raises(InputError, match="which this hierroom reads$"):
+        folder.load_checkpoint()
 
 
 def test_not_a_number_is_null_in_json():

@@ -207,13 +207,18 @@ def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):
     for words in (
         ("steps=1e3", "gamma=0.9", "--graphs", "a", "b", "--out", "x=y", "--list"),
         ("--graphs", "a", "b", "steps=1e3", "--out", "x=y", "--list", "gamma=0.9"),
+        ("--out", "x=y", "plan.toml", "--list", "gamma=0.9", "--graphs", "a", "b"),
     ):
         monkeypatch.chdir(tmp_path)
+        Path("plan.toml").write_text("steps = 1000\n")
         monkeypatch.setattr(sys, "argv", ["sweep", *words])
         assert main() == 0
         told.append(capsys.readouterr().out)
-    assert told[0] == told[1]
+    assert told[0] == told[1] == told[2]
     assert len(told[0].splitlines()) == 2
+    monkeypatch.setattr(sys, "argv", ["sweep", "--graphs", "gamma=0.9", "--list"])
+    with pytest.raises(InputError, match="a graph must be a letter"):
+        main()
 
 
 @pytest.mark.parametrize(

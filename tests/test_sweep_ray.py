@@ -10,6 +10,7 @@ from test_sweep import results
 from tiny_sweep import plan
 
 from hierroom.errors import InputError
+from hierroom.sweep.cluster import _pack, _unpack
 from hierroom.sweep.sweep import Sweep
 
 pytestmark = pytest.mark.clients
@@ -19,6 +20,25 @@ def test_without_ray_one_line_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(InputError, match="--ray needs Ray: pip install 'hierroom\\[ray\\]'"):
         Sweep(plan("seed=0"), tmp_path).fill(ray="auto")
+
+
+def test_a_folder_that_comes_back_takes_the_place_of_a_part(tmp_path):
+    whole, part = tmp_path / "whole", tmp_path / "runs" / "run"
+    for folder, names in ((whole, ("config.json", "evaluations.csv")), (part, ("config.json", "metrics.csv"))):
+        folder.mkdir(parents=True)
+        for name in names:
+            (folder / name).write_text(folder.name)
+    content = _pack(whole)
+    with pytest.raises(EOFError):
+        _unpack(content[: len(content) // 2], part)
+    assert {path.name: path.read_text() for path in part.iterdir()} == dict.fromkeys(
+        ["config.json", "metrics.csv"], "run"
+    )
+    _unpack(content, part)
+    assert {path.name: path.read_text() for path in part.iterdir()} == dict.fromkeys(
+        ["config.json", "evaluations.csv"], "whole"
+    )
+    assert [path.name for path in part.parent.iterdir()] == ["run"]
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 """The table of a sweep: rows that are added, found again and replaced, and their medians."""
 
 from contextlib import suppress
+from dataclasses import replace
 
 import pytest
 from tiny_sweep import plan
@@ -60,6 +61,18 @@ def test_a_row_without_exclusions_stays_beside_one_with(tmp_path):
     (other,) = plan("graph=rooms:3", "method=ppo", 'exclude=[["b"]]', "gamma=0.5", "seed=0").runs()
     table.add(other, {"steps": 1})
     assert {row["digest"] for row in table.read()} == {of_several[0].digest, other.digest}
+
+
+def test_only_what_is_empty_is_filled(tmp_path):
+    table = SweepTable(tmp_path)
+    (run,), grown = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.9,0.99", "seed=0").runs()
+    table.add(replace(run, identity={**run.identity, "variant": "mine"}), NUMBERS)
+    table.complete(grown)
+    (row,) = table.read()
+    assert (row["variant"], row["gamma"], row["digest"]) == ("mine", "0.9", run.digest)
+    before = table.path.stat().st_mtime_ns
+    table.complete(grown)
+    assert table.path.stat().st_mtime_ns == before
 
 
 def test_a_run_without_evaluations_has_no_milestones():

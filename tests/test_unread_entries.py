@@ -42,6 +42,13 @@ def test_commands_say_so(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["sweep", "meta_ppo.gamma=0.9,0.99", "method=hippo,ppo", "--list"])
     assert sweep() == 0
     assert capsys.readouterr().err == "warning: meta_ppo.gamma is given, and has no effect on any run of the sweep\n"
+    monkeypatch.setattr(sys, "argv", ["sweep", "novelty_bonus=0.03,0.2", "method=hippo,ppo", "--list"])
+    assert sweep() == 0
+    assert capsys.readouterr().err == "warning: novelty_bonus is given, and has no effect on any run of the sweep\n"
     monkeypatch.setattr(sys, "argv", ["sweep", "novelty_bonus=0.1,0.2", "method=hippo,ppo-novelty", "--list"])
     assert sweep() == 0
     assert capsys.readouterr().err == ""
+    (tmp_path / "plan.toml").write_text('method = "hippo"\n[[variants]]\nname = "x"\nnovelty_bonus = 0.5\n')
+    monkeypatch.setattr(sys, "argv", ["sweep", "plan.toml", "--list"])
+    assert sweep() == 0
+    assert capsys.readouterr().err == "warning: novelty_bonus is given, and has no effect on any run of the sweep\n"

@@ -15,7 +15,7 @@ from benchmarks.study.trained import Milestone, Trained, by_rule, medians, metho
 from hierroom.errors import InputError
 
 TELLING = ("area_under_curve", "length", "greedy_length", "achieved_", "steps_to_")
-"""How columns of results begin that two different runs do not share, all of them, where they learned anything."""
+"""Prefixes of result columns; two different runs that learned something never agree in all of them."""
 
 
 @dataclass(frozen=True, eq=False)

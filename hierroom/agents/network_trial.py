@@ -37,7 +37,7 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
     modes = {module: module.training for module in network.modules()}
     with own_code(f"{name}, in its first turns,"), torch.random.fork_rng([]):
         before = deepcopy(network.state_dict())
-        buffers = {name: buffer.clone() for name, buffer in network.named_buffers()}  # those that no state has, too
+        buffers = {path: (buffer, buffer.clone()) for path, buffer in network.named_buffers()}  # in no state, some
         for n_envs in (2, 1):
             _take_turns(name, policy, space, n_envs)
         network.zero_grad()
@@ -45,9 +45,9 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
         _compare(name, policy, space)
         for module, mode in modes.items():
             module.training = mode
-        for name, buffer in buffers.items():
-            module, _, attribute = name.rpartition(".")
-            setattr(network.get_submodule(module), attribute, buffer)
+        for path, (buffer, values) in buffers.items():
+            module, _, attribute = path.rpartition(".")
+            setattr(network.get_submodule(module), attribute, buffer.copy_(values))
         network.load_state_dict(before)
 
 

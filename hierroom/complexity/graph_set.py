@@ -44,8 +44,8 @@ class GraphSet:
         graphs: the graphs in the order of the specs, those of an interval from the easiest on. What is given by itself
             keeps its name and its numbers of rooms.
         excluded: likewise, those that are left out.
-        alike: graphs that were given by themselves, and are others that were with other numbers of their rooms: the
-            name of each, and that of the other, which stands for both.
+        alike: pairs of names: of a graph that was given, and of one given before it that is the same but for its name
+            and the numbers of its rooms, and is taken for both.
 
     Raises:
         InputError: if a spec cannot be read, the set or an interval is empty, an exclusion excludes nothing, or two
@@ -69,9 +69,9 @@ class GraphSet:
             self.excluded: tuple[GoalGraph, ...] = ()
             return
         own: dict[GoalGraph, GoalGraph] = {}
-        for graph in (as_goal_graph(spec) for spec in self.specs if not is_graph_set(spec)):
-            kept = own.setdefault(graph.canonical(), graph)
-            self.alike += ((graph.name, kept.name),) if graph.name != kept.name else ()
+        named = [as_goal_graph(spec) for spec in self.specs if not is_graph_set(spec)]
+        pairs = [(graph.name, own.setdefault(graph.canonical(), graph).name) for graph in named]
+        self.alike = tuple(dict.fromkeys((name, kept) for name, kept in pairs if name != kept))
         given = [graph.canonical() for spec in self.specs for graph in self._graphs_of(spec)]
         chosen = {canonical: own.get(canonical, canonical) for canonical in given}
         left_out: set[GoalGraph] = set()

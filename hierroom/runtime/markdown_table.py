@@ -11,7 +11,8 @@ def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]], n_nam
     Args:
         headings: one for each column.
         rows: the texts of each row's cells.
-        n_names: how many columns, the first ones, stand on the left; all others hold numbers and stand on the right.
+        n_names: how many columns, the first ones, stand on the left; all others, of numbers for the most part, on the
+            right.
     """
     rule = "|---" * n_names + "|---:" * (len(headings) - n_names) + "|"
     escaped = [[cell.replace("|", r"\|") for cell in cells] for cells in (headings, *rows)]

@@ -20,11 +20,12 @@ from hierroom.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Shard, Sweep
 from hierroom.training.output import warn
-from hierroom.training.unread_entries import unread_entries
+from hierroom.training.unread_entries import entries_without_effect
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
-_OF_ONE_VALUE = ("--out", "--seeds", "--episodes", "--processes", "--shard", "--ray")
-"""Options whose value may hold an equals sign."""
+_OF_ONE_WORD = ("--out", "--seeds", "--episodes", "--processes", "--shard", "--ray")
+_OF_SEVERAL = ("--graphs", "--metas")
+"""Options that take words up to the next option, or to an entry."""
 
 
 @dataclass(frozen=True)
@@ -126,17 +127,31 @@ def main() -> int:
 
 
 def _entries_first(argv: Sequence[str]) -> list[str]:
-    """The words of the command with entries before the options, as the parser wants them, wherever they stand."""
-    options = next((n for n, word in enumerate(argv) if word.startswith("-")), len(argv))
-    pairs = [*zip(["", *argv], argv, strict=False)][options:]
-    entries = [word for before, word in pairs if _ENTRY.match(word) and before not in _OF_ONE_VALUE]
-    others = [word for before, word in pairs if not _ENTRY.match(word) or before in _OF_ONE_VALUE]
-    return [*argv[:options], *entries, *others]
+    """The words of the command with its plan and entries before the options, as the parser wants them.
+
+    Args:
+        argv: the words, which may hold them behind options, too.
+    """
+    first, options, option = [], [], ""
+    for word in argv:
+        if word.startswith("-"):
+            option = word
+            options.append(word)
+        elif option in _OF_ONE_WORD:
+            option = ""
+            options.append(word)
+        elif option in _OF_SEVERAL and (options[-1] == option or not _ENTRY.match(word)):
+            options.append(word)
+        else:
+            option = ""
+            first.append(word)
+    return [*first, *options]
 
 
 def _notes(plan: Plan, runs: Sequence[PlannedRun]) -> list[str]:
     """A line for each of the plan's graphs that another one stands for, and for each value that no run reads."""
-    unread = set(plan.values).intersection(*(unread_entries(run.config) for run in runs))
+    given = {name for values in (plan.values, *(plan.variants or {}).values()) for name in values}
+    unread = given.intersection(*(entries_without_effect(run.config) for run in runs))
     notes = [f"{name} is given, and has no effect on any run of the sweep" for name in sorted(unread)]
     if plan.graphs:
         from hierroom.complexity.graph_set import GraphSet  # it brings scipy along

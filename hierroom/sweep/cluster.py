@@ -41,8 +41,15 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
     except Exception as error:  # it fails in many ways
         raise InputError(f"there is no Ray cluster at {address!r}: {error}") from error
     remote = ray.remote(num_cpus=1, max_retries=MAX_TRIES - 1)(_work_elsewhere)
-    waiting = {remote.remote(job): job for job in jobs}
+    waiting = {}
     try:
+        for job in jobs:
+            try:
+                job.check_folder()
+            except InputError as error:
+                yield Failed(job, str(error))
+            else:
+                waiting[remote.remote(job)] = job
         while waiting and not interrupt.is_requested:
             done, _ = ray.wait([*waiting], timeout=0.5)
             for reference in done:
@@ -92,7 +99,7 @@ def _pack(folder: Path) -> bytes:
 def _unpack(content: bytes, folder: Path) -> None:
     """Write the folder of a run that came back, whole or not at all; nothing outside of it, whatever the archive names.
 
-    A folder that is there holds a part of the run, which was trained again from its beginning.
+    A folder that is there holds a part of the run or all of it, which was trained again from its beginning.
     """
     kinds: dict[str, Any] = {"fileobj": io.BytesIO(content), "mode": "r:gz"}
     folder.parent.mkdir(parents=True, exist_ok=True)

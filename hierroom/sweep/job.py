@@ -17,7 +17,7 @@ from hierroom.training.evaluation import Evaluation
 from hierroom.training.interrupt import Interrupt
 from hierroom.training.learning_curve import MILESTONES, Crossing, LearningCurve
 from hierroom.training.output import lasting_output
-from hierroom.training.own_modules import own_code_digest
+from hierroom.training.own_modules import find_module_files, own_code_digest
 from hierroom.training.provenance import changed_modules, version_of_code
 from hierroom.training.results import write_results
 from hierroom.training.run_folder import RunFolder
@@ -26,8 +26,8 @@ from hierroom.training.trainer import Trainer
 
 Report = Callable[[int, str], object]
 """Takes the steps trained so far and a few words."""
-_loaded_code: dict[tuple[str, ...], str] = {}
-"""Digests of own code by what names it. Whatever becomes of its files, a process goes on with what it loaded first."""
+_loaded_files: dict[str, str | None] = {}
+"""Digests of the files of own code when this process loaded them; whatever becomes of them, it goes on with that."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +57,12 @@ class Job:
         """
         torch.set_num_threads(1)  # the processes are the parallel part
         config = self.run.config
+        self.check_folder()
+        for file in find_module_files(config, self.metas):
+            if _loaded_files.setdefault(file.name, file.digest) != file.digest:
+                raise InputError(f"{file.name} changed while the sweep went on; begin the sweep again to load it anew")
+        own_code = own_code_digest(config, self.metas)
         if (self.folder / "config.json").is_file():
-            held = RunFolder.open(self.folder)
-            if differences := held.config().differences(config):
-                raise InputError(f"{self.folder} holds another run: {', '.join(differences)}; move it away")
             if changes := changed_modules(self.folder, config):
                 raise InputError(f"{changes[0]}; move {self.folder} away to train this run with the code as it is now")
             try:
@@ -69,8 +71,6 @@ class Job:
                 raise InputError(f"{error}; move {self.folder} away to train this run from its beginning") from error
         else:
             trainer, folder = begin(config, self.folder)
-        own = *(config.entries[name] for name in ("meta", "network", "reward")), *self.metas
-        own_code = _loaded_code.setdefault(tuple(map(str, own)), own_code_digest(config, self.metas))
         silent = Console(file=io.StringIO())
         with folder.lock, lasting_output(), Interrupt(hears_ctrl_c=False) as interrupt:
             train(trainer, folder, interrupt, lambda words: report(trainer.steps, words))
@@ -78,6 +78,17 @@ class Job:
                 return None
             write_results(trainer, folder, silent)
             return self._numbers(trainer, folder) | {"own_code": own_code}
+
+    def check_folder(self) -> None:
+        """Refuse a folder that holds another run.
+
+        Raises:
+            InputError: if it does.
+        """
+        if not (self.folder / "config.json").is_file():
+            return
+        if differences := RunFolder.open(self.folder).config().differences(self.run.config):
+            raise InputError(f"{self.folder} holds another run: {', '.join(differences)}; move it away")
 
     def _numbers(self, trainer: Trainer, folder: RunFolder) -> dict[str, object]:
         """The results: milestones from the learning curve, then evaluations of all that was learned."""

@@ -16,6 +16,7 @@ from hierroom.errors import in_one_line
 from hierroom.sweep.events import MAX_TRIES, Event, Failed, Finished, Interrupted, Progressed, Retried
 from hierroom.sweep.job import Job
 from hierroom.training.interrupt import Interrupt
+from hierroom.training.provenance import version_of_code
 
 _SPAWN = get_context("spawn")  # a forked process would share torch's threads and the kernels' cache locks
 _LAST_WORDS_S = 60.0
@@ -132,6 +133,7 @@ def _without_ctrl_c() -> Iterator[None]:
 def _work(connection: Connection, command: list[str]) -> None:
     """What a process of the pool does: jobs, until the sweep is over."""
     sys.orig_argv = command  # of which the runs are to tell, not of how multiprocessing starts a process
+    version_of_code()  # what this process has loaded, whatever is committed while it works
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches it too; the sweep asks it to stop by SIGTERM
     while True:
         try:

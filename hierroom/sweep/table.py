@@ -55,7 +55,7 @@ class SweepTable:
         return curves
 
     def complete(self, runs: Sequence[PlannedRun]) -> None:
-        """Write into the rows of some runs the columns that tell them apart, and that the table lacked until now.
+        """Fill what is empty of the columns that tell some runs apart, as those of entries that did not vary before.
 
         Raises:
             InputError: if the file cannot be read or written.
@@ -65,7 +65,7 @@ class SweepTable:
         identities = {run.digest: run.identity for run in runs}
         with FileLock(self.path.with_name(f".{self.path.name}.lock")):
             before = self.read()
-            rows = [{**row, **identities.get(row["digest"], {})} for row in before]
+            rows = [_completed(row, identities.get(row["digest"], {})) for row in before]
             if rows != before:
                 _write(self.path, rows, [*runs[0].identity])
 
@@ -92,6 +92,10 @@ class SweepTable:
             valid = {run.digest, *(one["digest"] for one in kept)}
             if not {one["digest"] for one in curves} <= valid:  # those of rows that were replaced
                 _write(self.curves_path, [one for one in curves if one["digest"] in valid])
+
+
+def _completed(row: Row, identity: Mapping[str, str]) -> Row:
+    return {**row, **{name: text for name, text in identity.items() if not row.get(name)}}
 
 
 def _read(path: Path) -> list[Row]:

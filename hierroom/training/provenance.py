@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -97,8 +98,12 @@ def describe_session(device: str = "cpu") -> dict[str, Any]:
     }
 
 
+@cache
 def version_of_code() -> str:
-    """The version of hierroom, in a checkout with its commit now, which an editable installation does not follow."""
+    """The version of hierroom, in a checkout with its commit when this was first asked.
+
+    An editable installation has the version of the commit that was installed.
+    """
     git = describe_git(Path(hierroom.__file__).parent, "__init__.py")
     if git is None:
         return hierroom.__version__

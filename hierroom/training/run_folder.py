@@ -189,8 +189,10 @@ class RunFolder:
         except OSError as error:
             raise InputError(f"cannot read the checkpoint {path}: {error.strerror}") from error
         except InputError as error:
-            others = sorted(other for other in paths if paths[other] < path)
-            before = f"; without it the run goes on from {paths[others[-1]].name}" if others else ""
+            last, *others = sorted(paths, reverse=True)
+            before = (
+                f"; without it the run goes on from {paths[others[0]].name}" if others and path == paths[last] else ""
+            )
             raise CheckpointError(f"the checkpoint {path} {error}{before}") from error
 
     def require_same_config(

@@ -7,8 +7,8 @@ from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset
 
 
-def unread_entries(config: TrainConfig) -> tuple[str, ...]:
-    """The entries that are not the preset's and have no effect on what the config trains.
+def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
+    """The entries that have no effect on what the config trains, whatever their values.
 
     Args:
         config: of a run.
@@ -16,20 +16,25 @@ def unread_entries(config: TrainConfig) -> tuple[str, ...]:
     Returns:
         names, those of the meta-controller's learner as ``meta_ppo.gamma``.
     """
-    method, usual = config.resolved_method, find_preset(config.preset)
-    unread: list[str] = []
-    if method.meta != LEARNED:
-        learner = vars(config.meta_ppo).items()
-        unread += [f"meta_ppo.{name}" for name, value in learner if value != vars(usual.meta_ppo)[name]]
+    method = config.resolved_method
+    is_learned = method.meta == LEARNED
     readers = {
-        "meta_start_success": method.meta == LEARNED,
-        "meta_features": method.meta == LEARNED,
+        **{f"meta_ppo.{name}": is_learned for name in vars(config.meta_ppo)},
+        "meta_start_success": is_learned,
+        "meta_features": is_learned,
         "novelty_bonus": method.controller.reward == "novelty",
         "curiosity_weight": method.controller.is_curious,
     }
-    unread += [name for name, is_read in readers.items() if not is_read]
-    own, others = config.entries, usual.entries
-    return tuple(name for name in unread if name.startswith("meta_ppo.") or own[name] != others[name])
+    return tuple(name for name, is_read in readers.items() if not is_read)
+
+
+def unread_entries(config: TrainConfig) -> tuple[str, ...]:
+    """Those of them that are not as in the config's preset."""
+    own, usual = (
+        {**one.entries, **{f"meta_ppo.{name}": value for name, value in vars(one.meta_ppo).items()}}
+        for one in (config, find_preset(config.preset))
+    )
+    return tuple(name for name in entries_without_effect(config) if own[name] != usual[name])
 
 
 def unread_note(config: TrainConfig) -> str | None:
