@@ -75,11 +75,11 @@ def test_of_a_broken_checkpoint_the_one_before_is_told_where_it_is_the_newest(tm
         path.write_bytes(b"")
     with pytest.raises(InputError, match=f"; without it the run goes on from {re.escape(paths[1].name)}$"):
         folder.load_checkpoint()
-    with pytest.raises(InputError, match="which this hierroom reads$"):
+    with pytest.raises(InputError, match=r"which this hierroom reads$"):
         folder.load_checkpoint(128)
     for path in paths[1:]:
         path.unlink()
-    with pytest.raises(InputError, match="which this hierroom reads$"):
+    with pytest.raises(InputError, match=r"which this hierroom reads$"):
         folder.load_checkpoint()
 
 

@@ -14,6 +14,7 @@ import pytest
 from tiny_sweep import plan, tiny_words
 
 from hierroom.errors import InputError
+from hierroom.sweep import job
 from hierroom.sweep.__main__ import main
 from hierroom.sweep.summary import summarise
 from hierroom.sweep.sweep import Sweep
@@ -178,6 +179,20 @@ def test_a_run_does_not_go_on_with_other_code(tmp_path, monkeypatch):
     folder.path.rename(tmp_path / "away")
     assert not sweep.fill(processes=1).failures
     assert sweep.made_with_other_code() == []
+
+
+def test_a_process_does_not_mix_code_that_it_loaded_with_code_that_it_did_not(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+    monkeypatch.setattr(job, "_loaded_files", {})
+    own = Path("a_reward_edited_meanwhile.py")
+    own.write_text("import numpy as np\n\ndef one(step):\n    return np.zeros(len(step.events))\n\ntwo = one\n")
+    one, two = plan(f"reward={own.stem}:one,{own.stem}:two", "method=ppo", "seed=0").runs()
+    assert job.Job(one, tmp_path / "one", 4, (), "").work(lambda steps, words: None)
+    own.write_text(own.read_text() + "# changed\n")
+    with pytest.raises(InputError, match=f"^{own} changed while the sweep went on; begin the sweep again to load it"):
+        job.Job(two, tmp_path / "two", 4, (), "").work(lambda steps, words: None)
+    assert not (tmp_path / "two").exists()
 
 
 def test_a_file_is_no_folder_of_a_sweep(tmp_path):

@@ -189,10 +189,8 @@ class RunFolder:
         except OSError as error:
             raise InputError(f"cannot read the checkpoint {path}: {error.strerror}") from error
         except InputError as error:
-            last, *others = sorted(paths, reverse=True)
-            before = (
-                f"; without it the run goes on from {paths[others[0]].name}" if others and path == paths[last] else ""
-            )
+            newest, *others = sorted(paths.values(), reverse=True)
+            before = f"; without it the run goes on from {others[0].name}" if others and path == newest else ""
             raise CheckpointError(f"the checkpoint {path} {error}{before}") from error
 
     def require_same_config(

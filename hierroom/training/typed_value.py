@@ -28,7 +28,7 @@ def entry_types(part: type) -> dict[str, Any]:
 
 
 def typed_value(name: str, kind: Any, value: Any) -> Any:
-    """The value that a file holds for an entry, as one of the entry's type: lists as tuples, 1e6 for 1000000, 1 for 1.0.
+    """The value that a file holds for an entry, as one of its type: lists as tuples, 1e6 for 1000000, 1 for 1.0.
 
     Args:
         name: of the entry, for the message.
