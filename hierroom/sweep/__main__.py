@@ -23,9 +23,10 @@ from hierroom.training.output import warn
 from hierroom.training.unread_entries import entries_without_effect
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
-_OF_ONE_WORD = ("--out", "--seeds", "--episodes", "--processes", "--shard", "--ray")
+_FLAGS = ("--list", "--markdown", "--help", "-h")
+"""Options that take no word."""
 _OF_SEVERAL = ("--graphs", "--metas")
-"""Options that take words up to the next option, or to an entry."""
+"""Options that take words up to the next option, or to an entry; all others take one."""
 
 
 @dataclass(frozen=True)
@@ -135,12 +136,9 @@ def _entries_first(argv: Sequence[str]) -> list[str]:
     first, options, option = [], [], ""
     for word in argv:
         if word.startswith("-"):
-            option = word
+            option = "" if word in _FLAGS or "=" in word else word
             options.append(word)
-        elif option in _OF_ONE_WORD:
-            option = ""
-            options.append(word)
-        elif option in _OF_SEVERAL and (options[-1] == option or not _ENTRY.match(word)):
+        elif option and (options[-1] == option or (option in _OF_SEVERAL and not _ENTRY.match(word))):
             options.append(word)
         else:
             option = ""
