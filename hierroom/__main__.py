@@ -30,7 +30,7 @@ def main() -> int:
     """The command.
 
     Raises:
-        InputError: if it is given anything but an option.
+        InputError: if it is given the name of a command, or what is no option of its own.
     """
     if sys.argv[1:2] and sys.argv[1] in COMMANDS:
         raise InputError(f"{sys.argv[1]} is a command of its own: python -m hierroom.{shlex.join(sys.argv[1:])}")
