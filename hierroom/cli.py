@@ -7,8 +7,10 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, redirect_stderr
+from contextlib import contextmanager, redirect_stderr, suppress
 from pathlib import Path
+
+from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from hierroom.errors import InputError, RunError, one_line
 
@@ -27,7 +29,6 @@ COMMANDS: Mapping[str, str] = {
 """What people run, as ``python -m hierroom.NAME``, and what for."""
 
 _WORDS = {
-    r"invalid literal for int\(\) with base 10:": "it must be a whole number, not",
     "could not convert string to float:": "it must be a number, not",
     r"Could not parse arguments (\[.*\]) into tuple type typing\.Tuple\[[float, ]*\]": r"they must be numbers, not \1",
     r"no type matching \{None\}\|INT could be instantiated from \[(.*)\]": r"it must be a whole number or None, not \1",
@@ -81,12 +82,14 @@ def one_line_usage(argv: Sequence[str] | None = None) -> Iterator[None]:
     Raises:
         InputError: if tyro refuses the command line.
     """
+    numbers = ConstructorRegistry()
+    numbers.primitive_rule(_whole_number_rule)
     given, said, columns = sys.argv[1:] if argv is None else argv, io.StringIO(), os.environ.get("COLUMNS")
     is_help = not {"-h", "--help"}.isdisjoint(given)
     try:
         if not is_help:
             os.environ["COLUMNS"] = "100000"  # tyro breaks no line of the box, so that none has to be put together
-        with redirect_stderr(said):
+        with redirect_stderr(said), numbers:
             yield
     except SystemExit as error:
         if error.code != 2:  # it was asked for help, or for what completes options in a shell
@@ -96,6 +99,29 @@ def one_line_usage(argv: Sequence[str] | None = None) -> Iterator[None]:
         if not is_help:
             os.environ.pop("COLUMNS")
             os.environ.update({} if columns is None else {"COLUMNS": columns})
+
+
+def _whole_number_rule(type_info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec | None:
+    """How tyro is to read a whole number: 1e6 too, as config files do."""
+    if type_info.type is not int:
+        return None
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar="INT",
+        instance_from_str=lambda texts: _whole_number(texts[0]),
+        is_instance=lambda value: isinstance(value, int),
+        str_from_instance=lambda value: [str(value)],
+    )
+
+
+def _whole_number(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        with suppress(ValueError):
+            if (number := float(text)).is_integer():
+                return int(number)
+        raise ValueError(f"it must be a whole number, not {text!r}") from None
 
 
 def _without_box(text: str) -> str:

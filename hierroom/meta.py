@@ -185,7 +185,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
         return _checked(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))
     if spec == LEARNED:
         raise InputError("the learned meta-controller is made in training: give that of a trained run")
-    known = (*META_CONTROLLERS, LEARNED)
+    known = META_CONTROLLERS if num_envs is None else (*META_CONTROLLERS, LEARNED)
     make = META_CONTROLLERS.get(spec) or load_plugin(
         spec, "meta-controller", known, ENTRY_POINT_GROUP, "Class or :function"
     )

@@ -3,16 +3,19 @@
 import re
 import subprocess
 import sys
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
+import tyro
 
 import hierroom
 from hierroom.agents.config import METHODS, FeatureName, MethodName
 from hierroom.agents.features import FEATURES
-from hierroom.cli import COMMANDS
+from hierroom.cli import COMMANDS, one_line_usage
 from hierroom.env_config import GoalMaskName, RewardName
+from hierroom.errors import InputError
 from hierroom.rewards import REWARDS
 from hierroom.situation import GOAL_MASKS
 from hierroom.training.config import PresetName
@@ -99,6 +102,41 @@ def test_a_wrong_choice_is_refused_with_the_right_ones():
     assert "'pop'" in done.stderr
     assert "hippo" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Options of whole numbers.
+
+    Args:
+        steps: some.
+        rooms: some or all.
+        seeds: several.
+    """
+
+    steps: int = 1
+    rooms: int | None = None
+    seeds: tuple[int, ...] = ()
+
+
+def numbers_of(*line):
+    with one_line_usage(line):
+        return tyro.cli(Numbers, args=line)
+
+
+def test_a_whole_number_may_have_an_exponent_as_in_a_file():
+    assert numbers_of("--steps", "1e6", "--rooms", "2.5e1", "--seeds", "1e1", "1_000") == Numbers(10**6, 25, (10, 1000))
+    assert numbers_of("--steps=-3", "--rooms", "None") == Numbers(-3, None)
+    assert numbers_of("--steps", str(2**70 + 1)).steps == 2**70 + 1
+    assert isinstance(numbers_of("--steps", "1e6").steps, int)
+
+
+@pytest.mark.parametrize("text", ["1e-1", "2.5", "inf", "nan", "1e400", "many", ""])
+def test_what_is_no_whole_number_is_refused_as_it_was_typed(text):
+    with pytest.raises(InputError, match=f"--steps: it must be a whole number, not '{re.escape(text)}'"):
+        numbers_of("--steps", text)
+    with pytest.raises(InputError, match="--rooms: it must be a whole number or None, not "):
+        numbers_of("--rooms", text)
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -85,7 +85,7 @@ def test_a_meta_controller_itself():
 @pytest.mark.parametrize(
     ("spec", "said"),
     [
-        ("best", "a meta-controller is one of fixed-dfs, random, oracle, none, "),
+        ("best", "a meta-controller is one of fixed-dfs, random, oracle, none, an entry point "),
         ("", "a meta-controller is one of fixed-dfs, random, oracle, none, "),
         ("{outside}_x:Mine", "there is no module '{outside}_x' for the meta-controller '{outside}_x:Mine'"),
         ("{outside}_broken:Mine", "there is no module 'nowhere_to_be_found' for the meta-controller"),

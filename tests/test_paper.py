@@ -1,5 +1,8 @@
 """The paper's Table 3 and figures, from rows made by hand, and all of them once from nothing, very small."""
 
+import csv
+import io
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -128,6 +131,18 @@ def test_the_hitting_time_is_ranked_against_what_was_learned():
 def test_table_3_has_one_format(tmp_path):
     with pytest.raises(InputError, match="give --csv or --markdown, not both"):
         Table3(PaperRuns(out=tmp_path), csv=True, markdown=True)
+
+
+def test_its_csv_is_empty_where_nothing_is_known(tmp_path, capsys):
+    shutil.copytree(Path(__file__).parents[1] / "benchmarks" / "results" / "paper", tmp_path / "p")
+    Table3(PaperRuns(out=tmp_path / "p", seeds=1, sizes=(19,)), csv=True).run()
+    text = capsys.readouterr().out
+    rows = {(row["method"], row["graph"]): row for row in csv.DictReader(io.StringIO(text))}
+    assert len(rows) == 28
+    assert "nan" not in text
+    assert rows["ppo", "c"]["success_half_width"] == "", "of one seed"
+    assert rows["ppo", "c"]["steps_to_paper"] == "", "the paper's 0.2% cannot be told from none"
+    assert rows["ppo", "c"]["steps_to_95"] == "inf"
 
 
 def test_an_episode_that_misses_a_goal_counts_as_the_limit():

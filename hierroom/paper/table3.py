@@ -31,7 +31,7 @@ class Table3:
 
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
     csv: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    """Print one line per cell as CSV."""
+    """Print one line per cell as CSV: empty where nothing is known, inf where half of the seeds never arrived."""
     markdown: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     """Print the tables in Markdown."""
 
@@ -46,7 +46,8 @@ class Table3:
         if self.csv:
             writer = csv.DictWriter(sys.stdout, list(vars(cells[0])), lineterminator="\n")
             writer.writeheader()
-            writer.writerows(vars(one) for one in cells)
+            for one in cells:
+                writer.writerow({name: None if _is_unknown(value) else value for name, value in vars(one).items()})
             return
         for size in self.runs.sizes:
             own = [one for one in cells if one.size == size]
@@ -151,6 +152,10 @@ def _steps(steps: float) -> str:
     if np.isnan(steps):
         return ""
     return "-" if np.isinf(steps) else steps_text(steps) if steps else "0"
+
+
+def _is_unknown(value: str | float | None) -> bool:
+    return isinstance(value, float) and np.isnan(value)
 
 
 def _sentences(cells: Sequence[ComparedCell]) -> str:
