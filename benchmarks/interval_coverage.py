@@ -1,12 +1,21 @@
 """How often 95% intervals of few runs hold the true value, by simulation: the table in docs/compare.md.
 
-python benchmarks/interval_coverage.py
+    python -m benchmarks.interval_coverage
+
+Scores are drawn from a distribution whose mean and interquartile mean are known.
 """
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
+from pathlib import Path
 
+import numpy as np
+import tyro
+from rich.console import Console
+from rich.progress import track
+
+from benchmarks.result_table import ResultTable
 from hierroom.compare.estimates import estimate, interquartile_mean, mean
 
 EXPERIMENTS, RESAMPLES = 1000, 500
@@ -14,6 +23,18 @@ DISTRIBUTIONS = {
     "normal": lambda generator, n: generator.normal(size=n),
     "skewed": lambda generator, n: generator.beta(8, 2, size=n),
 }
+CASES = [(n_runs, n_graphs) for n_graphs, numbers in ((1, (3, 5, 10, 20)), (7, (3, 5, 10))) for n_runs in numbers]
+
+
+@dataclass(frozen=True)
+class Options:
+    """Count how often the truth is inside.
+
+    Args:
+        out: a file that the table is written to as CSV.
+    """
+
+    out: Path | None = None
 
 
 def coverage(statistic, draw, n_runs: int, n_graphs: int) -> float:
@@ -28,16 +49,15 @@ def coverage(statistic, draw, n_runs: int, n_graphs: int) -> float:
     return covered / EXPERIMENTS
 
 
-def main() -> None:
-    error = (0.9 * 0.1 / EXPERIMENTS) ** 0.5
-    print(f"{EXPERIMENTS} experiments each, {RESAMPLES} resamples, standard errors about {error:.2f}")
+def main(options: Options) -> None:
     columns = [(statistic, name) for statistic in (interquartile_mean, mean) for name in DISTRIBUTIONS]
-    print("| runs on each graph | graphs | " + " | ".join(f"{s.__name__}, {name}" for s, name in columns) + " |")
-    for n_graphs, numbers in ((1, (3, 5, 10, 20)), (7, (3, 5, 10))):
-        for n_runs in numbers:
-            cells = [f"{coverage(s, DISTRIBUTIONS[name], n_runs, n_graphs):.2f}" for s, name in columns]
-            print(f"| {n_runs} | {n_graphs} | " + " | ".join(cells) + " |", flush=True)
+    headings = (f"{statistic.__name__.replace('_', ' ')}, {name}" for statistic, name in columns)
+    rows = []
+    for n_runs, n_graphs in track(CASES, "cases", console=Console(stderr=True), transient=True):
+        cells = (f"{coverage(statistic, DISTRIBUTIONS[name], n_runs, n_graphs):.2f}" for statistic, name in columns)
+        rows.append((f"{n_runs}", f"{n_graphs}", *cells))
+    ResultTable(("runs on each graph", "graphs", *headings), tuple(rows)).publish(options.out)
 
 
 if __name__ == "__main__":
-    main()
+    main(tyro.cli(Options, description=__doc__))

@@ -1,26 +1,31 @@
 """The effective horizon of MiniGrid levels, beside the values that were published.
 
-    python benchmarks/minigrid_horizon.py
+    python -m benchmarks.minigrid_horizon
 
 The settings are those of BRIDGE (Laidlaw, Russell and Dragan, Bridging RL Theory and Practice with the Effective
 Horizon, 2023): the level of seed 0; actions 0 to 5, without "done"; reward 1 for the mission, whenever; a horizon of
 100 steps. BRIDGE used MiniGrid 2.2. Its table of all MDPs is on Zenodo (record 8226192); the one level whose numbers
 stand in the authors' repository, github.com/cassidylaidlaw/effective-horizon, is MiniGrid-KeyCorridorS3R1-v0.
+
+In the table, k is the least for which the MDP is k-QVI-solvable, W the effective planning window, and bound that on the
+effective horizon by theorem 5.4. H_1 and H_2 are by GORP's exact probability of success; what is published of H_1 is an
+upper bound. samples is T^2 A^k m_k, the lesser for k = 1 and 2; random is the random policy's success; for least d see
+`covering_length`.
 """
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import gymnasium
-import minigrid
+import minigrid  # noqa: F401 - it registers its environments
 import tyro
 from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
+from benchmarks.result_table import ResultTable
 from hierroom.complexity.measures import (
     Gorp,
     covering_length,
@@ -31,7 +36,14 @@ from hierroom.complexity.measures import (
 )
 
 PUBLISHED = {
-    "MiniGrid-KeyCorridorS3R1-v0": {"k": "1", "W": "15", "bound": "16.00", "H_1": "<= 4.07", "least d": "3.625e-07"},
+    "MiniGrid-KeyCorridorS3R1-v0": {
+        "states": "169",
+        "k": "1",
+        "W": "15",
+        "bound": "16.00",
+        "H_1": "≤ 4.07",
+        "least d": "3.625e-07",
+    },
 }
 """From data/mdps/MiniGrid-KeyCorridorS3R1-v0/, consolidated_analyzed.json and consolidated_gorp_bounds.json."""
 LEVELS = (
@@ -46,7 +58,8 @@ LEVELS = (
     "MiniGrid-MultiRoom-N2-S4-v0",
     "MiniGrid-Unlock-v0",
 )
-HEADINGS = ("states", "steps", "k", "W", "bound", "H_1", "H_2", "samples", "random", "least d", "seconds")
+BRIDGE_HORIZON = 100
+HEADINGS = ("states", "steps", "k", "W", "bound", "H_1", "H_2", "samples", "random", "least d")
 
 
 @dataclass(frozen=True)
@@ -56,10 +69,12 @@ class Options:
     Args:
         levels: ids of environments.
         horizon: steps of an episode.
+        out: a file that the table is written to as CSV.
     """
 
     levels: tuple[str, ...] = LEVELS
-    horizon: int = 100
+    horizon: int = BRIDGE_HORIZON
+    out: Path | None = None
 
 
 def state(env: gymnasium.Env) -> tuple:
@@ -69,7 +84,6 @@ def state(env: gymnasium.Env) -> tuple:
 
 
 def row(name: str, horizon: int) -> dict[str, str]:
-    started = time.perf_counter()
     mdp = enumerate_env(gymnasium.make(name), state, actions=range(6), reward=lambda earned: float(earned > 0))
     bound = effective_horizon(mdp, horizon)
     first, second = (Gorp(mdp, horizon, k).rollouts() for k in (1, 2))
@@ -84,24 +98,19 @@ def row(name: str, horizon: int) -> dict[str, str]:
         "samples": f"{min(first.samples, second.samples):.2e}",
         "random": f"{mdp.random_success(horizon):.3g}",
         "least d": f"{covering_length(mdp, horizon).occupancy:.3e}",
-        "seconds": f"{time.perf_counter() - started:.1f}",
     }
 
 
 def main(options: Options) -> None:
-    table = Table(title=f"MiniGrid {minigrid.__version__}, seed 0, 6 actions, horizon {options.horizon}")
-    for heading in ("level", *HEADINGS):
-        table.add_column(heading, justify="left" if heading == "level" else "right", no_wrap=True)
+    rows = []
     for name in track(options.levels, "measuring", console=Console(stderr=True), transient=True):
         measured, published = row(name, options.horizon), PUBLISHED.get(name, {})
-        table.add_row(name, *(measured[heading] for heading in HEADINGS))
-        if published and options.horizon == 100:
-            table.add_row("  published", *(published.get(heading, "") for heading in HEADINGS))
-    Console(width=150).print(table)
-    print("k: the MDP is k-QVI-solvable; W: effective planning window; bound: on the effective horizon, by theorem 5.4")
-    print("H_1, H_2: by GORP's exact probability of success; what is published of H_1 is an upper bound")
-    print("samples: T^2 A^k m_k, the lesser for k = 1 and 2; random: its success; least d: see covering_length")
+        level = name.removeprefix("MiniGrid-").removesuffix("-v0")
+        rows.append((level, *(measured[heading] for heading in HEADINGS)))
+        if published and options.horizon == BRIDGE_HORIZON:
+            rows.append(("the same, published", *(published.get(heading, "") for heading in HEADINGS)))
+    ResultTable(("level", *HEADINGS), tuple(rows)).publish(options.out)
 
 
 if __name__ == "__main__":
-    main(tyro.cli(Options))
+    main(tyro.cli(Options, description=__doc__))

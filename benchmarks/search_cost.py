@@ -1,6 +1,6 @@
 """What having to search costs: a controller that remembers all it saw beside one that sees the whole level.
 
-    python benchmarks/search_cost.py --episodes 1000
+    python -m benchmarks.search_cost --episodes 1000
 
 Both are given the same goals in the levels in which runs are evaluated; see `searching.py` for the one that has to look
 for them. The table has mean lengths, first that of the shortest ways to the exit, for which no goals are given.
@@ -9,13 +9,15 @@ for them. The table has mean lengths, first that of the shortest ways to the exi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import tyro
-from informed import Informed
 from rich.console import Console
 from rich.progress import track
-from searching import Searching
 
+from benchmarks.informed import Informed
+from benchmarks.result_table import ResultTable
+from benchmarks.searching import Searching
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.goals import spec_names
@@ -41,9 +43,14 @@ class Options:
     """Cells of the grid's side."""
     seed: int = 0
     """The levels are those in which a run of this seed is evaluated."""
+    out: Path | None = None
+    """A file that the table is written to as CSV."""
 
 
-def row_of(config: TrainConfig, episodes: int) -> str:
+HEADINGS = ("graph", "shortest", "informed", "searching", "over informed", "success")
+
+
+def row_of(config: TrainConfig, episodes: int) -> tuple[str, ...]:
     """The table's row for the environments of a config."""
     num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), evaluation_seed(config.seed)
     meta = config.resolved_method.meta
@@ -53,10 +60,8 @@ def row_of(config: TrainConfig, episodes: int) -> str:
     searching = evaluate(Searching(make_meta(meta), turns), turns, episodes)
     shortest = informed.length / informed.length_over_shortest
     (graph,) = spec_names(config.env.graph)
-    return (
-        f"| {graph} | {shortest:.1f} | {informed.length:.1f} | {searching.length:.1f} | "
-        f"{searching.length / informed.length:.2f} | {searching.success_rate:.1%} |"
-    )
+    lengths = (f"{length:.1f}" for length in (shortest, informed.length, searching.length))
+    return graph, *lengths, f"{searching.length / informed.length:.2f}", f"{searching.success_rate:.1%}"
 
 
 def main() -> int:
@@ -66,9 +71,8 @@ def main() -> int:
     if options.episodes < 1:
         raise InputError(f"episodes must be at least 1, not {options.episodes}")
     graphs = track(options.graphs, "graphs", console=Console(stderr=True), transient=True)
-    rows = [row_of(config.changed(graph=graph, size=options.size), options.episodes) for graph in graphs]
-    print("| graph | shortest | informed | searching | over informed | success |\n|---|---|---|---|---|---|")
-    print("\n".join(rows))
+    rows = tuple(row_of(config.changed(graph=graph, size=options.size), options.episodes) for graph in graphs)
+    ResultTable(HEADINGS, rows).publish(options.out)
     return 0
 
 

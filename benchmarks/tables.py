@@ -1,4 +1,4 @@
-"""Put the tables of the sweeps in `benchmarks/sweeps/` into README and docs, from the rows in `benchmarks/results/`.
+"""Put the tables of the sweeps and other benchmarks into README and docs, from the rows in `benchmarks/results/`.
 
     python -m benchmarks.tables            # renew
     python -m benchmarks.tables --check    # exit code 1 where one differs
@@ -16,6 +16,7 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 | `<!-- levels NAME SEEDS -->` | whether hierarchy pays on other levels |
 | `<!-- tuning NAME ... -->` | which settings the sweeps tuned |
 | `<!-- paper SIZE SEEDS -->` | the paper's Table 3, ours on grids of one size |
+| `<!-- result NAME -->` | what a benchmark measured that is no sweep, as it wrote it to benchmarks/results/NAME.csv |
 
 What `study` shows was written by `benchmarks.study.statistics --out correlations.csv`, or, where a milestone stands
 before the measures, with `--outcome steps_to_50 --out correlations_steps_to_50.csv`.
@@ -33,6 +34,7 @@ from typing import Annotated
 import tyro
 
 from benchmarks.committed import ROOT, done_rows, plan_of
+from benchmarks.result_table import ResultTable
 from benchmarks.study.page_tables import (
     comparisons_table,
     factors_table,
@@ -51,7 +53,7 @@ from hierroom.paper.table3 import markdown
 from hierroom.sweep.summary import summarise
 
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
-KINDS = "sweep|study|hierarchy|factors|comparisons|levels|tuning|paper"
+KINDS = "sweep|study|hierarchy|factors|comparisons|levels|tuning|paper|result"
 PLACE = re.compile(rf"(<!-- ({KINDS}) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
 
 
@@ -106,6 +108,18 @@ def paper_table(size: str, n_seeds: str) -> str:
     return f"\n`{command}`:\n\n{markdown(cells, paper.steps)}\n\n"
 
 
+def result_table(name: str) -> str:
+    """What a benchmark measured that is no sweep; the page says with which command.
+
+    Args:
+        name: of the file that the benchmark wrote.
+
+    Raises:
+        InputError: if there is none.
+    """
+    return f"\n{ResultTable.read(ROOT / 'benchmarks' / 'results' / f'{name}.csv').markdown()}\n\n"
+
+
 def renewed(text: str) -> str:
     """A page with its tables as they are now."""
     return PLACE.sub(lambda place: place[1] + _table(place[2], place[3].split()) + place[4], text)
@@ -121,6 +135,7 @@ def _table(kind: str, words: Sequence[str]) -> str:
         "levels": levels_table,
         "tuning": tuning_table,
         "paper": paper_table,
+        "result": result_table,
     }
     needed = signature(makers[kind])
     try:

@@ -10,16 +10,16 @@ that the learner puts in its place (as learned from).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import torch
 import tyro
 from numpy.typing import NDArray
-from rich.box import MARKDOWN
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
+from benchmarks.result_table import ResultTable
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.cli import run
 from hierroom.errors import InputError
@@ -39,11 +39,13 @@ class Options:
         graph: on which both agents are trained.
         updates: of the meta-controller, from the first on.
         seed: of the training.
+        out: a file that the table is written to as CSV.
     """
 
     graph: str = "c"
     updates: int = 60
     seed: int = 0
+    out: Path | None = None
 
 
 def log_probs_now(learner: Learner, batch: Batch) -> NDArray[np.floating]:
@@ -75,19 +77,18 @@ def main() -> None:
         return renewed
 
     learner._renewed = watched
-    with Progress() as progress:
+    with Progress(console=Console(stderr=True)) as progress:
         task = progress.add_task("updates of the meta-controller", total=options.updates)
         while len(learned) < options.updates:
             trainer.advance()
             progress.update(task, completed=len(learned))
     headings = "turns", "more than 0.01 from 1", "outside the clip range", "greatest", "farthest from 1"
-    table = Table("ratios", *headings, box=MARKDOWN)
-    clip = learner.config.clip
+    rows, clip = [], learner.config.clip
     for name, ratios in ("as collected", np.concatenate(collected)), ("as learned from", np.concatenate(learned)):
         off = abs(ratios - 1)
         shares = (f"{(off > limit).mean():.1%}" for limit in (0.01, clip))
-        table.add_row(name, f"{len(ratios):,}", *shares, f"{ratios.max():.1f}", f"{off.max():.2g}")
-    Console(width=120).print(table)
+        rows.append((name, f"{len(ratios):,}", *shares, f"{ratios.max():.1f}", f"{off.max():.2g}"))
+    ResultTable(("ratios", *headings), tuple(rows)).publish(options.out)
 
 
 if __name__ == "__main__":

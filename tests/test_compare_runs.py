@@ -19,6 +19,8 @@ from hierroom.compare.figure import COLOURS, MAX_GROUPS
 from hierroom.compare.style import DASHES, line_style
 from hierroom.errors import InputError
 from hierroom.training.plots import step_unit
+from hierroom.training.provenance import record_session
+from hierroom.training.run_folder import RunFolder
 
 ENDS = {"fixed-dfs": (0.7, 0.8, 0.9, 1.0), "random": (0.2, 0.4, 0.6, 0.8)}
 """Success rates after a million steps, by seed; on their way they rise in straight lines from 0."""
@@ -186,6 +188,31 @@ def test_by_default_no_more_than_needed(tmp_path, compare):
             make_run(tmp_path / "r" / f"{n}{seed}", {"c": line(0.5)}, seed=seed, **choice)
     assert "compared by method, meta, as" in compare(tmp_path / "r")
     assert {one["group"] for one in rows("compare/curves.csv")} == {"ppo", "hippo, fixed-dfs", "hippo, random"}
+
+
+def test_what_a_sweep_calls_a_run_is_what_it_is_called_here(tmp_path, compare):
+    """Variants that differ in several entries are told by their names; a run of no sweep has none."""
+    for seed in range(2):
+        for name, entries in {"slow, HiPPO": {"gamma": 0.9, "learning_rate": 1e-4}, "quick": {"gamma": 0.99}}.items():
+            path = make_run(tmp_path / "r" / f"{name}{seed}", {"c": line(0.5)}, seed=seed, **entries)
+            record_session(path, RunFolder(path).config(), name)
+            record_session(path, RunFolder(path).config())  # it was resumed
+    printed = compare(tmp_path / "r")
+    assert "compared by variant, as no --by was given" in printed
+    assert "the groups differ also in learning_rate, gamma" in printed
+    assert [one["group"] for one in rows("compare/summary.csv")][::2] == ["quick", "slow, HiPPO"]
+    path = make_run(tmp_path / "r" / "other", {"c": line(0.5)})
+    compare(tmp_path / "r", by="variant")
+    assert {one["group"] for one in rows("compare/summary.csv")} == {"quick", "slow, HiPPO", "no variant"}
+    compare(tmp_path / "r", by="variant,method")
+    assert {one["group"] for one in rows("compare/summary.csv")} == {"quick, hippo", "slow, HiPPO, hippo", "hippo"}
+    (path / "provenance.json").write_text("[")
+    assert "compared by variant, as no --by was given" in compare(tmp_path / "r"), "a broken file has no variant"
+    shutil.copytree(path, tmp_path / "r" / "renamed")
+    (tmp_path / "r" / "renamed" / "provenance.json").unlink()
+    record_session(tmp_path / "r" / "renamed", RunFolder(path).config(), "quick")
+    with pytest.raises(InputError, match=r"other and .*renamed are the same run"):
+        compare(tmp_path / "r", by="gamma")
 
 
 def test_one_group_is_a_learning_curve(tmp_path, compare):

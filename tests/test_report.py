@@ -27,6 +27,7 @@ from hierroom.report.goals import training_goals
 from hierroom.report.page import script_json
 from hierroom.report.replay import LETTERS, _chosen, replay
 from hierroom.report.runs import read_runs
+from hierroom.training.provenance import record_session
 from hierroom.training.run_folder import RunFolder
 from hierroom.world.constants import MARGIN
 from hierroom.world.render import view_of
@@ -129,6 +130,17 @@ def test_graphs_that_not_every_group_has_have_curves_too(tmp_path):
         ("random", "a", 1),
         ("random", "b", 1),
     }
+
+
+def test_groups_of_a_sweep_are_called_by_their_variants(tmp_path):
+    for name, entries in {"HiPPO, slow": {"gamma": 0.9, "learning_rate": 1e-4}, "quick": {"method": "ppo"}}.items():
+        path = evaluated_runs.make_run(tmp_path / name, {"a": evaluated_runs.line(0.5)}, **TINY, **entries)
+        record_session(path, RunFolder(path).config(), name)
+    page = report(tmp_path, tmp_path / "HiPPO, slow", tmp_path / "quick")
+    assert [group["label"] for group in page.data["groups"]] == ["HiPPO, slow", "quick"]
+    assert "<th>variant</th>" in page.source.replace(' scope="col"', "")
+    alone = report(tmp_path, tmp_path / "quick")
+    assert "variantquick" in "".join(alone.text.split())
 
 
 def test_steps_to_a_success_rate_stand_beside_complexity(tmp_path, capsys):

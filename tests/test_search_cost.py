@@ -1,6 +1,6 @@
 """The controller of benchmarks/searching.py: it escapes, knows just what it saw, and goes straight."""
 
-import importlib
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,16 +14,16 @@ from hierroom.training.presets import find_preset
 from hierroom.world.constants import EMPTY, KEY, OPEN_DOOR, UNSEEN, WALL
 from hierroom.world.oracle import shortest_lengths
 
-BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+ROOT = Path(__file__).parents[1]
+BENCHMARKS = ROOT / "benchmarks"
+sys.path.insert(0, str(ROOT))
+
+from benchmarks.informed import Informed  # noqa: E402
+from benchmarks.result_table import ResultTable  # noqa: E402
+from benchmarks.search_cost import HEADINGS, row_of  # noqa: E402
+from benchmarks.searching import FAINT, HOPEFUL, IDLE, Searching, imagine  # noqa: E402
+
 CHAIN = str(BENCHMARKS / "graphs" / "chain.toml")
-
-
-@pytest.fixture(scope="module")
-def search_cost():
-    """The script."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(BENCHMARKS)
-        return importlib.import_module("search_cost")
 
 
 def config_of(graph, **changes):
@@ -43,20 +43,20 @@ def window(view, level):
 
 
 @pytest.mark.parametrize(("graph", "size"), [("a", 19), ("f", 19), ("g", 11), ("d", 31), (CHAIN, 19)])
-def test_it_always_escapes_and_is_no_shorter_than_the_informed(search_cost, graph, size):
+def test_it_always_escapes_and_is_no_shorter_than_the_informed(graph, size):
     n = 25
     turns = turns_in(graph, n, size=size)
-    searching = evaluate(search_cost.Searching(make_meta("fixed-dfs"), turns), turns, 2 * n)
-    informed = evaluate(search_cost.Informed(make_meta("fixed-dfs"), n), turns_in(graph, n, size=size), 2 * n)
+    searching = evaluate(Searching(make_meta("fixed-dfs"), turns), turns, 2 * n)
+    informed = evaluate(Informed(make_meta("fixed-dfs"), n), turns_in(graph, n, size=size), 2 * n)
     assert searching.success_rate == 1.0
     assert informed.length <= searching.length < 1.5 * informed.length
 
 
 @pytest.mark.parametrize("graph", ["c", "e"])
-def test_its_map_holds_exactly_what_was_shown_this_episode(search_cost, graph):
+def test_its_map_holds_exactly_what_was_shown_this_episode(graph):
     n = 4
     turns = turns_in(graph, n)
-    searching = search_cost.Searching(make_meta("fixed-dfs"), turns)
+    searching = Searching(make_meta("fixed-dfs"), turns)
     shown, grids, levels = np.zeros(searching.known.shape, bool), turns.world.state.grids, turns.world.state.levels
     episode_ended = np.zeros(n, int)
     while episode_ended.min() < 3:
@@ -72,11 +72,11 @@ def test_its_map_holds_exactly_what_was_shown_this_episode(search_cost, graph):
         episode_ended += step.episode_ended
 
 
-def test_it_goes_the_shortest_way_to_goals_it_saw(search_cost):
+def test_it_goes_the_shortest_way_to_goals_it_saw():
     """With a map of the whole level, each goal takes as many steps as the oracle says, keys in the way or not."""
     n = 50
     turns = turns_in("f", n, size=11)
-    searching = search_cost.Searching(make_meta("fixed-dfs"), turns)
+    searching = Searching(make_meta("fixed-dfs"), turns)
     searching.known[:] = turns.world.state.grids
     turns.ask(make_meta("fixed-dfs"))
     shortest, reached = shortest_lengths(turns.world.get_state(), turns.goals), 0
@@ -92,19 +92,18 @@ def test_it_goes_the_shortest_way_to_goals_it_saw(search_cost):
     assert reached >= 5 * n
 
 
-def test_where_goals_may_lie(search_cost):
+def test_where_goals_may_lie():
     """A corner of the centre was seen, 3 x 3 cells of it; then a door in its wall opens on one cell of another room."""
-    searching = importlib.import_module("searching")
     known, imagined = np.full((27, 27), UNSEEN, np.uint8), np.empty((27, 27), np.uint8)
     known[9, 10:13] = known[10:13, 9] = WALL
     known[10:13, 10:13] = EMPTY
     known[12, 12] = KEY + 4
 
     def counts(kind, latest):
-        searching.imagine(known, (11, 11), latest, kind, imagined)
+        imagine(known, (11, 11), latest, kind, imagined)
         assert (imagined != UNSEEN)[known != UNSEEN].all()
         imagined[known != UNSEEN] = UNSEEN
-        return tuple((imagined == what).sum() for what in (searching.HOPEFUL, searching.FAINT, searching.IDLE))
+        return tuple((imagined == what).sum() for what in (HOPEFUL, FAINT, IDLE))
 
     key, door, exit_ = range(3)
     centre, walls = 9 * 9 - 3 * 3, 6 + 6  # six more cells are in sight of those at the open sides
@@ -118,15 +117,17 @@ def test_where_goals_may_lie(search_cost):
     assert counts(exit_, 2) == (room, 0, centre)
 
 
-def test_it_needs_goals(search_cost):
+def test_it_needs_goals():
     turns = turns_in("a", 2)
     with pytest.raises(InputError, match="always gives a goal"):
-        search_cost.Searching(make_meta("none"), turns).step(turns)
+        Searching(make_meta("none"), turns).step(turns)
 
 
-def test_a_row_of_the_table_is_that_of_the_results_page(search_cost):
-    row = search_cost.row_of(config_of("a"), 1000)
-    assert row in (BENCHMARKS.parent / "docs" / "results.md").read_text()
-    shortest, informed, searching, ratio = map(float, row.split(" | ")[1:5])
-    assert shortest <= informed <= searching
-    assert ratio == pytest.approx(searching / informed, abs=0.02)
+def test_a_row_of_the_table_is_that_of_the_results_page():
+    table = ResultTable.read(BENCHMARKS / "results" / "search_cost.csv")
+    assert table.headings == HEADINGS
+    row = row_of(config_of("a"), 1000)
+    assert row == table.rows[0]
+    shortest, informed, searched, ratio = map(float, row[1:5])
+    assert shortest <= informed <= searched
+    assert ratio == pytest.approx(searched / informed, abs=0.02)

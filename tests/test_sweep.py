@@ -49,6 +49,7 @@ def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
             assert (folder.path / name).is_file()
         (session,) = json.loads((folder.path / "provenance.json").read_text())["sessions"]
         assert session["command"] == shlex.join(sys.orig_argv)
+        assert "variant" not in session
     curves = sweep.table.curves()
     for row in rows:
         points = curves[row["digest"]]

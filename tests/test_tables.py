@@ -14,6 +14,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
 from benchmarks import committed, figures, hindsight, tables  # noqa: E402
+from benchmarks.result_table import ResultTable  # noqa: E402
 from benchmarks.study import page_tables  # noqa: E402
 from benchmarks.study.correlations import correlations  # noqa: E402
 from benchmarks.study.tables import MEASURES_PATH, first_seeds, read_measures, read_rows  # noqa: E402
@@ -113,6 +114,27 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     path.write_text(path.read_text().replace(",3,3\n", ",2,3\n"))
     with pytest.raises(InputError, match="of 2 to 3 seeds; make it of as many of each"):
         page_tables.study_table("one")
+
+
+def test_a_table_of_another_benchmark_is_what_it_wrote(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(tables, "ROOT", tmp_path)
+    path = tmp_path / "benchmarks" / "results" / "size.csv"
+    path.parent.mkdir(parents=True)
+    table = ResultTable(("graph", "a, b"), (("x|y", "1,5"), ("z", "")))
+    table.publish(None)
+    printed = capsys.readouterr().out
+    assert printed == "| graph | a, b |\n|---|---:|\n| x\\|y | 1,5 |\n| z |  |\n"
+    assert not path.exists()
+    table.publish(path)
+    assert path.read_text() == 'graph,"a, b"\nx|y,"1,5"\nz,\n'
+    assert ResultTable.read(path) == table
+    assert (
+        tables.renewed("<!-- result size -->\nold\n<!-- end of result -->\n").splitlines()[2:-2] == printed.splitlines()
+    )
+    with pytest.raises(
+        InputError, match=r"there is no .*width\.csv; the benchmark that measures it writes it with --out"
+    ):
+        tables.result_table("width")
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "benchmarks" / "results").glob("*/correlations*.csv")), ids=str)

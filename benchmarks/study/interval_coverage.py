@@ -9,6 +9,7 @@ to it, and normal noise of the seeds. The truth is Spearman's correlation over t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import tyro
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 
+from benchmarks.result_table import ResultTable
 from benchmarks.study.correlations import interval, rank_correlations, resampled
 from benchmarks.study.trained import medians
 
@@ -33,12 +35,14 @@ class Options:
         resamples: of each table.
         level: confidence level.
         seed: of everything.
+        out: a file that the table is written to as CSV.
     """
 
     tables: int = 200
     resamples: int = 200
     level: float = 0.95
     seed: int = 0
+    out: Path | None = None
 
 
 def draw(r: float, noise: float, n_graphs: int, rng: np.random.Generator) -> tuple[NDArray, NDArray]:
@@ -53,7 +57,7 @@ def rho(measure: NDArray, outcomes: NDArray) -> float:
 
 def main(options: Options) -> None:
     rng, console = np.random.default_rng(options.seed), Console(stderr=True)
-    print("| r | noise | truth | covered | mean width |\n|---|---|---|---|---|")
+    rows = []
     for r, noise in CASES:
         truth, held, widths = rho(*draw(r, noise, N_POPULATION, rng)), 0, []
         for _ in track(range(options.tables), f"r {r}, noise {noise}", console=console, transient=True):
@@ -65,7 +69,8 @@ def main(options: Options) -> None:
             _, low, high = interval(rho(measure, outcomes), resamples, options.level)
             held += low <= truth <= high
             widths.append(high - low)
-        print(f"| {r} | {noise} | {truth:.3f} | {held / options.tables:.1%} | {np.mean(widths):.3f} |")
+        rows.append((f"{r}", f"{noise}", f"{truth:.3f}", f"{held / options.tables:.1%}", f"{np.mean(widths):.3f}"))
+    ResultTable(("r", "noise", "truth", "covered", "mean width"), tuple(rows)).publish(options.out)
 
 
 if __name__ == "__main__":

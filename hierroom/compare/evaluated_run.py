@@ -17,6 +17,7 @@ from hierroom.compare.metric import METRICS
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, graph_specs, spec_names
 from hierroom.training.config import TrainConfig
+from hierroom.training.provenance import variant_of
 from hierroom.training.run_folder import RunFolder
 
 _TABLE = "evaluations.csv"
@@ -29,7 +30,7 @@ class EvaluatedRun:
     Args:
         path: its folder.
         entries: the entries of its config, named as on the command line; ``meta`` and ``reward`` as they are named in
-            the config, so None where they are those of the method.
+            the config, so None where they are those of the method; and ``variant``, what the plan of a sweep called it.
         meta: its meta-controller.
         reward: the controller's reward.
         curves: for each goal graph that it was evaluated on, and each metric, the learning curve.
@@ -167,7 +168,7 @@ def read_run(path: Path) -> EvaluatedRun:
     method = config.resolved_method
     counts = frozenset(map(int, episodes.values()))
     own = {spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)}
-    return EvaluatedRun(path, flat_entries(config), method.meta, str(method.controller.reward), curves, counts, own)
+    return EvaluatedRun(path, entries_of(path, config), method.meta, str(method.controller.reward), curves, counts, own)
 
 
 def _reader(path: Path) -> Callable[[Mapping[str, str], str], float]:
@@ -178,6 +179,16 @@ def _reader(path: Path) -> Callable[[Mapping[str, str], str], float]:
             raise InputError(f"{path} is broken: {name} is a number, not {row[name]!r}") from None
 
     return number
+
+
+def entries_of(path: Path, config: TrainConfig) -> dict[str, Any]:
+    """What a run can be compared by: the entries of its config, and what the plan of a sweep called it.
+
+    Args:
+        path: folder of the run.
+        config: of the run.
+    """
+    return flat_entries(config) | {"variant": variant_of(path)}
 
 
 def flat_entries(config: TrainConfig) -> dict[str, Any]:

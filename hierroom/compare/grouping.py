@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from hierroom.compare.evaluated_run import EvaluatedRun
 from hierroom.errors import InputError
 
-_NAMED_BY_VALUE = ("method", "meta", "reward", "preset", "network", "warm_start")
+_NAMED_BY_VALUE = ("variant", "method", "meta", "reward", "preset", "network", "warm_start")
 _NOT_THE_TREATMENT = ("seed", "graph", "threads", "device", "steps")
 _SHOWN = 6
 
@@ -32,9 +32,12 @@ class Group:
         named = [
             value if name in _NAMED_BY_VALUE else f"{name} {value or 'none'}"
             for name, value in self.choices.items()
-            if not (name == "meta" and value == "none" and "method" in self.choices)
+            if not self._is_implied(name, value)
         ]
-        return ", ".join(named)
+        return ", ".join(named) or "no variant"
+
+    def _is_implied(self, name: str, value: str) -> bool:
+        return (name, value) == ("variant", "") or (name == "meta" and value == "none" and "method" in self.choices)
 
 
 def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
@@ -122,7 +125,7 @@ def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
     seen: dict[tuple[str, ...], EvaluatedRun] = {}
     for run in runs:
         names = [name for name in run.entries if _is_treatment(name) or name in ("seed", "graph")]
-        key = tuple(str(run.entries[name]) for name in names if name != "preset")
+        key = tuple(str(run.entries[name]) for name in names if name not in ("preset", "variant"))
         if key in seen:
             raise InputError(
                 f"{seen[key].path} and {run.path} are the same run, with the same config and seed {run.seed}; give one "

@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from hierroom.compare.evaluated_run import EvaluatedRun, flat_entries, read_run, runs_inside
+from hierroom.compare.evaluated_run import EvaluatedRun, entries_of, read_run, runs_inside
 from hierroom.complexity.curriculum import GraphSampler
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
@@ -24,7 +24,7 @@ class ReportedRun:
     Args:
         path: its folder.
         config: its config.
-        entries: the entries of the config in plain types, flat.
+        entries: the entries of the config in plain types, flat, and ``variant``, what the plan of a sweep called it.
         evaluated: how it fared at its evaluations; None if there was none after the first step.
         sessions: where it came from, as ``provenance.json`` tells it; empty where that cannot be read.
     """
@@ -91,7 +91,7 @@ def _read(path: Path, notes: list[str]) -> ReportedRun:
             notes.append(f"{path} was evaluated only once so far: it has no learning curve")
     except InputError as error:
         notes.append(f"no learning curve: {error}")
-    return ReportedRun(path, config, flat_entries(config), evaluated, _sessions(path, notes))
+    return ReportedRun(path, config, entries_of(path, config), evaluated, _sessions(path, notes))
 
 
 def _sessions(path: Path, notes: list[str]) -> list[dict[str, Any]]:

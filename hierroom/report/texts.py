@@ -72,9 +72,10 @@ def page_texts(
 
 
 def _told(runs: Sequence[ReportedRun]) -> list[str]:
-    """The names of the entries that are told: not those of a learner that no run has."""
-    has_meta = any(run.meta == LEARNED for run in runs)
-    return [name for name in runs[0].entries if has_meta or not name.startswith("meta_ppo.")]
+    """The names of the entries that are told: not those of a learner that no run has, nor names that none has."""
+    has_meta, has_variant = any(run.meta == LEARNED for run in runs), any(run.entries["variant"] for run in runs)
+    names = [name for name in runs[0].entries if has_meta or not name.startswith("meta_ppo.")]
+    return [name for name in names if has_variant or name != "variant"]
 
 
 def _entries_of_default() -> Mapping[str, Any]:

@@ -70,7 +70,7 @@ class Job:
             except CheckpointError as error:
                 raise InputError(f"{error}; move {self.folder} away to train this run from its beginning") from error
         else:
-            trainer, folder = begin(config, self.folder)
+            trainer, folder = begin(config, self.folder, self.run.identity["variant"])
         silent = Console(file=io.StringIO())
         with folder.lock, lasting_output(), Interrupt(hears_ctrl_c=False) as interrupt:
             train(trainer, folder, interrupt, lambda words: report(trainer.steps, words))

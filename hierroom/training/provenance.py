@@ -29,7 +29,7 @@ PACKAGES = ("numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo")
 """Packages that may decide a result, besides hierroom."""
 
 
-def record_session(path: Path, config: TrainConfig) -> list[str]:
+def record_session(path: Path, config: TrainConfig, variant: str = "") -> list[str]:
     """Add what works on a run now to its provenance.json, and copy the user's own modules into its folder.
 
     The copies are to be read; nothing imports them. A module that was copied before is copied again, into a folder of
@@ -38,6 +38,7 @@ def record_session(path: Path, config: TrainConfig) -> list[str]:
     Args:
         path: folder of the run.
         config: of the run, whose modules are loaded.
+        variant: what the plan of a sweep calls the run; empty: nothing.
 
     Returns:
         a warning for each module that is not what it was before, or of which there is no copy.
@@ -51,9 +52,22 @@ def record_session(path: Path, config: TrainConfig) -> list[str]:
     warnings += [f"there is no copy of {file.name} in {path}: {file.problem}" for file in files if file.problem]
     folder = COPIES if len(sessions) == 0 else f"{COPIES}/session-{len(sessions) + 1}"
     modules = [_copied(path, folder, file, before.get(file.name)) for file in files]
-    sessions.append({**describe_session(config.device), "modules": modules})
+    called = {"variant": variant} if variant else {}
+    sessions.append({**called, **describe_session(config.device), "modules": modules})
     write_atomically(path / FILE, to_json({"sessions": sessions}).encode())
     return warnings
+
+
+def variant_of(path: Path) -> str:
+    """What the plan of a sweep called a run; empty where it did not, or where provenance.json cannot be read.
+
+    Args:
+        path: folder of the run.
+    """
+    try:
+        return next((str(one["variant"]) for one in _sessions(path) if "variant" in one), "")
+    except (InputError, TypeError):
+        return ""
 
 
 def changed_modules(path: Path, config: TrainConfig) -> list[str]:

@@ -33,12 +33,13 @@ from hierroom.training.trainer import Trainer
 from hierroom.training.trust import trust_option
 
 
-def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
+def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Trainer, RunFolder]:
     """Create a new run; it is this process's alone until `run_session` returns.
 
     Args:
         config: config of the run.
         out: folder of the run, new or empty; None: a new folder in ``runs/``, called `run_name` of the config.
+        variant: what the plan of a sweep calls the run, by which runs can be compared; empty: nothing.
 
     Raises:
         InputError: if a value of the config cannot be used, or the folder cannot be created.
@@ -49,7 +50,7 @@ def begin(config: TrainConfig, out: Path | None) -> tuple[Trainer, RunFolder]:
     folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
-        _record(folder, config)
+        _record(folder, config, variant)
         folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
         folder.load_checkpoint()  # a disk that does not keep what is written is found out now
         stack.pop_all()  # `run_session` releases it
@@ -248,9 +249,9 @@ def _try_out(trainer: Trainer) -> None:
         raise InputError(f"what this run would save could not be loaded again: {error}") from error
 
 
-def _record(folder: RunFolder, config: TrainConfig) -> None:
+def _record(folder: RunFolder, config: TrainConfig, variant: str = "") -> None:
     """Write what works on the run now, and say which of the user's own modules are not what they were."""
-    for line in record_session(folder.path, config):
+    for line in record_session(folder.path, config, variant):
         warn(line)
 
 

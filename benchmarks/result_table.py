@@ -1,0 +1,55 @@
+"""Tables of what benchmarks measured and no sweep trained, kept as CSV in `benchmarks/results/`."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+from hierroom.errors import InputError
+from hierroom.files import write_atomically
+from hierroom.runtime.markdown_table import markdown_table
+
+
+@dataclass(frozen=True)
+class ResultTable:
+    """Numbers as they are shown.
+
+    Args:
+        headings: one for each column.
+        rows: the texts of each row's cells.
+    """
+
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+    @classmethod
+    def read(cls, path: Path) -> ResultTable:
+        """The table in a file that `publish` wrote.
+
+        Raises:
+            InputError: if there is none.
+        """
+        try:
+            with path.open(newline="") as file:
+                headings, *rows = (tuple(row) for row in csv.reader(file))
+        except FileNotFoundError:
+            raise InputError(f"there is no {path}; the benchmark that measures it writes it with --out") from None
+        return cls(headings, tuple(rows))
+
+    def markdown(self) -> str:
+        """For a page."""
+        return markdown_table(self.headings, self.rows)
+
+    def publish(self, out: Path | None) -> None:
+        """Print the table in Markdown.
+
+        Args:
+            out: a file that it is written to as CSV, too.
+        """
+        print(self.markdown())
+        if out is not None:
+            text = io.StringIO()
+            csv.writer(text, lineterminator="\n").writerows([self.headings, *self.rows])
+            write_atomically(out, text.getvalue().encode())
