@@ -134,7 +134,7 @@ def test_graphs_that_not_every_group_has_have_curves_too(tmp_path):
 
 def test_groups_of_a_sweep_are_called_by_their_variants(tmp_path):
     for name, entries in {"HiPPO, slow": {"gamma": 0.9, "learning_rate": 1e-4}, "quick": {"method": "ppo"}}.items():
-        path = evaluated_runs.make_run(tmp_path / name, {"a": evaluated_runs.line(0.5)}, **TINY, **entries)
+        path = evaluated_runs.make_run(tmp_path / name, {"a": evaluated_runs.line(0.5)}, size=11, **entries)
         record_session(path, RunFolder(path).config(), name)
     page = report(tmp_path, tmp_path / "HiPPO, slow", tmp_path / "quick")
     assert [group["label"] for group in page.data["groups"]] == ["HiPPO, slow", "quick"]

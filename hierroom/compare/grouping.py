@@ -32,11 +32,11 @@ class Group:
         named = [
             value if name in _NAMED_BY_VALUE else f"{name} {value or 'none'}"
             for name, value in self.choices.items()
-            if not self._is_implied(name, value)
+            if not self._says_nothing(name, value)
         ]
         return ", ".join(named) or "no variant"
 
-    def _is_implied(self, name: str, value: str) -> bool:
+    def _says_nothing(self, name: str, value: str) -> bool:
         return (name, value) == ("variant", "") or (name == "meta" and value == "none" and "method" in self.choices)
 
 
