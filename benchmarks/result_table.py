@@ -32,10 +32,12 @@ class ResultTable:
             InputError: if there is none.
         """
         try:
-            with path.open(newline="") as file:
-                headings, *rows = (tuple(row) for row in csv.reader(file))
+            lines = [*csv.reader(io.StringIO(path.read_text(), newline=""))]
         except FileNotFoundError:
-            raise InputError(f"there is no {path}; the benchmark that measures it writes it with --out") from None
+            lines = []
+        if not lines:
+            raise InputError(f"there is no table {path}; the benchmark that measures it writes it with --out")
+        headings, *rows = map(tuple, lines)
         return cls(headings, tuple(rows))
 
     def markdown(self) -> str:

@@ -25,7 +25,7 @@ before the measures, with `--outcome steps_to_50 --out correlations_steps_to_50.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from inspect import signature
 from pathlib import Path
@@ -53,8 +53,7 @@ from hierroom.paper.table3 import markdown
 from hierroom.sweep.summary import summarise
 
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
-KINDS = "sweep|study|hierarchy|factors|comparisons|levels|tuning|paper|result"
-PLACE = re.compile(rf"(<!-- ({KINDS}) ([\w ]+) -->\n).*?(<!-- end of \2 -->\n)", re.DOTALL)
+PLACE = re.compile(r"^(<!-- (\w+) ([^>\n]+) -->\n)(?:(?!<!--).)*(<!-- end of \2 -->\n)", re.DOTALL | re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -121,23 +120,23 @@ def result_table(name: str) -> str:
 
 
 def renewed(text: str) -> str:
-    """A page with its tables as they are now."""
-    return PLACE.sub(lambda place: place[1] + _table(place[2], place[3].split()) + place[4], text)
+    """A page with its tables as they are now.
+
+    Raises:
+        InputError: if a table cannot be made, or the line that names it or its end is missing.
+    """
+    after, n_tables = PLACE.subn(lambda place: place[1] + _table(place[2], place[3].split()) + place[4], text)
+    kinds = "|".join(MAKERS)
+    first, last = (re.findall(rf"^<!-- {words}({kinds})\b", text, re.MULTILINE) for words in ("", "end of "))
+    if not len(first) == len(last) == n_tables:
+        raise InputError(f"{len(first)} lines name a table and {len(last)} end one, where {n_tables} tables are found")
+    return after
 
 
 def _table(kind: str, words: Sequence[str]) -> str:
-    makers: dict[str, Callable[..., str]] = {
-        "sweep": sweep_table,
-        "study": study_table,
-        "hierarchy": hierarchy_table,
-        "factors": factors_table,
-        "comparisons": comparisons_table,
-        "levels": levels_table,
-        "tuning": tuning_table,
-        "paper": paper_table,
-        "result": result_table,
-    }
-    needed = signature(makers[kind])
+    if kind not in MAKERS:
+        raise InputError(f"a table is one of {', '.join(MAKERS)}, not {kind}")
+    needed = signature(MAKERS[kind])
     try:
         needed.bind(*words)
     except TypeError as error:
@@ -145,7 +144,21 @@ def _table(kind: str, words: Sequence[str]) -> str:
     numbers = [word for name, word in zip(needed.parameters, words, strict=False) if name in ("size", "n_seeds")]
     if unfit := [word for word in numbers if not word.isdecimal()]:
         raise InputError(f"<!-- {kind} {' '.join(words)} --> needs a whole number, not {unfit[0]!r}")
-    return makers[kind](*words)
+    return MAKERS[kind](*words)
+
+
+MAKERS: Mapping[str, Callable[..., str]] = {
+    "sweep": sweep_table,
+    "study": study_table,
+    "hierarchy": hierarchy_table,
+    "factors": factors_table,
+    "comparisons": comparisons_table,
+    "levels": levels_table,
+    "tuning": tuning_table,
+    "paper": paper_table,
+    "result": result_table,
+}
+"""What makes the tables, by the word that names them in a page."""
 
 
 def main() -> int:

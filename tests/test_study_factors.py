@@ -65,7 +65,7 @@ def test_the_table(monkeypatch, capsys, tmp_path):
     assert factors.main() == 0
     assert capsys.readouterr().out.splitlines() == [
         "| method | compared by | steps / reference's | verdict | slower on | success | above 50% on |",
-        "|---|---:|---:|---:|---:|---:|---:|",
+        "|---|---|---:|---|---:|---:|---:|",
         "| hippo as it is | - | - | - | - | 100.0% | 3 of 3 |",
         "| hippo slower | steps to 95% | 2.00 [2.00, 3.00] | slower | 3 of 3 | 100.0% | 3 of 3 |",
     ]

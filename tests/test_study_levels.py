@@ -37,7 +37,7 @@ def test_methods_are_held_against_each_other_on_the_same_levels(monkeypatch, cap
     assert levels.main() == 0
     assert capsys.readouterr().out.splitlines() == [
         "| levels | method | compared by | steps / reference's | verdict | slower on | success | above 50% on |",
-        "|---|---|---:|---:|---:|---:|---:|---:|",
+        "|---|---|---|---:|---|---:|---:|---:|",
         "| larger grid | hippo | - | - | - | - | 100.0% | 3 of 3 |",
         "| larger grid | ppo-bonus | steps to 95% | 3.00 [3.00, 3.00] | slower | 3 of 3 | 100.0% | 3 of 3 |",
         "| shorter limit | hippo | - | - | - | - | 100.0% | 3 of 3 |",

@@ -52,7 +52,7 @@ def test_the_command(monkeypatch, capsys, tmp_path):
     assert tuning.main() == 0
     assert capsys.readouterr().out.splitlines() == [
         "| method | settings | largest area with | area | of each run | area of the other settings |",
-        "|---|---:|---:|---:|---:|---:|",
+        "|---|---:|---|---:|---:|---:|",
         "| hippo | 2 | gamma 0.95 | 0.60 | 0.50 to 0.70 | 0.55 to 0.55 |",
         "| ppo-novelty | 2 | novelty_bonus 0.1 | 0.0004 | 0.0004 to 0.0004 | 0 to 0 |",
         "| ppo | 2 | - | 0 | 0 | 0 |",

@@ -87,6 +87,11 @@ def test_what_cannot_be_planned_is_said_in_one_line(words, message):
         plan(*words).runs()
 
 
+def test_two_variants_that_are_the_same_are_told_by_their_names():
+    with pytest.raises(InputError, match=r"two runs of the sweep are the same: .* with variant two; leave one out"):
+        Plan({}, variants={"one": {"gamma": [0.9]}, "two": {"gamma": [0.9]}}).runs()
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

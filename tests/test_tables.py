@@ -29,7 +29,7 @@ def test_each_table_is_that_of_its_rows(page, monkeypatch):
 
 def test_a_table_is_put_in_its_place_and_an_unfinished_one_is_not(monkeypatch):
     text = "before\n<!-- sweep one -->\nold\n<!-- end of sweep -->\nafter\n<!-- sweep two -->\n<!-- end of sweep -->\n"
-    monkeypatch.setattr(tables, "sweep_table", lambda name: f"| {name} |\n")
+    monkeypatch.setitem(tables.MAKERS, "sweep", lambda name: f"| {name} |\n")
     assert tables.renewed(text) == (
         "before\n<!-- sweep one -->\n| one |\n<!-- end of sweep -->\nafter\n"
         "<!-- sweep two -->\n| two |\n<!-- end of sweep -->\n"
@@ -54,7 +54,7 @@ def test_a_page_with_an_unfinished_table_does_not_keep_the_others(monkeypatch, t
             raise InputError("1 of 2 runs are done")
         return "new\n"
 
-    monkeypatch.setattr(tables, "sweep_table", table)
+    monkeypatch.setitem(tables.MAKERS, "sweep", table)
     monkeypatch.setattr(tables, "ROOT", tmp_path)
     monkeypatch.setattr(tables, "PAGES", tuple(pages))
     for argument, printed, second in (("--check", "differs: second.md\n", "old"), ("", "renewed: second.md\n", "new")):
@@ -116,6 +116,25 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
         page_tables.study_table("one")
 
 
+@pytest.mark.parametrize(
+    ("page", "said"),
+    [
+        ("<!-- swep hippo -->\n<!-- end of swep -->\n", "a table is one of sweep, study, .*, not swep"),
+        ("<!-- sweep hippo -->\n", "1 lines name a table and 0 end one, where 0 tables are found"),
+        ("<!-- end of sweep -->\n", "0 lines name a table and 1 end one, where 0 tables are found"),
+        (
+            "<!-- sweep hippo -->\n\n<!-- sweep size31 -->\n\n<!-- end of sweep -->\n",
+            "2 lines name a table and 1 end one, where 1 tables are found",
+        ),
+        ("<!-- factors study 2 ppo-bonus, 0.98 -->\n<!-- end of factors -->\n", "there is no 'ppo-bonus, 0.98'"),
+    ],
+)
+def test_no_table_is_passed_over(monkeypatch, page, said):
+    monkeypatch.setitem(tables.MAKERS, "sweep", lambda name: "")
+    with pytest.raises(InputError, match=said):
+        tables.renewed(page)
+
+
 def test_a_table_of_another_benchmark_is_what_it_wrote(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(tables, "ROOT", tmp_path)
     path = tmp_path / "benchmarks" / "results" / "size.csv"
@@ -132,7 +151,7 @@ def test_a_table_of_another_benchmark_is_what_it_wrote(tmp_path, monkeypatch, ca
         tables.renewed("<!-- result size -->\nold\n<!-- end of result -->\n").splitlines()[2:-2] == printed.splitlines()
     )
     with pytest.raises(
-        InputError, match=r"there is no .*width\.csv; the benchmark that measures it writes it with --out"
+        InputError, match=r"there is no table .*width\.csv; the benchmark that measures it writes it with --out"
     ):
         tables.result_table("width")
 

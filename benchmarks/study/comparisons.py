@@ -113,7 +113,7 @@ def compare(
 def markdown(planned: Sequence[PlannedComparison], found: Sequence[Factor]) -> str:
     """A row for each comparison."""
     rows = [[one.method, one.reference, *ratio_cells(factor)] for one, factor in zip(planned, found, strict=True)]
-    return markdown_table(["method", "reference", *RATIO_HEADER], rows, n_names=2)
+    return markdown_table(["method", "reference", *RATIO_HEADER], rows)
 
 
 def main() -> int:

@@ -56,7 +56,7 @@ def levels(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> di
 def markdown(found: Mapping[str, Sequence[Factor]]) -> str:
     """A row for each kind of levels and each method."""
     rows = [[kind, *factors.cells(one)] for kind, several in found.items() for one in several]
-    return markdown_table(["levels", *factors.HEADER], rows, n_names=2)
+    return markdown_table(["levels", *factors.HEADER], rows)
 
 
 def main() -> int:

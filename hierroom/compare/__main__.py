@@ -34,8 +34,8 @@ class CompareArguments:
     Args:
         runs: folders of runs, or folders that contain them.
         by: entries of the config that make a group, named as on the command line of training and joined by commas:
-            meta, or method,gamma; or variant, the name that a sweep's plan gave. By default the fewest that tell the
-            runs apart, apart from seed and graph.
+            meta, or method,gamma; or variant, the name that a sweep's plan gave. By default those
+            that tell the runs apart, variant and method first; not seed, graph, steps, threads, device or evaluations.
         metric: what is compared, over the steps trained.
         out: the folder to write to: new, empty, or of an earlier comparison, which is replaced.
         resamples: resamples of the bootstrap.

@@ -41,10 +41,11 @@ class Group:
 
 
 def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
-    """The fewest entries that tell apart whatever is compared; ``method`` where nothing differs.
+    """The entries that tell apart whatever is compared; ``method`` where nothing differs.
 
-    Seed, graph, steps, threads, device and the evaluations are not looked at. An entry that only differs where an
-    earlier one does, as the reward does where the method does, is left out.
+    They are taken one by one, those of `_NAMED_BY_VALUE` first, each that tells more runs apart. Seed, graph, steps,
+    threads, device and the evaluations are not looked at. An entry that only differs where an earlier one does, as the
+    reward does where the method does, is left out.
     """
     names = [name for name in runs[0].entries if _is_treatment(name)]
     first = [name for name in _NAMED_BY_VALUE if name in names]
@@ -128,8 +129,8 @@ def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
         key = tuple(str(run.entries[name]) for name in names if name not in ("preset", "variant"))
         if key in seen:
             raise InputError(
-                f"{seen[key].path} and {run.path} are the same run, with the same config and seed {run.seed}; give one "
-                "of them"
+                f"{seen[key].path} and {run.path} have the same seed, {run.seed}, and differ at most in steps, "
+                "threads, device and evaluations, so that they count once; give one of them, or compare --by steps"
             )
         seen[key] = run
 

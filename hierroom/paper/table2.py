@@ -80,7 +80,7 @@ class Table2:
         cells = table_2()
         if self.markdown:
             headings = ["", "", *dict.fromkeys(f"({cell.graph})" for cell in cells)]
-            print(markdown_table(headings, [[cell.strip() for cell in line] for line in _lines(cells)], n_names=2))
+            print(markdown_table(headings, [[cell.strip() for cell in line] for line in _lines(cells)]))
         elif self.csv:
             writer = csv.writer(sys.stdout, lineterminator="\n")
             writer.writerow(["row", "graph", "paper", "ours", "agrees"])

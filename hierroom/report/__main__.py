@@ -33,8 +33,8 @@ class ReportArguments:
     Args:
         runs: folders of runs, or folders that contain them, such as that of a sweep.
         out: the file to write, which is replaced.
-        by: entries of the config that make a group, as for compare: meta, or method,gamma. By default the fewest that
-            tell the runs apart, apart from seed and graph.
+        by: entries of the config that make a group, as for compare: meta, or method,gamma. By default those
+            that tell the runs apart, as for compare.
         replays: of how many runs the trained agents are played, the first of each group and graph; 0: of none.
         episodes: episodes of each that the page replays; an escape and a failure come first, where there are.
         played: episodes of each by which success and steps to each goal are measured.

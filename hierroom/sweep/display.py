@@ -71,7 +71,7 @@ class Display:
         elif isinstance(event, Failed):
             self._say(f"failed: {name}: {event.reason}")
         elif isinstance(event, Retried):
-            self._say(f"{name}: its process was killed; it goes on from its last checkpoint")
+            self._say(f"{name}: its process was killed or stopped; it goes on from its last checkpoint")
         elif isinstance(event, Interrupted):
             self._say(f"{name}: stopped and saved")
         if isinstance(event, Finished | Failed):

@@ -104,7 +104,8 @@ class Plan:
                 run = self._run(variant, dict(zip(values, chosen, strict=True)), varied)
                 if run.digest in runs:
                     same = {name: one for name, one in run.identity.items() if one != runs[run.digest].identity[name]}
-                    told = f"with {same}" if same else "from a value that is given twice"
+                    differing = ", ".join(f"{name} {text}" for name, text in same.items())
+                    told = f"with {differing}" if same else "from a value that is given twice"
                     raise InputError(f"two runs of the sweep are the same: {run.name} {told}; leave one out")
                 runs[run.digest] = run
                 if named.setdefault(tuple(run.identity.values()), run) is not run:

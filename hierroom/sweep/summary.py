@@ -46,7 +46,7 @@ class Summary:
 
     def markdown(self) -> str:
         """As a table in Markdown."""
-        return markdown_table(self.headings, self.lines, self.n_names)
+        return markdown_table(self.headings, self.lines)
 
 
 CAPTION = "medians of the seeds, in brackets from the lowest to the highest; -: half or more did not get so far"
