@@ -121,9 +121,10 @@
         const points = DATA.points.filter((point) => point.group === number && at[point.graph] !== undefined);
         if (!points.length) return [];
         const isOpen = (point) => point.steps_to[level] === null;
+        const hasRoom = points.map((point) => point.graph).join("").length <= 60; // else names lie over each other
         return [{
           x: points.map((point) => at[point.graph]), y: points.map((point) => isOpen(point) ? 1.25 * point.last : point.steps_to[level]),
-          text: points.map((point) => points.length < 16 && point.graph.length < 10 ? plain(point.graph) : ""), textposition: "top center", mode: "markers+text", name: plain(label),
+          text: points.map((point) => hasRoom ? plain(point.graph) : ""), textposition: "top center", mode: "markers+text", name: plain(label),
           marker: { color: colour, size: 11, symbol: points.map((point) => isOpen(point) ? "triangle-up-open" : "circle"), line: { width: 1.5, color: colour } },
           hovertext: points.map((point) => `${plain(label)}, graph ${plain(point.graph)}, ${point.n} runs<br>${isOpen(point) ? "not reached in " + count(point.last) : count(point.steps_to[level])} steps`), hoverinfo: "text",
         }];
