@@ -72,7 +72,7 @@ def page_texts(
 
 
 def _told(runs: Sequence[ReportedRun]) -> list[str]:
-    """The names of the entries that are told: not those of a learner that no run has, nor names that none has."""
+    """The names of the entries that are told: not those of a learner, nor a variant, that no run has."""
     has_meta, has_variant = any(run.meta == LEARNED for run in runs), any(run.entries["variant"] for run in runs)
     names = [name for name in runs[0].entries if has_meta or not name.startswith("meta_ppo.")]
     return [name for name in names if has_variant or name != "variant"]
