@@ -3,42 +3,33 @@
     python -m benchmarks.figures            # draw what is not as its rows are
     python -m benchmarks.figures --check    # exit code 1 where one differs
 
-A picture is drawn as the command before it on its page says. It holds the digest of the points in it, so that it is
-drawn again when these change, and not when a library draws them otherwise.
+A picture is drawn as the command before it on its page says, which writes the same file. That holds the digest of the
+points in it, so that it is drawn again when these change, and not when a library draws them otherwise.
 """
 
 from __future__ import annotations
 
-import hashlib
-import io
 import os
 import re
 import shlex
-from collections.abc import Iterator
 from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import matplotlib
-import numpy as np
 import tyro
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator
-from numpy.typing import ArrayLike
 from PIL import Image
 
 from benchmarks.committed import ROOT
 from benchmarks.study import figure as scatter
 from benchmarks.study import forest
+from benchmarks.study.picture import ENTRY, digest, write
 from benchmarks.tables import PAGES
 from hierroom.cli import run
 from hierroom.compare.style import STYLE
 from hierroom.errors import InputError
-from hierroom.files import write_atomically
 from hierroom.paper.figures import Figure3, Figure4, Figure5
 
 PLACE = re.compile(
@@ -92,6 +83,13 @@ class Picture:
                 raise InputError(f"{done} of {planned} runs of {self.path.name} are done; it is drawn when all are")
             return figure.draw(sweep, figure.runs.sizes[0])
 
+    def is_current(self) -> bool:
+        """Whether the file shows what would be drawn now."""
+        if not self.path.exists():
+            return False
+        with Image.open(self.path) as image:
+            return image.info.get(ENTRY) == digest(self.draw())
+
 
 def pictures() -> list[Picture]:
     """Those of all pages."""
@@ -102,52 +100,17 @@ def pictures() -> list[Picture]:
     ]
 
 
-def digest(figure: Figure) -> str:
-    """Of its texts and colours, and of its points to four digits."""
-    told = hashlib.sha256()
-    for legend in figure.legends:
-        told.update(repr([text.get_text() for text in legend.get_texts()]).encode())
-    for axes in figure.axes:
-        told.update(repr([axes.get_xlabel(), axes.get_ylabel(), axes.get_title()]).encode())
-        told.update(repr([text.get_text() for text in axes.texts]).encode())
-        if isinstance(axes.yaxis.get_major_locator(), FixedLocator):  # names, not numbers that matplotlib chose
-            told.update(repr([label.get_text() for label in axes.get_yticklabels()]).encode())
-        for colour, points in _marks(axes):
-            told.update(colour.encode())
-            told.update(" ".join(f"{number:.4g}" for number in np.asarray(points, dtype=float).ravel()).encode())
-    return told.hexdigest()
-
-
-def _marks(axes: Axes) -> Iterator[tuple[str, ArrayLike]]:
-    """Its lines, marks and bands, the colour and the points of each."""
-    for line in axes.lines:
-        yield to_hex(line.get_color()), line.get_xydata()
-    for collection in axes.collections:
-        colour = " ".join(map(to_hex, np.concatenate([collection.get_facecolor(), collection.get_edgecolor()])))
-        if isinstance(collection, LineCollection):
-            points = collection.get_segments()
-        elif isinstance(collection, PolyCollection):
-            points = [path.vertices for path in collection.get_paths()]
-        else:
-            points = [np.ma.getdata(collection.get_offsets())]
-        yield from ((colour, one) for one in points)
-
-
 def main() -> int:
     """The command."""
     options, n_other = tyro.cli(Options, description=__doc__), 0
     for picture in pictures():
-        figure = picture.draw()
-        now = digest(figure)
-        if picture.path.exists() and Image.open(picture.path).info.get("Points") == now:
+        if picture.is_current():
             continue
         n_other += 1
-        print(f"{'differs' if options.check else 'drawn'}: {picture.path.relative_to(ROOT)}")
-        if not options.check:
-            data = io.BytesIO()
-            with matplotlib.rc_context(STYLE):
-                figure.savefig(data, format="png", dpi=150, metadata={"Points": now})
-            write_atomically(picture.path, data.getvalue())
+        if options.check:
+            print(f"differs: {picture.path.relative_to(ROOT)}")
+        else:
+            write(picture.draw, picture.path)
     return 1 if options.check and n_other else 0
 
 

@@ -71,6 +71,14 @@ def test_the_command_writes_a_picture(figure, tables, monkeypatch):
     assert (tables / "new" / "f.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_path_without_an_ending_is_that_of_a_png(figure, tables, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", words(tables, "--shown", "width", "--out", f"{tables}/f"))
+    assert figure.main() == 0
+    assert capsys.readouterr().out == f"drawn: {tables}/f.png\n"
+    assert (tables / "f.png").read_bytes().startswith(b"\x89PNG")
+    assert not (tables / "f").exists()
+
+
 @pytest.mark.parametrize(
     ("others", "message"),
     [

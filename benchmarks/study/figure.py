@@ -8,21 +8,21 @@ the highest. A graph on which half of the seeds or more never reached the milest
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 import tyro
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from benchmarks.study.picture import write
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import MEASURES, Milestone, Trained, measures_of, medians, read_trained
 from hierroom.cli import run
-from hierroom.compare.style import COLOURS, STYLE
+from hierroom.compare.style import COLOURS
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS
 
@@ -122,22 +122,6 @@ def _draw_method(axes: Axes, values: NDArray[np.float64], method: Trained, numbe
         for x, y, graph in zip(values, np.minimum(middle, top), method.graphs, strict=True):
             if graph in NAMED_GRAPHS:
                 axes.annotate(graph, (x, y), textcoords="offset points", xytext=(4, -2), fontsize=7)
-
-
-def write(make: Callable[[], Figure], path: Path) -> None:
-    """Make a figure in the style of figures for papers, write it, into a new folder if need be, and say so.
-
-    Raises:
-        InputError: if it cannot be written, or not in the format of this ending.
-    """
-    with matplotlib.rc_context(STYLE):
-        figure = make()
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            figure.savefig(path, dpi=150)
-        except (OSError, ValueError) as error:
-            raise InputError(f"cannot draw to {path}: {error}") from error
-    print(f"drawn: {path}")
 
 
 def main() -> int:

@@ -20,7 +20,8 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from benchmarks.study import factors
 from benchmarks.study.factors import Factor
-from benchmarks.study.figure import MARKS, write
+from benchmarks.study.figure import MARKS
+from benchmarks.study.picture import write
 from benchmarks.study.tables import known_measures, read_rows
 from hierroom.cli import run
 from hierroom.compare.style import COLOURS
