@@ -62,7 +62,7 @@ def test_the_sweeps_train_the_study_s_graphs_and_their_twins_alike(module):
     assert {graph.name for own in wanted for graph in own} == {row["graph"] for row in committed("study/measures.csv")}
 
 
-@pytest.mark.parametrize("name", ["study", "study_levels", "study_unseen"])
+@pytest.mark.parametrize("name", ["study", "study_twins", "study_levels", "study_unseen"])
 def test_a_sweep_with_the_paper_s_features_differs_in_nothing_else(name):
     papers_name = "study_paper_features" if name == "study" else f"{name}_paper_features"
     own, papers = (plan(each).runs() for each in (name, papers_name))
@@ -199,21 +199,24 @@ def cell(run):
     """Whether a run observes its goal, what it is rewarded for, and whether its returns are cut."""
     if run.identity["method"] == "ppo-bonus":
         return ("not observed", "any event", "not cut")
-    is_observed = run.config.agents.features == PRESETS["paper"].agents.features
+    is_observed = any(name.startswith("goal") for name in run.config.agents.features)
     return ("observed" if is_observed else "not observed", *REWARDS[run.config.env.reward])
 
 
-def test_three_factors_are_crossed_with_all_else_alike(module):
-    runs = plan("study_factors_paper_features_crossed").runs()
+@pytest.mark.parametrize("name", ["study_factors", "study_factors_paper_features"])
+def test_three_factors_are_crossed_with_all_else_alike(module, name):
+    runs = plan(f"{name}_crossed").runs()
     names = method_names([run.identity for run in runs])
     cells = {method: cell(run) for run, method in zip(runs, names, strict=True)}
     assert sorted(cells.values()) == sorted(
         product(("observed", "not observed"), ("given goal", "any event"), ("cut", "not cut"))
     )
     assert len({run.config.ppo for run in runs}) == 1
-    wholes = {run.digest for run in plan("study_factors_paper_features").runs()}
+    others = {tuple(one for one in run.config.agents.features if not one.startswith("goal")) for run in runs}
+    assert len(others) == 1
+    wholes = {run.digest for run in plan(name).runs()}
     assert Counter(run.digest in wholes for run in runs) == {True: 5 * 12 * 3, False: 3 * 12 * 3}
-    path = ROOT / "benchmarks" / "study" / "study_factors_paper_features_crossed_comparisons.toml"
+    path = ROOT / "benchmarks" / "study" / f"{name}_crossed_comparisons.toml"
     planned = module("comparisons").read_comparisons(path)
     changes = [
         [
