@@ -43,21 +43,46 @@ def end(sampler, is_escape, envs=range(N_ENVS)):
 
 def test_episodes_that_began_in_another_stage_say_nothing_of_this_one():
     sampler = GraphSampler("hitting_time:8..50", (), False, N_ENVS, n_stages=3)
-    first = sampler.graphs
-    moves = [end(sampler, True) for _ in range(EPISODES_PER_STAGE // N_ENVS)]
+    first, quota = sampler.graphs, EPISODES_PER_STAGE // N_ENVS
+    moves = [end(sampler, True) for _ in range(quota)]
     assert moves == [False] * (len(moves) - 1) + [True]
     second = sampler.graphs
     assert second != first
     assert not end(sampler, True, [0, 1])  # begun in the first stage, as the six below
-    for _ in range((EPISODES_PER_STAGE - 2) // 2):
+    for _ in range(quota):
         assert not end(sampler, False, [0, 1])
     again = GraphSampler("hitting_time:8..50", (), False, N_ENVS, n_stages=3)
     again.set_state(sampler.get_state())
     for each in (sampler, again):
         assert not end(each, True, range(2, N_ENVS))
+        for _ in range(quota - 1):
+            assert not end(each, False, range(2, N_ENVS))
         assert each.graphs == second
-        assert end(each, False, [2, 3])  # 200 of this stage, none of them an escape
+        assert end(each, False, range(2, N_ENVS))  # 200 of this stage, none of them an escape
         assert each.graphs == first
+
+
+@pytest.mark.parametrize("n_envs", [16, 64, 256])
+def test_short_episodes_count_no_more_than_long_ones(n_envs):
+    """An agent that escapes in 70 of 100 episodes, after 6 steps, and fails after 100, is not said to in 80."""
+    sampler, random = GraphSampler("hitting_time:8..50", (), False, n_envs, n_stages=3), np.random.default_rng(0)
+    escapes, age = random.random(n_envs) < 0.7, random.integers(0, 6, n_envs)
+    for _ in range(4000):
+        age += 1
+        ended = age == np.where(escapes, 6, 100)
+        assert not sampler.add(ended, ended & escapes)
+        escapes, age = np.where(ended, random.random(n_envs) < 0.7, escapes), np.where(ended, 0, age)
+
+
+def test_an_environment_s_episodes_beyond_its_share_do_not_count():
+    sampler = GraphSampler("hitting_time:8..50", (), False, N_ENVS, n_stages=3)
+    quota = EPISODES_PER_STAGE // N_ENVS
+    for _ in range(10 * quota):
+        assert not end(sampler, True, [0])
+    moves = [end(sampler, False, range(1, N_ENVS)) for _ in range(quota)]
+    assert not any(moves)  # 25 of 200, and not below a fifth were the others counted
+    assert sampler.get_state()["curriculum"].tolist() == [0, 0]
+    assert sampler.get_state()["n_ended"].tolist() == [-1] * N_ENVS
 
 
 def test_one_graph_has_no_stages():

@@ -48,13 +48,22 @@ def test_levels_are_of_a_graph_that_is_played():
         make("a", n=2).set_state(make("b", n=2).get_state())
 
 
-def test_the_counts_of_a_curriculum_are_such():
+@pytest.mark.parametrize(
+    ("n_successes", "n_ended", "message"),
+    [
+        (4, [3, -1], "curriculum must hold no more successes than episodes ended, not 4"),
+        (-1, [3, -1], "curriculum must hold no more successes than episodes ended, not -1"),
+        (0, [100, 100], "n_ended must hold -1 to 100 episodes, in one environment at least fewer than that"),
+        (0, [101, 3], "n_ended must hold -1 to 100 episodes"),
+        (0, [-2, 3], "n_ended must hold -1 to 100 episodes"),
+    ],
+)
+def test_the_counts_of_a_curriculum_are_such(n_successes, n_ended, message):
     turns = make("hitting_time:8..16", 2, curriculum_stages=2)
-    for counts in ([0, 200, 0], [0, 3, 4], [0, -1, -1]):
-        state = turns.get_state()
-        state["curriculum"][:] = counts
-        with pytest.raises(InputError, match=r"^curriculum must hold fewer than 200 episodes, and no more successes"):
-            turns.set_state(state)
+    state = turns.get_state()
+    state["curriculum"][1], state["n_ended"][:] = n_successes, n_ended
+    with pytest.raises(InputError, match=f"^{message}"):
+        turns.set_state(state)
 
 
 def learner_in_the_middle():

@@ -155,7 +155,8 @@ def test_an_episode_that_has_ended_counts_once():
         pass
     for _ in range(10):
         turns.step([LEFT])
-    assert turns.get_state()["curriculum"].tolist() == [0, 1, 1]
+    assert turns.get_state()["curriculum"].tolist() == [0, 1]
+    assert turns.get_state()["n_ended"].tolist() == [1]
 
 
 def test_an_episode_that_was_left_is_older_no_more():
@@ -164,9 +165,9 @@ def test_an_episode_that_was_left_is_older_no_more():
     oracle = OraclePlayer()
     while not turns.get_state()["curriculum"][0]:
         oracle.step(turns)
-    assert turns.get_state()["is_older"].all()
+    assert turns.get_state()["n_ended"].tolist() == [-1] * 25
     turns.reset()
-    assert not turns.get_state()["is_older"].any()
+    assert turns.get_state()["n_ended"].tolist() == [0] * 25
 
 
 def test_a_state_that_does_not_fit_changes_nothing():

@@ -13,7 +13,7 @@ from hierroom.goals import GoalGraph, GraphSpecs
 from hierroom.runtime.schema import Array, Whole
 
 EPISODES_PER_STAGE = 200
-"""Least number of episodes that must begin and end in a stage before the curriculum decides about the next stage."""
+"""Least number of episodes of a stage by which the curriculum decides about the next one."""
 
 
 class Curriculum:
@@ -70,6 +70,9 @@ class Curriculum:
 class GraphSampler:
     """The goal graphs of N environments: one graph, or a set of them, all at once or stage by stage.
 
+    The curriculum decides by as many episodes of each environment, the first ones that begin after its last decision, and
+    waits until all have ended: of episodes that began together those that escape end first, and would be counted too often.
+
     Args:
         graph: the graphs, as `GraphSet` takes them.
         exclude: graphs to leave out of them, likewise.
@@ -94,8 +97,9 @@ class GraphSampler:
         self._curriculum = Curriculum(chosen, n_stages)
         self.everything: tuple[GoalGraph, ...] = sum(self._curriculum.stages, ())
         self._known = {(graph.key_rooms, graph.exit_room): graph for graph in self.everything}
-        self._counts = np.zeros(3, np.int64)  # the stage, and the number of its episodes and successes so far
-        self._is_older = np.zeros(num_envs, bool)  # whether the current episode began in another stage
+        self._quota = -(-EPISODES_PER_STAGE // num_envs)  # episodes of each environment in a decision
+        self._counts = np.zeros(2, np.int64)  # the stage, and the successes that count so far
+        self._n_ended = np.zeros(num_envs, np.int64)  # episodes that count so far; -1 before one began since the decision
 
     @property
     def stage(self) -> int:
@@ -140,7 +144,7 @@ class GraphSampler:
         return [self._known[tuple(key_rooms[: n_rooms - 1]), exit_room] for n_rooms, key_rooms, exit_room in rooms]
 
     def add(self, ended: NDArray[np.bool_], escaped: NDArray[np.bool_]) -> bool:
-        """Count the episodes of the current stage that a step ended, and change the stage if it is time.
+        """Count the episodes of the current stage that a step ended, and decide about the stage if it is time.
 
         Args:
             ended: [N] bool, whether the episode ended.
@@ -151,25 +155,23 @@ class GraphSampler:
         """
         if self.n_stages == 1:
             return False
-        self._counts[1:] += (ended & ~self._is_older).sum(), (escaped & ~self._is_older).sum()
-        self._is_older &= ~ended
-        before, n_episodes, n_successes = self._counts.tolist()
-        if n_episodes < EPISODES_PER_STAGE:
+        self._counts[1] += (escaped & (self._n_ended >= 0) & (self._n_ended < self._quota)).sum()
+        self._n_ended += ended & (self._n_ended < self._quota)
+        if (self._n_ended < self._quota).any():
             return False
-        stage = self._curriculum.advance(before, n_successes / n_episodes)
-        self._counts[:] = stage, 0, 0
-        if stage == before:
-            return False
-        self._is_older[:] = True  # also where this step began a new episode, whose graph is already sampled
-        return True
+        before, n_successes = self._counts.tolist()
+        stage = self._curriculum.advance(before, n_successes / self._n_ended.sum())
+        self._counts[:] = stage, 0
+        self._n_ended[:] = -1  # also where this step began a new episode, whose graph is already sampled
+        return stage != before
 
     def reset(self, envs: NDArray[np.integer] | slice = slice(None)) -> None:
         """Note that episodes of the current stage begin in some environments, by default in all."""
-        self._is_older[envs] = False
+        self._n_ended[envs] = np.maximum(self._n_ended[envs], 0)
 
     def get_state(self) -> dict[str, NDArray]:
         """The state of the curriculum as new arrays."""
-        return {"curriculum": self._counts.copy(), "is_older": self._is_older.copy()}
+        return {"curriculum": self._counts.copy(), "n_ended": self._n_ended.copy()}
 
     def check_state(self, state: Mapping[str, NDArray], levels: np.ndarray) -> None:
         """Check a state before `set_state`.
@@ -182,12 +184,15 @@ class GraphSampler:
             InputError: if there is no such stage, the numbers cannot be those of a curriculum, or a level is of a graph
                 that is not sampled here.
         """
-        Array(np.int64, (3,)).check(state["curriculum"], "curriculum")
-        Array(np.bool_, self._is_older.shape).check(state["is_older"], "is_older")
-        if not 0 <= state["curriculum"][0] < self.n_stages:
-            raise InputError(f"the stages are 0 to {self.n_stages - 1}; there is no stage {state['curriculum'][0]}")
-        if not 0 <= state["curriculum"][2] <= state["curriculum"][1] < EPISODES_PER_STAGE:
-            raise InputError(f"curriculum must hold fewer than {EPISODES_PER_STAGE} episodes, and no more successes")
+        Array(np.int64, (2,)).check(state["curriculum"], "curriculum")
+        Array(np.int64, self._n_ended.shape).check(state["n_ended"], "n_ended")
+        (stage, n_successes), n_ended = state["curriculum"].tolist(), state["n_ended"]
+        if not 0 <= stage < self.n_stages:
+            raise InputError(f"the stages are 0 to {self.n_stages - 1}; there is no stage {stage}")
+        if not (-1 <= n_ended.min() < self._quota and n_ended.max() <= self._quota):
+            raise InputError(f"n_ended must hold -1 to {self._quota} episodes, in one environment at least fewer than that")
+        if not 0 <= n_successes <= np.maximum(n_ended, 0).sum():
+            raise InputError(f"curriculum must hold no more successes than episodes ended, not {n_successes}")
         try:
             self.graphs_of(levels)
         except KeyError as error:
@@ -195,4 +200,4 @@ class GraphSampler:
 
     def set_state(self, state: Mapping[str, NDArray]) -> None:
         """Restore what `get_state` returned, after `check_state`."""
-        self._counts[:], self._is_older[:] = state["curriculum"], state["is_older"]
+        self._counts[:], self._n_ended[:] = state["curriculum"], state["n_ended"]

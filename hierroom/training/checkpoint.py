@@ -18,7 +18,7 @@ from hierroom.options import AGENTS
 from hierroom.runtime.schema import AnyMapping, Anything, Exactly, Real, Schema, Table, Whole
 from hierroom.training.plain_state import plain_state
 
-CHECKPOINT_FORMAT = 9
+CHECKPOINT_FORMAT = 10
 _MARK = b"\nsha256 "
 _LENGTH = len(_MARK) + 64 + 1  # of the last line: the mark, the digest in hexadecimal digits, a line feed
 _ENTRIES: Mapping[str, Schema] = {
