@@ -53,7 +53,7 @@ def test_levels_are_of_a_graph_that_is_played():
     [
         (4, [3, -1], "curriculum must hold no more successes than episodes ended, not 4"),
         (-1, [3, -1], "curriculum must hold no more successes than episodes ended, not -1"),
-        (0, [100, 100], "n_ended must hold -1 to 100 episodes, in one environment at least fewer than that"),
+        (0, [100, 100], "n_ended must hold -1 to 100 episodes, and fewer in one environment at least"),
         (0, [101, 3], "n_ended must hold -1 to 100 episodes"),
         (0, [-2, 3], "n_ended must hold -1 to 100 episodes"),
     ],

@@ -27,6 +27,7 @@ from hierroom.complexity.measures import (
     minimum_k,
     policy_information,
 )
+from hierroom.complexity.measures.covering import _union_bound
 from hierroom.complexity.measures.gorp_kernels import choice_probabilities
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS
@@ -139,6 +140,32 @@ def test_many_rollouts_are_counted_by_a_window():
     deviation = math.sqrt(1e6 * (0.3 * 0.7 + 0.3005 * 0.6995))
     np.testing.assert_allclose(found[1], stats.norm.cdf(500 / deviation), atol=1e-5)
     assert found.sum() == pytest.approx(1)
+
+
+@pytest.mark.parametrize("chance", [1 - 1e-15, 1 - 1e-12, 0.999])
+@pytest.mark.parametrize("m", [20, 21, 64, 1024])
+def test_what_succeeds_almost_surely_is_chosen(chance, m):
+    """The numbers of successes far below its mean are no floats."""
+    nodes, weights = np.polynomial.legendre.leggauss(1)
+    found = choice_probabilities(np.array([0.4, chance]), 2, m, (nodes + 1) / 2, weights / 2)
+    n = np.arange(m + 1)
+    first, second = stats.binom.pmf(n, m, 0.4), stats.binom.pmf(n, m, chance)
+    wins = (first * (stats.binom.cdf(n - 1, m, chance) + second / 2)).sum()
+    np.testing.assert_allclose(found, [wins, 1 - wins], atol=1e-9)
+
+
+def test_more_rollouts_on_a_long_horizon_do_no_harm():
+    gorp = Gorp(graph_mdp(AugmentedGraph(NAMED_GRAPHS["a"])), 300)
+    for m in (1, 20, 21, 64, 1024):
+        assert gorp.success_probability(m) == pytest.approx(1)
+
+
+@settings(max_examples=50)
+@given(st.lists(st.floats(0.01, 1.0), min_size=1, max_size=5))
+def test_the_union_bound_is_the_least_number_of_episodes(chances):
+    found = _union_bound(np.array(chances), 2, 1, 1e4)
+    missed = [2 * sum((1 - chance) ** n for chance in chances) for n in (found - 1, found)]
+    assert missed[0] > 0.5 >= missed[1]
 
 
 def test_covering_length_of_a_lock_by_hand():

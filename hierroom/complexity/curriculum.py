@@ -70,8 +70,8 @@ class Curriculum:
 class GraphSampler:
     """The goal graphs of N environments: one graph, or a set of them, all at once or stage by stage.
 
-    The curriculum decides by as many episodes of each environment, the first ones that begin after its last decision, and
-    waits until all have ended: of episodes that began together those that escape end first, and would be counted too often.
+    The curriculum decides by the same number of episodes of each environment, the first that begin after its last
+    decision, and waits until all have ended: those that escape end first, and would else be counted too often.
 
     Args:
         graph: the graphs, as `GraphSet` takes them.
@@ -99,7 +99,7 @@ class GraphSampler:
         self._known = {(graph.key_rooms, graph.exit_room): graph for graph in self.everything}
         self._quota = -(-EPISODES_PER_STAGE // num_envs)  # episodes of each environment in a decision
         self._counts = np.zeros(2, np.int64)  # the stage, and the successes that count so far
-        self._n_ended = np.zeros(num_envs, np.int64)  # episodes that count so far; -1 before one began since the decision
+        self._n_ended = np.zeros(num_envs, np.int64)  # of those; -1 before the first begins
 
     @property
     def stage(self) -> int:
@@ -190,7 +190,7 @@ class GraphSampler:
         if not 0 <= stage < self.n_stages:
             raise InputError(f"the stages are 0 to {self.n_stages - 1}; there is no stage {stage}")
         if not (-1 <= n_ended.min() < self._quota and n_ended.max() <= self._quota):
-            raise InputError(f"n_ended must hold -1 to {self._quota} episodes, in one environment at least fewer than that")
+            raise InputError(f"n_ended must hold -1 to {self._quota} episodes, and fewer in one environment at least")
         if not 0 <= n_successes <= np.maximum(n_ended, 0).sum():
             raise InputError(f"curriculum must hold no more successes than episodes ended, not {n_successes}")
         try:

@@ -82,11 +82,11 @@ def _union_bound(chances: np.ndarray, n_actions: int, low: float, high: float) -
     """The least number of episodes, to a relative 1e-6, after which the chances to miss a pair add up to 1/2."""
     with np.errstate(divide="ignore"):  # a pair tried for sure is missed never: exp(-inf) is 0
         logs = np.log1p(-chances)
-    low = low / 2
-    while high - low > max(1e-6 * high, 0.5):
-        middle = (low + high) / 2
-        if n_actions * np.exp(middle * logs).sum() > 0.5:
+    low, high = math.floor(low / 2), math.ceil(high)
+    while high - low > max(1, 1e-6 * high):
+        middle = (low + high) // 2
+        if n_actions * np.exp(float(middle) * logs).sum() > 0.5:
             low = middle
         else:
             high = middle
-    return math.ceil(high)
+    return high

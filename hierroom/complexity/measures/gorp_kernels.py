@@ -8,6 +8,15 @@ from hierroom.compile.kernel import njit
 
 SPREAD, SLACK = 10.0, 30.0
 """Numbers of successes further than SPREAD standard deviations plus SLACK from the mean have no weight."""
+LEAST_MASS = 1e-290
+"""Nor have those that are less likely; from a mass that is no float, or one of few digits, no other can be computed."""
+
+
+@njit(cache=True)
+def binomial_mass(x, m, chance):
+    """Probability of x successes in m rollouts, each of a chance between 0 and 1."""
+    log_mass = math.lgamma(m + 1.0) - math.lgamma(x + 1.0) - math.lgamma(m - x + 1.0)
+    return math.exp(log_mass + x * math.log(chance) + (m - x) * math.log1p(-chance))
 
 
 @njit(cache=True)
@@ -54,8 +63,10 @@ def choice_probabilities(chances, n_actions, m, nodes, node_weights):
             continue
         mean, deviation = m * chance, math.sqrt(m * chance * (1 - chance))
         x = max(np.int64(0), np.int64(mean - SPREAD * deviation - SLACK))
-        log_mass = math.lgamma(m + 1.0) - math.lgamma(x + 1.0) - math.lgamma(m - x + 1.0)
-        mass = math.exp(log_mass + x * math.log(chance) + (m - x) * math.log1p(-chance))
+        mass = binomial_mass(x, m, chance)
+        while mass < LEAST_MASS:
+            x += 1
+            mass = binomial_mass(x, m, chance)
         odds, total = chance / (1 - chance), 0.0
         if x > low:  # below the leaf's own range
             below[action] = 0.0
