@@ -292,7 +292,8 @@ class Turns:
             masks[:, NO_GOAL_ACTION] = True
         else:
             masks = self._all_legal[: len(envs)]
-        return Observation(envs, tiles, levels, step.goals[envs], step.actions[envs], step.outcomes[envs], masks)
+        outcomes_seen = np.where(step.option_ended[envs], step.outcomes[envs], self.ledger.last_outcomes[envs])
+        return Observation(envs, tiles, levels, step.goals[envs], step.actions[envs], outcomes_seen, masks)
 
     def observation_space(self, agent: str) -> spaces.Dict:
         """The space of an agent's observations of one environment, as `Observation.as_dict` gives them."""

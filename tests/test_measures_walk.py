@@ -1,6 +1,7 @@
 """The long run of a walk against closed forms, and against deeptime where it is installed."""
 
 import math
+from dataclasses import asdict
 
 import networkx as nx
 import numpy as np
@@ -153,3 +154,12 @@ def test_a_chain_of_any_graph_has_them_all():
     found = measure_walk(Chain.from_networkx(nx.cycle_graph(5), 0, 2))
     assert found.cover == pytest.approx(10)
     assert found.at_exit == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_walk_measures_the_same_with_and_without_its_diagonal(seed):
+    moves = random_chain(seed)
+    whole = moves + np.diag(1 - moves.sum(axis=1))
+    one, other = (measure_walk(Chain.from_matrix(weights, 0, 5)) for weights in (moves, whole))
+    for name, value in asdict(one).items():
+        assert asdict(other)[name] == pytest.approx(value, rel=1e-9), name

@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from run_contents import check_picture, check_run
 from same_state import equal
 
 from hierroom import evaluate
-from hierroom.agents.config import METHODS
+from hierroom.agents.config import METHODS, AgentsConfig
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.files import to_json
@@ -453,3 +454,4 @@ def test_goals_that_are_not_legal_are_told_of(monkeypatch):
     monkeypatch.setattr(trainer.agents["meta_0"], "act", lambda observation: np.full(len(observation), 12))
     trainer.advance()
     assert trainer.metrics()["meta_illegal_goals"] > 0.9  # the exit cannot be reached yet
+    assert "meta_illegal_goals" not in Trainer(replace(SMALL, agents=AgentsConfig(method="ppo"))).metrics()

@@ -105,7 +105,7 @@ def test_the_final_observation_is_from_before_the_reset():
         expected = slow.final_observation("controller_0", slow_step, everyone)
         assert final.masks.all()
         assert turns.final_observation("meta_0", step, everyone).masks.tolist() == [[False] * 13 + [True]] * 8
-        for name in ("tiles", "goals", "previous_actions"):
+        for name in ("tiles", "goals", "previous_actions", "outcomes"):
             np.testing.assert_array_equal(getattr(final, name), getattr(expected, name), err_msg=name)
         for name in ("row", "col", "direction", "steps", "keys", "doors", "episode"):
             np.testing.assert_array_equal(final.levels[name], expected.levels[name], err_msg=name)

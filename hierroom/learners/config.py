@@ -25,7 +25,8 @@ class PPOConfig:
         epochs: number of passes over the data of an update, at least 1.
         learning_rate: Adam's step size at the start of training, above 0.
         final_learning_rate_fraction: learning rate at the end of training as a fraction of the initial one, 0 to 1,
-            with linear annealing in between; 1 keeps the rate constant, 0 anneals it to zero.
+            with linear annealing in between, which the last update reaches: with 0 it learns nothing; 1 keeps the rate
+            constant.
         adam_epsilon: constant added to the denominator of Adam's update, above 0.
         max_gradient_norm: the norm of the gradient of all parameters together is clipped to this value, above 0.
         clip: the probability ratio is clipped to the interval from 1 - clip to 1 + clip; above 0.

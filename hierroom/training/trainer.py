@@ -158,6 +158,7 @@ class Trainer:
     def metrics(self) -> dict[str, float]:
         """One row of numbers on how training stands; the stage of a curriculum is counted from 1."""
         sampler, ledger = self.turns.sampler, self.turns.ledger
+        illegal = float(ledger.illegal_goals.sum() / max(1, ledger.meta_turns.sum()))
         return {
             "steps": self.steps,
             "seconds": self.seconds,
@@ -168,7 +169,7 @@ class Trainer:
             "episode_length": self.log.episode_length,
             "episode_return": self.log.episode_return,
             **self.log.reached,
-            "meta_illegal_goals": float(ledger.illegal_goals.sum() / max(1, ledger.meta_turns.sum())),
+            **({"meta_illegal_goals": illegal} if self.config.resolved_method.meta != "none" else {}),
             **({"stage": sampler.stage + 1} if sampler.n_stages > 1 else {}),
             **self.controller.statistics,
             **{f"meta_{name}": value for name, value in self.agents[META].statistics.items()},

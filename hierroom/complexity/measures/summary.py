@@ -26,7 +26,7 @@ from hierroom.complexity.measures.ergodic import (
 from hierroom.complexity.measures.gorp import Gorp
 from hierroom.complexity.measures.mdp import DeterministicMDP
 from hierroom.complexity.measures.policy_information import mdp_policy_information
-from hierroom.complexity.weights import row_sums
+from hierroom.complexity.weights import as_moves, row_sums
 from hierroom.errors import InputError
 
 
@@ -154,7 +154,7 @@ def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasur
     Raises:
         InputError: if the walk can end in one of several classes of nodes.
     """
-    weights, source, target = chain.weights, chain.source, chain.goals[EXIT][0]
+    weights, source, target = as_moves(chain.weights), chain.source, chain.goals[EXIT][0]
     n = len(chain.labels)
     to_exit = committor(weights, source, target)
     leaving = float(row_sums(weights)[source])
