@@ -61,7 +61,7 @@ class Transition:
 def transitions(
     step: Step, last_observation: Callable[[str, NDArray[np.integer]], Observation]
 ) -> dict[str, Transition]:
-    """The turns that a primitive step ended, by agent: the meta-controller's options, and a turn everywhere else.
+    """The turns that a primitive step ended: the controller's everywhere, the meta-controller's where an option ended.
 
     Args:
         step: the primitive step.

@@ -110,7 +110,8 @@ def test_a_target_never_reached():
 
 
 def test_each_dash_is_explained():
-    assert "-: not observed, as one episode has no deviation" in str(measure_trajectories([["a", "b"]], "b"))
+    told = "-: no deviation was observed, as fewer than two episodes escaped"
+    assert told in str(measure_trajectories([["a", "b"]], "b"))
     cut = measure_trajectories([["a", "b"], ["a", "a"]], "b")
     assert "-: not observed, as episodes were truncated after 1 steps" in str(cut)
     both = str(measure_trajectories([["a", "b"], ["a", "a", "b"]], "b"))

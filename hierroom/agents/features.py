@@ -134,7 +134,7 @@ def _by_colour(observation: Observation, what: str) -> NDArray:
 
 
 def _goal_status(observation: Observation) -> NDArray:
-    """[M, 13] for each goal id 0 for never seen, 1 for seen this episode, 2 for achieved."""
+    """[M, 13] for each goal id 0 for never seen, 1 for seen this episode, 2 for a key in hand or an open door."""
     status = observation.levels["seen"][:, None] >> _GOAL_IDS & 1
     achieved = np.concatenate([_by_colour(observation, "keys"), _by_colour(observation, "doors")], axis=1)
     status[:, :EXIT_GOAL][achieved > 0] = 2
@@ -175,8 +175,8 @@ and to its right the goal is, once it was seen this episode; object-places: like
 goal; doorway-places: likewise for the two doors that were opened or walked through last; frontier-places: likewise for
 floor beside what was not seen yet, the nearest in the agent's room and the nearest elsewhere; symbol: the goal as one
 of 14, no goal the last; direction; keys: those held, by colour; previous-action: the last action taken; goal-status:
-whether each goal was seen or achieved this episode; goal-outcome: how the last option ended. A meta-controller's goal
-is the one it gave last."""
+whether each goal was seen this episode, and whether the key is in hand or the door open; goal-outcome: how the last
+option ended. A meta-controller's goal is the one it gave last."""
 
 GOAL_FEATURES = ("goal", "goal-in-view", "goal-place", "symbol")
 """Features of the goal: left out by methods whose controller does not see it."""

@@ -162,8 +162,9 @@ def play(
 ) -> Iterator[PlayedStep]:
     """Let a player play the first episodes of each environment: how many is fixed beforehand (`quotas`).
 
-    The first episodes to end would be the short ones rather than the long. An environment that has played its own is
-    left out sooner or later where the player can do without it; what is played in the others does not depend on that.
+    Were the first episodes to end counted instead, short ones would be counted too often. An environment that has
+    played its own is left out sooner or later where the player can do without it; what is played in the others does not
+    depend on that, but for rounding where torch computes the network.
 
     Args:
         turns: N fresh environments, which begin their next episode by themselves.

@@ -241,15 +241,11 @@ def count_nodes(graph: GoalGraph) -> int:
     Returns:
         The number of room and key nodes over all sets of open doors, plus one for the exit.
     """
-    children: list[list[int]] = [[] for _ in range(graph.n_rooms)]
-    for room, key_room in enumerate(graph.key_rooms, start=1):
-        children[key_room].append(room)
-
     subtrees = [(1, 1)] * graph.n_rooms  # their number, and the nodes they give; at first of each room alone
     depths = graph.depths
     for room in sorted(range(graph.n_rooms), key=lambda room: -depths[room]):
         count, inside_and_fringe = 1, 1
-        for child in children[room]:
+        for child in graph.children[room]:
             with_child, its_nodes = subtrees[child]
             # without the child: one more key node on the fringe; with it: also the nodes of the child's subtree
             inside_and_fringe = inside_and_fringe * (1 + with_child) + count * (1 + its_nodes)
@@ -270,13 +266,11 @@ def kinds_of_nodes(augmented: AugmentedGraph) -> list[tuple[int, ...]]:
     Returns:
         For each class its nodes, ascending; the classes in order of first appearance.
     """
-    children: list[list[int]] = [[] for _ in range(augmented.graph.n_rooms)]
-    for room, key_room in enumerate(augmented.graph.key_rooms, start=1):
-        children[key_room].append(room)
+    graph = augmented.graph
 
     def shape(node: Node, room: int) -> tuple:
-        below = sorted(shape(node, child) for child in children[room])
-        return (room in node.doors, room == node.room, room == augmented.graph.exit_room, *below)
+        below = sorted(shape(node, child) for child in graph.children[room])
+        return (room in node.doors, room == node.room, room == graph.exit_room, *below)
 
     kinds: dict[tuple, list[int]] = {}
     for i, node in enumerate(augmented.nodes):

@@ -146,7 +146,8 @@ class Chain:
     def hitting_time(self) -> float:
         """The paper's hitting time of the exit, b' pinv(D - W) b.
 
-        It is not a number of steps, and it saturates near 1 / 0.01 = 100: see `hierroom.complexity.laplacian`.
+        It is not a number of steps. On the paper's walk, whose exit is left with probability 0.01, it saturates near
+        1 / 0.01 = 100; on others it can saturate elsewhere or not at all: see `hierroom.complexity.laplacian`.
         """
         return self.hitting_time_to(EXIT)
 

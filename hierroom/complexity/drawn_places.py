@@ -6,7 +6,7 @@ the number of sets it stands for; in it, rooms or keys that the renaming exchang
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, kinds_of_nodes
@@ -153,14 +153,11 @@ def _lines(
 
 def place_goals(graph: GoalGraph) -> dict[str, Point]:
     """Place leaves of the tree of keys side by side, keys and doors in rows, parents centred above children."""
-    children: list[list[int]] = [[] for _ in range(graph.n_rooms)]
-    for room, key_room in enumerate(graph.key_rooms, start=1):
-        children[key_room].append(room)
     places: dict[str, Point] = {}
     columns: dict[int, float] = {}
     n_leaves = 0
-    for room in _deepest_first(children):
-        slots = [columns[child] for child in children[room]]
+    for room in _deepest_first(graph.children):
+        slots = [columns[child] for child in graph.children[room]]
         if room == graph.exit_room:
             slots.append(n_leaves)
             places["exit"] = (1.5 * n_leaves, -3.2 * graph.depths[room] - 1.6)
@@ -180,5 +177,5 @@ def limits(points: Iterable[Point]) -> tuple[Point, Point]:
     return (middle - half, middle + half), (min(ys) - 1.2, max(ys) + 1.5)
 
 
-def _deepest_first(children: list[list[int]], room: int = 0) -> list[int]:
+def _deepest_first(children: Sequence[Sequence[int]], room: int = 0) -> list[int]:
     return [*(below for child in children[room] for below in _deepest_first(children, child)), room]

@@ -183,9 +183,11 @@ class PlayedChain:
         notes = self._test_notes()
         if not self.counts.escaped.any():
             notes.append("nobody escaped, so the times to the exit are infinite")
-        if any(np.isnan(interval.value) for interval in self.observed.values()):
-            cut = f"episodes were truncated after {self.counts.step_limit:.0f} steps"
-            notes.append(f"-: not observed, as {cut if self.counts.is_cut else 'one episode has no deviation'}")
+        missing = {name for name, interval in self.observed.items() if np.isnan(interval.value)}
+        if "std" in missing:
+            notes.append("-: no deviation was observed, as fewer than two episodes escaped")
+        if missing - {"std"}:
+            notes.append(f"-: not observed, as episodes were truncated after {self.counts.step_limit:.0f} steps")
         shown = [*self.intervals.values(), *self.observed.values()]
         if any(np.isnan(interval.low) and np.isfinite(interval.value) for interval in shown):
             notes.append("none: the episodes are too few, or too much alike, for an interval")

@@ -32,7 +32,7 @@ from hierroom.complexity.weights import (
     as_times,
     can_reach,
     n_nodes,
-    row_sums,
+    with_staying,
 )
 
 TOLERANCE = 1e-12
@@ -113,7 +113,7 @@ def later_by_squaring(
         [m, k] float64.
     """
     later = np.empty((targets.shape[1], len(times)))
-    chances = _with_staying(moves).toarray()
+    chances = with_staying(moves).toarray()
     n_bits = int(times.max(initial=0)).bit_length()
     for question, target in enumerate(targets.T):
         power = np.where(target[:, None], 0.0, chances)
@@ -136,7 +136,7 @@ def later_by_stepping(
     """
     later = np.empty((targets.shape[1], len(times)))
     order = np.argsort(times, kind="stable")
-    chances, killed = _with_staying(moves), np.nonzero(targets)
+    chances, killed = with_staying(moves), np.nonzero(targets)
     ahead, now, filled = hits.copy(), 0, 0
     last = int(times.max(initial=0))
     while filled < len(times):
@@ -179,10 +179,6 @@ def _reached(
     reached = np.clip(ever[:, None] - later, 0.0, 1.0)
     reached[starts_there] = 1.0
     return reached
-
-
-def _with_staying(moves: sp.csr_array) -> sp.csr_array:
-    return sp.csr_array(moves + sp.diags_array(np.maximum(1 - row_sums(moves), 0.0)))
 
 
 def _geometric_hazard(

@@ -84,6 +84,11 @@ def as_moves(weights: Weights) -> sp.csr_array:
     return matrix
 
 
+def with_staying(moves: sp.csr_array) -> sp.csr_array:
+    """P: the moves of `as_moves`, and on the diagonal what each row lacks to one: [n, n] float64 CSR."""
+    return sp.csr_array(moves + sp.diags_array(np.maximum(1 - row_sums(moves), 0.0)))
+
+
 def n_nodes(matrix: sp.csr_array) -> int:
     """Number of nodes of a walk, which is the number of rows of its matrix."""
     return matrix.indptr.size - 1

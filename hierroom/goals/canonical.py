@@ -3,6 +3,18 @@
 from __future__ import annotations
 
 
+def child_rooms(key_rooms: tuple[int, ...]) -> tuple[tuple[int, ...], ...]:
+    """For each room the rooms whose keys lie in it, ascending.
+
+    Args:
+        key_rooms: the room in which the key of room 1, 2, ... lies.
+    """
+    children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
+    for room, parent in enumerate(key_rooms, start=1):
+        children[parent].append(room)
+    return tuple(map(tuple, children))
+
+
 def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[tuple[int, ...], int]:
     """Renumber rooms breadth first, with the children of a room ordered by the shape of their subtrees.
 
@@ -16,10 +28,7 @@ def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[
     Returns:
         the key rooms and the exit room with the new numbers; an exit room of 0 where there is none.
     """
-    children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
-    for room, parent in enumerate(key_rooms, start=1):
-        children[parent].append(room)
-
+    children = child_rooms(key_rooms)
     floors = [[0]]
     while floors[-1]:
         floors.append([child for room in floors[-1] for child in children[room]])

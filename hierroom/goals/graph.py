@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.errors import InputError
 from hierroom.files import read_toml, write_atomically
-from hierroom.goals.canonical import canonical_rooms
+from hierroom.goals.canonical import canonical_rooms, child_rooms
 from hierroom.goals.drawing import tree_svg
 from hierroom.goals.reachable import open_goals
 
@@ -86,6 +86,11 @@ class GoalGraph:
     def depths(self) -> tuple[int, ...]:
         """Depth of each room 0..n_rooms - 1 in the tree of keys; the centre has depth 0."""
         return tuple(depth or 0 for depth in self._depths)
+
+    @cached_property
+    def children(self) -> tuple[tuple[int, ...], ...]:
+        """For each room 0..n_rooms - 1 the rooms whose keys lie in it, ascending."""
+        return child_rooms(self.key_rooms)
 
     @property
     def exit_depth(self) -> int:

@@ -67,7 +67,7 @@ class Policy:
         self._states[envs] = self._stepper.initial_states(len(envs))
 
     def part(self, envs: NDArray[np.integer]) -> Policy:
-        """The same policy in some of its environments [M], where it draws what it would have drawn beside the others.
+        """The same policy in some of its environments [M], for which it draws the numbers that the whole would draw.
 
         Its `act` must be called with all M environments, as this one's must have been. They share the generator of
         random numbers, so this one is not to be used any more.

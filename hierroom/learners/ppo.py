@@ -28,8 +28,9 @@ Reinforcement Learning (2021).
     estimated. Ratios then begin at 1, up to rounding, and what is clipped is multiplied by min(1, p / q), with p the
     probability of the action under the policy that the update starts from and q the one it was sampled with (the
     decoupled objective of Hilton, Cobbe & Schulman 2022, whose weight is p / q; truncated as in V-trace, Espeholt et
-    al. 2018). Of weights before the last update remain the states before the first turn and after the last, with the
-    value that bootstraps there, and the value that bootstraps a truncated turn. `Learner._renewed`.
+    al. 2018). Three things still come from the weights before the last update: the state before the first turn of such
+    a sequence; the state after its last turn, and so the value that bootstraps there; and the value that bootstraps a
+    truncated turn. `Learner._renewed`.
 9.  Minibatches consist of whole sequences, in a new random order every epoch (37 details, LSTM 4).
 10. Illegal actions are masked out of the softmax, and the entropy is that of the masked distribution (Huang & Ontanon
     2020).
@@ -278,7 +279,7 @@ class Learner:
         config = self.config
         taken = self._rollout.take()
         check_batch(taken)
-        batch, weights = self._renewed(taken)
+        batch, importance_weights = self._renewed(taken)
         advantages = generalized_advantages(
             batch.rewards,
             batch.values,
@@ -290,13 +291,13 @@ class Learner:
             gae_lambda=config.gae_lambda,
         )
         length, n_sequences = batch.rewards.shape
-        parts = [
+        minibatches = [
             part
             for _ in range(config.epochs)
             for part in np.array_split(self._shuffle_random.permutation(n_sequences), config.minibatches)
         ]
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
-        means = self._backend.train(batch, advantages, weights, parts, learning_rate)
+        means = self._backend.train(batch, advantages, importance_weights, minibatches, learning_rate)
         check_update(means, weights_of(self.network), self._backend, batch, learning_rate)
         target_variance = np.var(advantages + batch.values)
         return {

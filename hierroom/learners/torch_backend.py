@@ -60,8 +60,8 @@ class TorchBackend:
         self,
         batch: Batch,
         advantages: NDArray[np.float32],
-        weights: NDArray[np.float32],
-        parts: Iterable[NDArray[np.integer]],
+        importance_weights: NDArray[np.float32],
+        minibatches: Iterable[NDArray[np.integer]],
         learning_rate: float,
     ) -> NDArray[np.float64]:
         """Take one gradient step per minibatch.
@@ -69,8 +69,8 @@ class TorchBackend:
         Args:
             batch: M sequences of T turns.
             advantages: [T, M] float32, not normalised.
-            weights: [T, M] float32, by which normalised advantages are multiplied in the policy loss.
-            parts: for each minibatch the indices of its sequences, 0 to M - 1.
+            importance_weights: [T, M] float32, by which normalised advantages are multiplied in the policy loss.
+            minibatches: for each one the indices of its sequences, 0 to M - 1.
             learning_rate: Adam's step size.
 
         Returns:
@@ -79,8 +79,8 @@ class TorchBackend:
         for group in self._adam.param_groups:
             group["lr"] = learning_rate
         tensors = {name: self._tensor(array) for name, array in vars(batch).items()}
-        advantage, weight = self._tensor(advantages), self._tensor(weights)
-        rows = [self._minibatch(tensors, advantage, weight, self._tensor(part)) for part in parts]
+        advantage, weight = self._tensor(advantages), self._tensor(importance_weights)
+        rows = [self._minibatch(tensors, advantage, weight, self._tensor(part)) for part in minibatches]
         return torch.stack(rows).mean(0).cpu().numpy().astype(np.float64)
 
     def _minibatch(self, data: dict[str, Tensor], advantages: Tensor, weights: Tensor, part: Tensor) -> Tensor:

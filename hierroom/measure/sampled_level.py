@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.complexity.measures.effective_horizon import horizon_of
+from hierroom.complexity.measures.effective_horizon import horizon_of, samples_of
 from hierroom.complexity.measures.policy_information import policy_information
 from hierroom.complexity.measures.sampled import SampledMeasures
 from hierroom.complexity.observed import wilson_interval
@@ -162,7 +162,7 @@ class SampledLevel:
             rollouts=rollouts,
             rollouts_tried=tried,
             effective_horizon=horizon,
-            samples=self.horizon**2 * float(self.n_actions) ** horizon,
+            samples=samples_of(self.horizon, self.n_actions, horizon),
             pic=information.pic,
             poic=information.poic,
         )

@@ -108,7 +108,7 @@ class LearningCurve:
         return float(np.trapezoid(self.success, self.steps) / np.ptp(self.steps)) if len(self.steps) > 1 else np.nan
 
     def crossing(self, percent: float, resamples: int = 1000) -> Crossing | None:
-        """When the success rate reached so many percent, see `first_crossing`; None if it did not.
+        """When the success rate reached so many percent, see `first_crossing`; None if the measured rate did not.
 
         The interval is of the evaluations' episodes alone: each success rate is drawn anew from its posterior
         Beta(successes + 1/2, failures + 1/2) (Jeffreys), and the curve of the drawn rates is crossed.

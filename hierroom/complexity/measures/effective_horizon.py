@@ -50,15 +50,18 @@ class EffectiveHorizon:
         """The least of the bounds, and never more than T: with k = T a single rollout suffices."""
         return min([*self.bounds.values(), float(self.horizon)])
 
-    @property
-    def log10_samples(self) -> float:
-        """Logarithm to base 10 of T^2 A^H, which bounds the steps that GORP samples (lemma 5.3)."""
-        return 2 * math.log10(self.horizon) + self.value * math.log10(self.n_actions)
-
 
 def horizon_of(k: int, rollouts: float, n_actions: int) -> float:
     """H_k = k + log_A m."""
     return k + math.log(rollouts) / math.log(max(n_actions, 2))
+
+
+def samples_of(horizon: int, n_actions: int, effective_horizon: float) -> float:
+    """T^2 A^H, which bounds the steps that GORP samples (lemma 5.3); ``inf`` if no float is so large."""
+    try:
+        return horizon**2 * float(n_actions) ** effective_horizon
+    except OverflowError:
+        return math.inf
 
 
 def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:

@@ -25,6 +25,7 @@ from hierroom.complexity.weights import (
     closed_classes,
     n_nodes,
     row_sums,
+    with_staying,
 )
 from hierroom.errors import InputError
 
@@ -74,7 +75,7 @@ def spectral_gap(weights: Weights) -> float:
     Raises:
         InputError: if W is not valid.
     """
-    chances = transition_matrix(weights)
+    chances = with_staying(as_moves(weights))
     n = n_nodes(chances)
     if n == 1:
         return 1.0
@@ -114,7 +115,7 @@ def mixing_time(weights: Weights, distance: float = 0.25) -> float:
 
     if not is_far(np.eye(len(stationary))):
         return 0.0
-    powers = [transition_matrix(moves).toarray()]  # P^(2^i)
+    powers = [with_staying(moves).toarray()]  # P^(2^i)
     while is_far(powers[-1]):
         if len(powers) > 60:
             return math.inf
@@ -233,12 +234,6 @@ def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed:
     rng = np.random.default_rng(seed)
     times = sampled_cover_times(moves.indptr, moves.indices, moves.data, row_sums(moves), source, n_walks, rng)
     return float(times.mean()), float(times.std(ddof=1) / math.sqrt(n_walks))
-
-
-def transition_matrix(weights: Weights) -> sp.csr_array:
-    """P: W with the probability to stay on its diagonal, so that each row sums to one: [n, n] CSR."""
-    moves = as_moves(weights)
-    return sp.csr_array(moves + sp.diags_array(np.clip(1 - row_sums(moves), 0.0, 1.0)))
 
 
 def _recurrent(moves: sp.csr_array) -> NDArray[np.int64]:

@@ -20,7 +20,7 @@ class SampledMeasures:
         random_success_low: lower end of its 95% interval (Wilson 1927).
         random_success_high: upper end of it.
         rollouts: least m_1 with which half of the runs of GORP succeed; None if it takes more steps than are allowed.
-        rollouts_tried: the greatest number of rollouts with which less than half of them do; 0 if none was tried.
+        rollouts_tried: the greatest number of rollouts with which less than half of them do; 0 if one is enough.
         effective_horizon: H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known.
         samples: GORP's sample bound T^2 A^H; ``inf`` likewise.
         pic: policy information capacity, in nats.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from hierroom.complexity.chain import EXIT, Chain
@@ -11,6 +10,7 @@ from hierroom.complexity.measures.effective_horizon import (
     effective_horizon,
     effective_planning_window,
     minimum_k,
+    samples_of,
 )
 from hierroom.complexity.measures.ergodic import (
     MAX_COVER_NODES,
@@ -103,19 +103,12 @@ def measure_mdp(
         horizon_bound=bound,
         rollouts=gorp.rollouts,
         effective_horizon=gorp.effective_horizon,
-        samples=_samples(horizon, mdp.n_actions, min(bound, gorp.effective_horizon)),
+        samples=samples_of(horizon, mdp.n_actions, min(bound, gorp.effective_horizon)),
         covering_low=covering.low,
         covering_high=covering.high,
         pic=information.pic,
         poic=information.poic,
     )
-
-
-def _samples(horizon: int, n_actions: int, effective_horizon: float) -> float:
-    try:
-        return horizon**2 * float(n_actions) ** effective_horizon
-    except OverflowError:
-        return math.inf
 
 
 @dataclass(frozen=True)

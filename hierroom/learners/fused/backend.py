@@ -87,7 +87,7 @@ class FusedBackend:
             logits[envs], values[envs] = tape.logits, tape.values
             new_states[envs, :hidden_size], new_states[envs, hidden_size:] = tape.hidden[0], tape.cells[1]
 
-        # The result of an environment does not depend on which others it is computed with.
+        # The result of an environment does not depend on which others it is computed with (up to rounding by BLAS).
         n_parts = max(1, min(self._threads, _MAX_WORKERS, num_envs // _MIN_ENVS_PER_THREAD))
         bounds = [num_envs * i // n_parts for i in range(n_parts + 1)]
         parts = [slice(start, stop) for start, stop in pairwise(bounds)]
@@ -98,8 +98,8 @@ class FusedBackend:
         self,
         batch: Batch,
         advantages: NDArray[np.float32],
-        weights: NDArray[np.float32],
-        parts: Iterable[NDArray[np.integer]],
+        importance_weights: NDArray[np.float32],
+        minibatches: Iterable[NDArray[np.integer]],
         learning_rate: float,
     ) -> NDArray[np.float64]:
         """Take one gradient step per minibatch; see `TorchBackend.train`."""
@@ -110,7 +110,7 @@ class FusedBackend:
         differences = np.empty((self._n_table_rows + 1, self._config.hidden_size), np.float32)
         base = np.empty_like(self._weights.encoder_bias)
         measured = []
-        for part in parts:
+        for part in minibatches:
             compare_rows(self._table(), self._weights.encoder_bias, self._offsets, common, differences, base)
             shift, scale = _normalization(advantages.take(part, axis=1), self._config)
             minibatch = Minibatch(
@@ -122,7 +122,7 @@ class FusedBackend:
                 rows,
                 counts,
                 batch,
-                scores=(advantages - shift) * scale * weights,
+                scores=(advantages - shift) * scale * importance_weights,
                 targets=targets,
                 turn_weight=1 / (len(advantages) * len(part)),
             )

@@ -175,21 +175,21 @@ def _add(terms, total):
 def _cell_backward(gates, before, squashed, d_hidden, d_cell):
     """One step of one row: gates [4 H] become the products' gradient, d_cell [H] that of the previous cell state."""
     size = len(d_hidden)
-    enter, forget, candidate, leave = (
+    input_gate, forget_gate, candidate, output_gate = (
         gates[:size],
         gates[size : 2 * size],
         gates[2 * size : 3 * size],
         gates[3 * size :],
     )
     for j in range(size):
-        d_cell[j] += d_hidden[j] * leave[j] * (_ONE - squashed[j] * squashed[j])
+        d_cell[j] += d_hidden[j] * output_gate[j] * (_ONE - squashed[j] * squashed[j])
     for j in range(size):
-        leave[j] = d_hidden[j] * squashed[j] * leave[j] * (_ONE - leave[j])
+        output_gate[j] = d_hidden[j] * squashed[j] * output_gate[j] * (_ONE - output_gate[j])
     for j in range(size):
-        d_enter = d_cell[j] * candidate[j] * enter[j] * (_ONE - enter[j])
-        candidate[j] = d_cell[j] * enter[j] * (_ONE - candidate[j] * candidate[j])
-        enter[j] = d_enter
+        d_input = d_cell[j] * candidate[j] * input_gate[j] * (_ONE - input_gate[j])
+        candidate[j] = d_cell[j] * input_gate[j] * (_ONE - candidate[j] * candidate[j])
+        input_gate[j] = d_input
     for j in range(size):
-        d_forget = d_cell[j] * before[j] * forget[j] * (_ONE - forget[j])
-        d_cell[j] *= forget[j]
-        forget[j] = d_forget
+        d_forget = d_cell[j] * before[j] * forget_gate[j] * (_ONE - forget_gate[j])
+        d_cell[j] *= forget_gate[j]
+        forget_gate[j] = d_forget

@@ -27,7 +27,7 @@ class Minibatch:
     rows: NDArray[np.unsignedinteger]  # [T, M, K or more] from `encoder_kernels.rare_rows`
     counts: NDArray[np.int64]  # [T, M] from `encoder_kernels.rare_rows`
     batch: Batch  # M sequences of T turns, including those of other minibatches
-    scores: NDArray[np.float32]  # [T, M] normalised advantages
+    scores: NDArray[np.float32]  # [T, M] advantages, normalised by those of this minibatch, times importance weights
     targets: NDArray[np.float32]  # [T, M] value targets
     turn_weight: float  # weight of one turn in the loss
 
