@@ -21,9 +21,11 @@ import numpy as np
 import tyro
 
 from benchmarks.study.bootstrap import Bootstrap
-from benchmarks.study.paired import median_ratios, pair
+from benchmarks.study.paired import Paired, median_ratios, pair
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, measures_of
+from benchmarks.study.trend import sentence as trend_sentence
+from benchmarks.study.trend import trends
 from hierroom.cli import run
 from hierroom.errors import InputError
 from hierroom.files import write_atomically
@@ -102,6 +104,21 @@ class Comparison:
     hierarchical_success: float
 
 
+def both_methods(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> Paired:
+    """The two methods on the goal graphs that both were trained on.
+
+    Args:
+        rows: of the table of training runs.
+        measured: of the table of measures.
+        options: the methods, the outcome, and the seeds.
+
+    Raises:
+        InputError: as `first_seeds` or `pair`.
+    """
+    both, rows = (options.flat, options.hierarchical), first_seeds(rows, options.seeds)
+    return pair(rows, measured, both, options.outcome, alike=("steps", "size", "preset"))
+
+
 def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> list[Comparison]:
     """The two methods on each goal graph that both were trained on, in the order of the table.
 
@@ -113,8 +130,7 @@ def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> l
     Raises:
         InputError: as `first_seeds` or `pair`.
     """
-    both, rows = (options.flat, options.hierarchical), first_seeds(rows, options.seeds)
-    found = pair(rows, measured, both, options.outcome, alike=("steps", "size", "preset"))
+    found = both_methods(rows, measured, options)
     low, high = options.bootstrap.interval(found.resampled_ratios(options.bootstrap))
     low[found.has_single_seed] = high[found.has_single_seed] = np.nan
     counts_of = {row["graph"]: (int(row["rooms"]), int(row["exit_depth"]), int(row["width"])) for row in measured}
@@ -177,7 +193,24 @@ def hardest(found: Sequence[Comparison], measured: Sequence[Row], measure: str) 
     return [one for one, value in zip(found, measures[measure], strict=True) if value >= least]
 
 
-def sentence(found: Sequence[Comparison], measured: Sequence[Row], options: Options) -> str:
+def sentences(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> str:
+    """On how many of the hardest goal graphs each method works, and whether the lead grows with the difficulty.
+
+    Args:
+        rows: of the table of training runs.
+        measured: of the table of measures.
+        options: which measure says how hard a graph is, and how intervals are computed.
+
+    Raises:
+        InputError: as `compare` or `hardest`.
+    """
+    found = both_methods(rows, measured, options)
+    trend = trends(found, measures_of(found.graphs, measured), options.bootstrap)
+    works = _works(compare(rows, measured, options), measured, options)
+    return f"{works}\n\n{trend_sentence(trend)}"
+
+
+def _works(found: Sequence[Comparison], measured: Sequence[Row], options: Options) -> str:
     """On how many of the hardest goal graphs each method works.
 
     Raises:
@@ -218,8 +251,9 @@ def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
     measured = known_measures(options.measures)
-    found = compare(read_rows(options.table), measured, options)
-    print(f"{markdown(found, options)}\n\n{sentence(found, measured, options)}")
+    rows = read_rows(options.table)
+    found = compare(rows, measured, options)
+    print(f"{markdown(found, options)}\n\n{sentences(rows, measured, options)}")
     if options.out is not None:
         text = io.StringIO()
         writer = csv.DictWriter(text, [*asdict(found[0])], lineterminator="\n")

@@ -72,7 +72,7 @@ def hierarchy_table(name: str, n_seeds: str, *words: str) -> str:
     command = f"python -m benchmarks.study.hierarchy {path} --seeds {n_seeds}"
     command += "" if outcome is None else f" --outcome {outcome}"
     command += "" if by == "exit_depth" else f" --by {by}"
-    table = f"{hierarchy.markdown(found, options)}\n\n{hierarchy.sentence(found, measured, options)}"
+    table = f"{hierarchy.markdown(found, options)}\n\n{hierarchy.sentences(rows, measured, options)}"
     return f"\n`{command}`:\n\n{table}\n\n"
 
 

@@ -1,0 +1,55 @@
+"""Whether the lead of a method grows with a measure, on ratios that are known."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from benchmarks.study import ratio_coverage
+from benchmarks.study.bootstrap import Bootstrap
+from benchmarks.study.paired import Paired
+from benchmarks.study.trend import sentence, trends
+
+RATIOS = np.array([0.5, 0.8, 1.0, 2.0, 3.0, 5.0, 9.0, np.inf])
+MEASURES = {"exit_depth": np.arange(8.0), "width": np.array([8.0, 7, 6, 5, 4, 3, 2, 1]), "goals": np.arange(8.0)}
+
+
+def found(n_seeds):
+    second = np.full((8, n_seeds), 100.0)
+    return Paired("steps_to_50", tuple("abcdefgh"), (RATIOS[:, None] * second, second), (np.ones(8), np.ones(8)))
+
+
+def test_a_lead_that_grows_with_a_measure_is_told_for_the_measures_of_trends():
+    told = trends(found(3), MEASURES, Bootstrap(resamples=50))
+    assert [*told] == ["exit_depth", "width"]
+    assert told["exit_depth"].value == pytest.approx(1)
+    assert told["width"].value == pytest.approx(-1)
+    assert told["exit_depth"].low == pytest.approx(1), "seeds that are equal leave the order to the graphs"
+    assert sentence(told) == (
+        "Rank correlation of the ratio with exit_depth 1.00 [1.00, 1.00], width -1.00 [-1.00, -1.00]."
+    )
+
+
+def test_a_single_seed_leaves_no_interval():
+    told = trends(found(1), MEASURES, Bootstrap(resamples=50))
+    assert sentence(told) == "Rank correlation of the ratio with exit_depth 1.00, width -1.00."
+
+
+def test_noise_of_the_seeds_widens_the_interval():
+    rng = np.random.default_rng(0)
+    first, second = found(3).steps
+    noisy = Paired(
+        "steps_to_50", tuple("abcdefgh"), (first * np.exp(rng.normal(size=(8, 3))), second), (RATIOS, RATIOS)
+    )
+    told = trends(noisy, MEASURES, Bootstrap(resamples=200))["exit_depth"]
+    assert told.low < told.value < 1
+
+
+def test_intervals_of_ratios_of_equal_methods_hold_1(capsys):
+    ratio_coverage.main(ratio_coverage.Options(tables=5, resamples=40))
+    rows = capsys.readouterr().out.splitlines()[2:]
+    assert [row.split(" | ")[0] for row in rows] == ["| 12", "| 12", "| 79", "| 79"]
+    assert all(float(row.split(" | ")[-1].rstrip(" |%")) >= 80 for row in rows)
