@@ -52,6 +52,17 @@ def test_marks_stand_at_the_medians_and_above_all_where_half_never_got_there(fig
         assert {text.get_text() for text in axes.texts} == {"a", "b", "c"}
 
 
+def test_graphs_that_share_a_count_stand_side_by_side(figure):
+    counts = np.array([2.0, 4, 2, 2, 8, 2, 4, 4, 2, 4, 8, 8])
+    spread = figure._spread(counts)
+    assert len(np.unique(spread)) == len(counts)
+    assert np.abs(spread - counts).max() < 1, "half of the way to the next"
+    for count in (2, 4, 8):
+        assert spread[counts == count].mean() == pytest.approx(count)
+    measured = np.arange(12.0)
+    assert figure._spread(measured) is measured
+
+
 def test_a_measure_with_a_wide_range_has_a_logarithmic_axis(figure, tables, monkeypatch):
     options = figure.Options(tables / "runs.csv", tables / "f.png", ("narrow", "wide", "width"))
     measured = [

@@ -4,6 +4,7 @@
 
 A panel for each measure, a mark for each goal graph and method: the median over seeds, and a line from the lowest to
 the highest. A graph on which half of the seeds or more never reached the milestone has an empty triangle at the top.
+Graphs that share a value of a count stand side by side.
 """
 
 from __future__ import annotations
@@ -31,6 +32,10 @@ FEW = 12
 """Of so many goal graphs the paper's are labelled by their letters."""
 WIDE = 20
 """A measure whose largest value is more than so many times its smallest has a logarithmic axis."""
+FEW_EACH = 4
+"""A measure that has on average so many graphs at each of its values, or more, is a count."""
+SPREAD = 0.7
+"""Of the least distance of two counts is filled by the graphs that share one."""
 WIDTH = 2.6
 """Of a panel in inches."""
 LETTERS_PER_INCH = 16
@@ -79,11 +84,11 @@ def draw(trained: Sequence[Trained], measured: Sequence[Row], options: Options) 
             if name not in known[method.method]:
                 names = ", ".join(known[method.method]) or "none"
                 raise InputError(f"cannot show {name}; known of all graphs, and different between them, are {names}")
-            values = MEASURES[name] * known[method.method][name]
+            values = _spread(MEASURES[name] * known[method.method][name])
             _draw_method(axes, values, method, number, _top(trained))
             if 0 < values.min() * WIDE < values.max():
                 axes.set_xscale("log")
-        axes.set_xlabel(name.replace("_", " "))
+        axes.set_xlabel(_label(name))
         axes.set_yscale("log")
         axes.grid(alpha=0.25, linewidth=0.5)
     panels[0].set_ylabel(f"training {options.outcome.replace('_', ' ')}%")
@@ -102,6 +107,21 @@ def figure_of(options: Options) -> Figure:
     measured = known_measures(options.measures)
     rows = first_seeds(read_rows(options.table), options.seeds)
     return draw(read_trained(rows, measured, options.outcome), measured, options)
+
+
+def _spread(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[G] the values, those of a count side by side, as many graphs share each."""
+    distinct, where, shared = np.unique(values, return_inverse=True, return_counts=True)
+    if len(distinct) * FEW_EACH > len(values) or len(distinct) < 2:
+        return values
+    place = np.array([(where[:graph] == own).sum() for graph, own in enumerate(where)])
+    return values + SPREAD * np.diff(distinct).min() * ((place + 0.5) / shared[where] - 0.5)
+
+
+def _label(measure: str) -> str:
+    """What a panel's measure is called."""
+    words = measure.removeprefix("play_").replace("_", " ")
+    return words if words == measure.replace("_", " ") else f"{words} of random play"
 
 
 def _top(trained: Sequence[Trained]) -> float:

@@ -3,7 +3,8 @@
     python -m benchmarks.study.forest TABLE.csv --reference "hippo as it is" --out docs/pictures/factors.png
 
 The numbers are those of `benchmarks.study.factors`. A line for each method, on it a mark at the ratio and its interval;
-right of the line at 1 the reference is faster. What is infinite, or 0, ends in an arrow at the edge.
+right of the line at 1 the reference is faster. What is infinite, or 0, ends in an arrow at the edge, and has its mark
+there. Methods that are compared by the same milestone stand together, and of these the variants of one method.
 """
 
 from __future__ import annotations
@@ -29,6 +30,10 @@ from hierroom.errors import InputError
 
 MARGIN = 1.6
 """The edge is this factor beyond the last finite number."""
+BESIDE = 1.1
+"""The mark of what lies beyond the edge stands this factor from its arrow."""
+GAP = 0.7
+"""Between the methods of two milestones, in lines."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +59,7 @@ def draw(found: Sequence[Factor]) -> Figure:
     reference, *others = found
     if not others:
         raise InputError(f"there is no method beside {reference.method}")
+    others = _in_groups(others)
     ratios = np.array([one.ratio for one in others], float)  # [methods, (value, low, high)]
     finite = ratios[np.isfinite(ratios) & (ratios > 0)]
     left, right = min([1.0, *finite]) / MARGIN, max([1.0, *finite]) * MARGIN
@@ -61,22 +67,23 @@ def draw(found: Sequence[Factor]) -> Figure:
     figure = Figure(figsize=(8, 0.7 + 0.19 * len(others)), layout="constrained")
     axes = figure.subplots()
     axes.axvline(1.0, color="black", linewidth=0.6)
-    for line, (one, ratio) in enumerate(zip(others, np.clip(ratios, left, right), strict=True)):
+    lines = np.arange(len(others)) + GAP * np.array([outcomes.index(one.outcome) for one in others])
+    for line, one, ratio in zip(lines, others, np.clip(ratios, left, right), strict=True):
         colour, mark = COLOURS[outcomes.index(one.outcome)], MARKS[outcomes.index(one.outcome)]
         value, low, high = ratio
         axes.plot([low, high], [line, line], color=colour, linewidth=1)
         for end, arrow in ((left, "<"), (right, ">")):
             if end in (low, high):
                 axes.plot([end], [line], color=colour, marker=arrow, markersize=4)
-        if left < value < right:
-            axes.plot([value], [line], color=colour, marker=mark, markersize=4)
+        inside = np.clip(value, left * BESIDE, right / BESIDE)
+        axes.plot([inside], [line], color=colour, marker=mark, markersize=4)
     axes.set_xscale("log")
     axes.set_xlim(left / 1.1, right * 1.1)
     axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel(f"training steps / those of {reference.method}")
-    axes.set_yticks(range(len(others)), [one.method for one in others])
+    axes.set_yticks(lines, [one.method for one in others])
     axes.invert_yaxis()
     axes.grid(axis="x", alpha=0.25, linewidth=0.5)
     handles = [
@@ -87,6 +94,13 @@ def draw(found: Sequence[Factor]) -> Figure:
         handles, [f"{outcome.replace('_', ' ')}%" for outcome in outcomes], loc="outside upper right", ncols=4
     )
     return figure
+
+
+def _in_groups(others: Sequence[Factor]) -> list[Factor]:
+    """Those of one milestone together, and of these those whose names begin alike, each group where its first stood."""
+    outcomes = list(dict.fromkeys(one.outcome for one in others))
+    methods = list(dict.fromkeys(one.method.split()[0] for one in others))
+    return sorted(others, key=lambda one: (outcomes.index(one.outcome), methods.index(one.method.split()[0])))
 
 
 def figure_of(options: Options) -> Figure:
