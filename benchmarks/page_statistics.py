@@ -2,8 +2,9 @@
 
     python -m benchmarks.page_statistics
 
-Of each `study` table of the pages (see `benchmarks.tables`) the correlations are written beside the rows of its sweep,
-of as many seeds as are whole. It takes about a minute for each; `benchmarks.tables` puts the tables into the pages.
+Of each `study` or `measures` table of the pages (see `benchmarks.tables`) the correlations are written beside the rows
+of its sweep, of as many seeds as are whole. It takes about a minute for each; `benchmarks.tables` puts the tables into
+the pages.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ class Options:
 
 def shown_correlations() -> list[tuple[str, Milestone | None]]:
     """The sweeps whose correlations pages show, each with its milestone where it is not that of the rules."""
-    words = [found[3].split() for page in PAGES for found in PLACE.finditer(page.read_text()) if found[2] == "study"]
+    places = [found for page in PAGES for found in PLACE.finditer(page.read_text())]
+    words = [found[3].split() for found in places if found[2] in ("study", "measures")]
     return list(dict.fromkeys((name, milestone_and_measures(others)[0]) for name, *others in words))
 
 

@@ -10,6 +10,7 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 |---|---|
 | `<!-- sweep NAME -->` | what was trained; with SEEDS where it is of the first ones only |
 | `<!-- study NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
+| `<!-- measures NAME MEASURE ... -->` | the same for some measures, in one table |
 | `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with a milestone that is not that of the rules, or `width` |
 | `<!-- factors NAME SEEDS REFERENCE -->` | what makes the difference |
 | `<!-- comparisons NAME SEEDS -->` | the methods that benchmarks/study/NAME_comparisons.toml names beside each other |
@@ -18,8 +19,8 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 | `<!-- paper SIZE SEEDS -->` | the paper's Table 3, ours on grids of one size |
 | `<!-- result NAME -->` | what a benchmark measured that is no sweep, as it wrote it to benchmarks/results/NAME.csv |
 
-What `study` shows was written by `benchmarks.study.statistics --out correlations.csv`, or, where a milestone stands
-before the measures, with `--outcome steps_to_50 --out correlations_steps_to_50.csv`.
+What `study` and `measures` show was written by `benchmarks.study.statistics --out correlations.csv`, or, where a
+milestone stands before the measures, with `--outcome steps_to_50 --out correlations_steps_to_50.csv`.
 """
 
 from __future__ import annotations
@@ -40,6 +41,7 @@ from benchmarks.study.page_tables import (
     factors_table,
     hierarchy_table,
     levels_table,
+    measures_table,
     study_table,
     tuning_table,
 )
@@ -150,6 +152,7 @@ def _table(kind: str, words: Sequence[str]) -> str:
 MAKERS: Mapping[str, Callable[..., str]] = {
     "sweep": sweep_table,
     "study": study_table,
+    "measures": measures_table,
     "hierarchy": hierarchy_table,
     "factors": factors_table,
     "comparisons": comparisons_table,

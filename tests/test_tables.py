@@ -97,6 +97,14 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     assert (
         lines[-3] == "split-half reliability: 0.75 [0.50, 1.00]; a measure without noise could have: 0.93 [0.82, 1.00]"
     )
+    beside = tables.renewed("<!-- measures one width -->\n<!-- end of measures -->\n").splitlines()
+    assert beside[2].endswith("/results/one/correlations.csv` prints these among others:")
+        "/one/sweep.csv --out benchmarks/results/one/correlations.csv` prints these among others:"
+    )
+    assert beside[4] == "| measure | hippo: steps to 95% | hippo: minus exit depth |"
+    assert beside[6] == "| width | 0.25 | 0.25 |"
+    with pytest.raises(InputError, match="the measures of hippo are goals, width; there is no 'luck'"):
+        page_tables.measures_table("one", "luck")
     plan.write_text("seeds = 10\n")
     (command,) = (line for line in page_tables.study_table("one").splitlines() if line.startswith("`"))
     assert command.endswith("/one/sweep.csv --seeds 3 --out benchmarks/results/one/correlations.csv`:")

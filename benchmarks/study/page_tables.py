@@ -24,6 +24,31 @@ def study_table(name: str, *shown: str) -> str:
         InputError: if the statistics were not computed, or not of such a measure, or graphs differ in their seeds.
     """
     outcome, measures = milestone_and_measures(shown)
+    command, results = _correlated(name, outcome)
+    return f"\n`{command}`:\n\n" + "\n\n".join(result.markdown(one, measures) for one in results) + "\n\n"
+
+
+def measures_table(name: str, *shown: str) -> str:
+    """The rank correlations of some measures with what a sweep trained, the methods side by side.
+
+    Args:
+        name: of the sweep.
+        shown: the measures; before them a milestone that is not that of the rules.
+
+    Raises:
+        InputError: as `study_table`.
+    """
+    outcome, measures = milestone_and_measures(shown)
+    command, results = _correlated(name, outcome)
+    return f"\n`{command}` prints these among others:\n\n{result.side_by_side(results, measures)}\n\n"
+
+
+def _correlated(name: str, outcome: Milestone | None) -> tuple[str, list[result.Result]]:
+    """The command that computes how well measures predicted what a sweep trained, and what it found.
+
+    Raises:
+        InputError: if the statistics were not computed, or graphs differ in their seeds.
+    """
     folder, file = Path("benchmarks", "results", name), correlations_file(outcome)
     rows = read_rows(ROOT / folder / file)
     seeds = {int(row[name]) for row in rows for name in ("seeds_min", "seeds_max")}
@@ -33,8 +58,7 @@ def study_table(name: str, *shown: str) -> str:
     only = "" if n_seeds == plan_of(name).seeds else f" --seeds {n_seeds}"
     only += "" if outcome is None else f" --outcome {outcome}"
     command = f"python -m benchmarks.study.statistics {folder}/sweep.csv{only} --out {folder / file}"
-    tables = [result.markdown(one, measures) for one in result.results_of(rows)]
-    return f"\n`{command}`:\n\n" + "\n\n".join(tables) + "\n\n"
+    return command, result.results_of(rows)
 
 
 def milestone_and_measures(words: Sequence[str]) -> tuple[Milestone | None, Sequence[str]]:

@@ -68,12 +68,9 @@ def markdown(result: Result, shown: Sequence[str] = ()) -> str:
     Raises:
         InputError: if there is no such measure.
     """
-    if unknown := [name for name in shown if name not in result.measures]:
-        raise InputError(
-            f"the measures of {result.method} are {', '.join(result.measures)}; there is no {unknown[0]!r}"
-        )
+    _check_known(result, shown)
     estimates, is_of_steps = result.estimates, result.outcome != "success_rate"
-    caption = f"{result.outcome.replace('_', ' ')}{'%' if is_of_steps else ''}, {result.graphs} goal graphs"
+    caption = f"{_outcome_text(result)}, {result.graphs} goal graphs"
     caption += f", {_seeds_text(*result.seeds)}"
     caption += f"; on {estimates[NEVER].value:.0f} half of the seeds or more never get there" if is_of_steps else ""
     rows = [[name, *(str(estimates[name, one]) for one in PRINTED)] for name in shown or result.measures]
@@ -85,6 +82,36 @@ def markdown(result: Result, shown: Sequence[str] = ()) -> str:
         factor = f"which differ by a factor of {estimates[TWIN_FACTOR]}"
         lines += ["", f"{result.twins} twins: {estimates[TWINS]}, {factor}"]
     return "\n".join(lines)
+
+
+def side_by_side(results: Sequence[Result], shown: Sequence[str]) -> str:
+    """One table of all methods, two numbers of each: the rank correlation, and how far it is above the exit depth's.
+
+    Args:
+        results: of each method.
+        shown: the measures, a row each.
+
+    Raises:
+        InputError: if there is no such measure.
+    """
+    for one in results:
+        _check_known(one, shown)
+    header = [f"{one.method}: {told}" for one in results for told in (_outcome_text(one), "minus exit depth")]
+    rows = [
+        [name, *(str(one.estimates[name, told]) for one in results for told in ("spearman", "minus exit depth"))]
+        for name in shown
+    ]
+    return markdown_table(["measure", *header], rows)
+
+
+def _check_known(result: Result, measures: Sequence[str]) -> None:
+    if unknown := [name for name in measures if name not in result.measures]:
+        known = ", ".join(result.measures)
+        raise InputError(f"the measures of {result.method} are {known}; there is no {unknown[0]!r}")
+
+
+def _outcome_text(result: Result) -> str:
+    return result.outcome.replace("_", " ") + ("" if result.outcome == "success_rate" else "%")
 
 
 def _seeds_text(fewest: int, most: int) -> str:
