@@ -99,8 +99,6 @@ def test_a_table_of_measures_is_what_the_statistics_wrote(tmp_path, monkeypatch)
     )
     beside = tables.renewed("<!-- measures one width -->\n<!-- end of measures -->\n").splitlines()
     assert beside[2].endswith("/results/one/correlations.csv` prints these among others:")
-        "/one/sweep.csv --out benchmarks/results/one/correlations.csv` prints these among others:"
-    )
     assert beside[4] == "| measure | hippo: steps to 95% | hippo: minus exit depth |"
     assert beside[6] == "| width | 0.25 | 0.25 |"
     with pytest.raises(InputError, match="the measures of hippo are goals, width; there is no 'luck'"):
