@@ -15,7 +15,7 @@ from pathlib import Path
 import tyro
 
 from benchmarks.committed import ROOT, plan_of
-from benchmarks.study.page_tables import correlations_file, milestone_and_measures
+from benchmarks.study.page_tables import correlations_file, milestone_and_words
 from benchmarks.study.result import csv_text
 from benchmarks.study.statistics import Options as StudyOptions
 from benchmarks.study.statistics import study
@@ -36,7 +36,7 @@ def shown_correlations() -> list[tuple[str, Milestone | None]]:
     """The sweeps whose correlations pages show, each with its milestone where it is not that of the rules."""
     places = [found for page in PAGES for found in PLACE.finditer(page.read_text())]
     words = [found[3].split() for found in places if found[2] in ("study", "measures")]
-    return list(dict.fromkeys((name, milestone_and_measures(others)[0]) for name, *others in words))
+    return list(dict.fromkeys((name, milestone_and_words(others)[0]) for name, *others in words))
 
 
 def n_whole_seeds(name: str) -> int:

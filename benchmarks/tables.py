@@ -12,7 +12,7 @@ of a sweep, and SEEDS how many of its first seeds are taken.
 | `<!-- study NAME MEASURE ... -->` | how well measures predicted it, all measures where none is named |
 | `<!-- measures NAME MEASURE ... -->` | the same for some measures, in one table |
 | `<!-- hierarchy NAME SEEDS -->` | when hierarchy pays; with a milestone that is not that of the rules, or `width` |
-| `<!-- factors NAME SEEDS REFERENCE -->` | what makes the difference |
+| `<!-- factors NAME SEEDS REFERENCE -->` | what makes the difference; with a milestone before the reference, as above |
 | `<!-- comparisons NAME SEEDS -->` | the methods that benchmarks/study/NAME_comparisons.toml names beside each other |
 | `<!-- levels NAME SEEDS -->` | whether hierarchy pays on other levels |
 | `<!-- tuning NAME ... -->` | which settings the sweeps tuned |

@@ -23,7 +23,7 @@ def study_table(name: str, *shown: str) -> str:
     Raises:
         InputError: if the statistics were not computed, or not of such a measure, or graphs differ in their seeds.
     """
-    outcome, measures = milestone_and_measures(shown)
+    outcome, measures = milestone_and_words(shown)
     command, results = _correlated(name, outcome)
     return f"\n`{command}`:\n\n" + "\n\n".join(result.markdown(one, measures) for one in results) + "\n\n"
 
@@ -38,7 +38,7 @@ def measures_table(name: str, *shown: str) -> str:
     Raises:
         InputError: as `study_table`.
     """
-    outcome, measures = milestone_and_measures(shown)
+    outcome, measures = milestone_and_words(shown)
     command, results = _correlated(name, outcome)
     return f"\n`{command}` prints these among others:\n\n{result.side_by_side(results, measures)}\n\n"
 
@@ -61,8 +61,8 @@ def _correlated(name: str, outcome: Milestone | None) -> tuple[str, list[result.
     return command, result.results_of(rows)
 
 
-def milestone_and_measures(words: Sequence[str]) -> tuple[Milestone | None, Sequence[str]]:
-    """The milestone that the first word names, if it does, and the measures that the others name."""
+def milestone_and_words(words: Sequence[str]) -> tuple[Milestone | None, Sequence[str]]:
+    """The milestone that the first word names, if it does, and the other words."""
     known = next((milestone for milestone in get_args(Milestone) if milestone in words[:1]), None)
     return (None, words) if known is None else (known, words[1:])
 
@@ -106,15 +106,18 @@ def factors_table(name: str, n_seeds: str, *reference: str) -> str:
     Args:
         name: of the sweep.
         n_seeds: how many seeds.
-        reference: the words of the name of the method that the others are held against.
+        reference: the words of the name of the method that the others are held against; before them a milestone that
+            is not that of the rules.
 
     Raises:
         InputError: if a run of these seeds is not done, or there is no such method.
     """
-    path, method = checked_path(name, n_seeds), " ".join(reference)
-    options = factors.Options(path, reference=method, seeds=int(n_seeds))
+    outcome, words = milestone_and_words(reference)
+    path, method = checked_path(name, n_seeds), " ".join(words)
+    options = factors.Options(path, reference=method, outcome=outcome, seeds=int(n_seeds))
     table = factors.markdown(factors.factors(*_rows(path), options))
     command = f'python -m benchmarks.study.factors {path} --reference "{method}" --seeds {n_seeds}'
+    command += "" if outcome is None else f" --outcome {outcome}"
     return f"\n`{command}`:\n\n{table}\n\n"
 
 
