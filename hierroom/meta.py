@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any, Protocol, TypeGuard, runtime_checkable
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from hierroom.errors import InputError, in_one_line, own_code, shown
 from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL
+from hierroom.meta_check import checked_meta
 from hierroom.options import Transition
 from hierroom.plugins import load_plugin
 from hierroom.situation import Situation
@@ -151,6 +153,8 @@ class LevelMeta:
             return NO_GOAL
         if isinstance(goal, (int, np.integer)) and not isinstance(goal, bool) and NO_GOAL <= goal <= N_GOALS:
             return int(goal)
+        if inspect.iscoroutine(goal):
+            goal.close()
         name = getattr(self.function, "__name__", "a meta-controller's function")
         given = " ".join(repr(goal).split())
         raise InputError(f"{name} must return a goal of the level, a goal id (0 to 12) or None, not {given}")
@@ -182,7 +186,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
         InputError: if there is no such meta-controller, it cannot be made, or it has no method ``choose``.
     """
     if not isinstance(spec, str):
-        return _checked(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))
+        return checked_meta(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))
     if spec == LEARNED:
         raise InputError("the learned meta-controller is made in training: give that of a trained run")
     known = META_CONTROLLERS if num_envs is None else (*META_CONTROLLERS, LEARNED)
@@ -191,6 +195,8 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     )
     if _is_function(make):
         return LevelMeta(make)
+    if not isinstance(make, type) and hasattr(make, "choose"):
+        raise InputError(f"{spec!r} is an object with a method choose; name its class, from which a run can make it")
     try:
         if not hasattr(make, "for_training"):
             meta = make()
@@ -198,12 +204,14 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
             raise InputError(f"the meta-controller {spec!r} is made in training: give that of a trained run")
         else:
             meta = make.for_training(num_envs)
+            if meta is None:
+                raise InputError(f"for_training of the meta-controller {spec!r} must return one, not None")
     except InputError:
         raise
     except (Exception, SystemExit) as error:  # whatever a user's own code may raise
         raise InputError(f"the meta-controller {spec!r} cannot be made: {in_one_line(error)}") from error
     with own_code(f"the meta-controller {spec!r}"):  # to look at an attribute may run code
-        return _checked(meta, repr(spec))
+        return checked_meta(meta, repr(spec))
 
 
 def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integer]:
@@ -253,31 +261,6 @@ def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> 
 def _is_function(thing: Any) -> TypeGuard[Callable[[Level], Any]]:
     """Whether it is to be called with a level: a function, or another callable that does not choose by itself."""
     return callable(thing) and not isinstance(thing, type) and not hasattr(thing, "choose")
-
-
-def _checked(meta: Any, name: str) -> MetaController:
-    if isinstance(meta, type):
-        raise InputError(f"a meta-controller is an object, not a class: make one of {meta.__name__}")
-    if isinstance(meta, (np.ndarray, np.generic)) or not callable(getattr(meta, "choose", None)):  # NumPy's is another
-        raise InputError(f"a meta-controller has a method choose(observations, legal, situation); {name} has none")
-    if hasattr(meta, "for_training") and not hasattr(meta, "for_play"):
-        raise InputError(
-            f"a meta-controller that for_training makes for a number of environments has a method "
-            f"for_play(num_envs, *, seed) too, to play in others; {name} has none"
-        )
-    for method in ("reset", "observe", "learn", "state_dict", "load_state_dict", "for_play"):
-        if not callable(getattr(meta, method, print)):
-            raise InputError(f"{method} of a meta-controller is a method; that of {name} is {getattr(meta, method)!r}")
-    if not isinstance(getattr(meta, "statistics", {}), Mapping):
-        raise InputError(
-            f"statistics of a meta-controller are numbers by name; those of {name} are {meta.statistics!r}"
-        )
-    if hasattr(meta, "learn") and not (hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict")):
-        raise InputError(
-            f"a meta-controller that learns has the methods state_dict and load_state_dict too, or what it learned "
-            f"would be lost; {name} has not both"
-        )
-    return meta
 
 
 def _random_best(rank: NDArray, legal: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> NDArray[np.integer]:

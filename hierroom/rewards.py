@@ -151,7 +151,7 @@ class ControllerReward:
             InputError: if the reward fails, or does not return a finite number for each environment.
         """
         try:
-            with step.read_only():
+            with step.read_only(lacks_visits="visited" not in self.memories):
                 given = np.array(self.reward.rewards(step))
         except (Exception, SystemExit) as error:  # whatever a user's own code may raise
             raise_told(self.name, error)
@@ -197,11 +197,13 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
     if not callable(getattr(reward, "rewards", None)):
         if not callable(reward):
             raise InputError(f"a reward is a function of a step or has a method rewards(step); {name} is neither")
-        reward = FunctionReward(reward)
+        asking, reward = reward, FunctionReward(reward)
+    else:
+        asking = reward
     with own_code(name):  # to look at an attribute may run code
-        memories = getattr(reward, "memories", ())
+        memories = getattr(asking, "memories", ())
         usual = {"ends_with_option": False, "needs_states": True}
-        flags = {flag: getattr(reward, flag, value) for flag, value in usual.items()}
+        flags = {flag: getattr(asking, flag, value) for flag, value in usual.items()}
     if not isinstance(memories, (list, tuple)) or not all(isinstance(memory, str) for memory in memories):
         raise InputError(f"{name}: memories must be a list of names, not {shown(memories)}")
     for flag, value in flags.items():

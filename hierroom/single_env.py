@@ -99,6 +99,8 @@ class SingleEnv:
         turns, ledger = self.turns, self.turns.ledger
         if agent == META:
             goal = int(ledger.last_goals[0])
+        elif agent != CONTROLLER:
+            raise InputError(f"the agents are {META} and {CONTROLLER}; there is no {agent!r}")
         else:
             *_, has_ended, last_goal = self._last()
             goal = last_goal if has_ended else int(ledger.goals[0])

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.errors import InputError
 from hierroom.turn_kernels import NO_GOAL, NO_OUTCOME, OTHER, REACHED, TIMED_OUT
 from hierroom.world.layout import State
 
@@ -51,7 +52,7 @@ class Step:
         is_first: [N] bool, it was achieved for the first time this episode.
         is_discovery: [N] bool, a key, a door or the exit came into view for the first time this episode.
         is_novel: [N] bool, the agent was not on this cell before with the same keys found and doors open; False where
-            levels do not remember what was ``visited``.
+            levels do not remember what was ``visited``, and an error to a reward that does not ask for that.
         rewards: [N] float64, the controller's rewards.
         extrinsic: [N] float64, the environment's own rewards.
         reached: [N] bool, the goal was reached.
@@ -93,25 +94,36 @@ class Step:
     shortest: NDArray[np.integer]
     illegal_actions: NDArray[np.integer]
 
-    __slots__ = ("after", "before", "records")
+    __slots__ = ("_lacks_visits", "after", "before", "records")
 
     def __init__(self, records: np.ndarray, before: State | None = None, after: State | None = None) -> None:
         self.records, self.before, self.after = records, before, after
+        self._lacks_visits = False
 
     def __getattr__(self, name: str) -> Any:
         """An array by its name: made when it is asked for, because most are not asked for."""
         if name in _NAMES:
+            if name == "is_novel" and self._lacks_visits:
+                raise InputError(
+                    'a reward that reads is_novel asks for what levels are to remember: memories = ("visited",), '
+                    "an attribute of its class or function"
+                )
             return self.records[name]
         raise AttributeError(f"a step has no {name!r}")
 
     @contextmanager
-    def read_only(self) -> Iterator[None]:
-        """A context for code of a user's own: what happened is not for it to change."""
+    def read_only(self, *, lacks_visits: bool = False) -> Iterator[None]:
+        """A context for code of a user's own: what happened is not for it to change.
+
+        Args:
+            lacks_visits: whether it did not ask for what ``is_novel`` needs.
+        """
         self.records.flags.writeable = False  # of every array that is asked for within
+        self._lacks_visits = lacks_visits
         try:
             yield
         finally:
-            self.records.flags.writeable = True
+            self.records.flags.writeable, self._lacks_visits = True, False
 
     def as_dict(self) -> dict[str, NDArray]:
         """The arrays by name."""

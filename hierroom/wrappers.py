@@ -21,6 +21,7 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import BaseParallelWrapper
 from pettingzoo.utils.wrappers import BaseWrapper
 
+from hierroom.agents.config import require_features
 from hierroom.agents.features import Features
 from hierroom.controller import Observation
 from hierroom.errors import InputError
@@ -46,6 +47,7 @@ def add_features(env: Env, names: Sequence[str], agent: str = CONTROLLER) -> Env
     Raises:
         InputError: if it is no environment of hierroom, or there is no such feature or agent.
     """
+    require_features("features", names)
     for api, wrapper in ((AECEnv, _AEC), (ParallelEnv, _Parallel), (VectorEnv, _Vector), (gymnasium.Env, _Gymnasium)):
         if isinstance(env, api) and hasattr(env.unwrapped, "single" if wrapper is not _Vector else "turns"):
             agents = AGENTS if wrapper in (_AEC, _Parallel) else (CONTROLLER,)

@@ -69,7 +69,8 @@ def test_a_learned_meta_controller_implies_its_preset_wherever_it_is_named():
     assert read_config("own.toml") == TrainConfig().changed(meta="learned")
 
 
-PLAIN = [name for name in TrainConfig().entries if name not in ("env", "agents", "ppo", "meta_ppo", "env_index")]
+OTHERS = ("env", "agents", "ppo", "meta_ppo", "env_index", "levels")
+PLAIN = [name for name in TrainConfig().entries if name not in OTHERS]
 
 
 @pytest.mark.parametrize("preset", PRESETS)
@@ -81,6 +82,12 @@ def test_every_entry_can_stand_in_a_file(preset):
     of_meta = vars(config.meta_ppo).items()
     lines += ["[meta_ppo]", *(f"{name} = {json.dumps('None' if one is None else one)}" for name, one in of_meta)]
     assert replace(read_config(written("\n".join(lines)), preset="paper"), preset=preset) == config
+
+
+@pytest.mark.parametrize("entry", ['levels = "evaluation"', "env_index = 1"])
+def test_what_a_run_sets_itself_is_no_entry_of_a_file(entry):
+    with pytest.raises(InputError, match=f"there is no entry '{entry.split()[0]}'; "):
+        read_config(written(entry))
 
 
 def test_whole_numbers_may_be_written_as_people_write_millions():

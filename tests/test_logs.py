@@ -191,6 +191,12 @@ def test_an_interrupted_run_says_so_and_how_to_go_on(libraries, tmp_path, monkey
     assert f"--resume {tmp_path / 'run'} --log wandb,mlflow\n" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("given", [None, ["tensorboard"], 3])
+def test_what_is_no_text_names_no_logger(given):
+    with pytest.raises(InputError, match=r"^log is a text of names joined by commas, or 'none', not "):
+        logger_names(given)
+
+
 def test_none_shows_it_nowhere(tmp_path):
     hierroom.train(**TINY, evaluations=0, out=tmp_path / "run", log="none")
     assert not list((tmp_path / "run").glob("events*"))

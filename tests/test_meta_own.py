@@ -1,5 +1,6 @@
 """Meta-controllers of one's own: how they are found, what they are given, and what is said of wrong ones."""
 
+import gc
 import json
 import re
 import sys
@@ -10,7 +11,7 @@ import pytest
 from turns_helpers import make
 
 from hierroom import InputError
-from hierroom.agents.scripted_agent import unsaved_memory
+from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
 from hierroom.env_config import EnvConfig
 from hierroom.gym_env import EscapeRoom
 from hierroom.meta import META_CONTROLLERS, MetaController, make_meta
@@ -43,8 +44,24 @@ MINE = """
         def __init__(self):
             raise RuntimeError("out of\\ncheese")
 
+    class Telling(Mine):
+        statistics = {"gain": "much"}
+
+    class Empty(Mine):
+        @classmethod
+        def for_training(cls, num_envs):
+            return None
+
+        def for_play(self, num_envs, *, seed):
+            return None
+
+    made = Mine()
+
     def nearest(level):
         return min(level.legal_goals, key=lambda goal: goal.distance)
+
+    async def later(level):
+        return None
 """
 
 
@@ -97,6 +114,11 @@ def test_a_meta_controller_itself():
         ("{outside}:Forgetful", "a meta-controller that learns has the methods state_dict and load_state_dict too"),
         ("{outside}:Choosy", "the meta-controller '{outside}:Choosy' cannot be made: TypeError: "),
         ("{outside}:Broken", "the meta-controller '{outside}:Broken' cannot be made: RuntimeError: out of cheese"),
+        (
+            "{outside}:Telling",
+            "statistics of a meta-controller are numbers by name; those of '{outside}:Telling' are",
+        ),
+        ("{outside}:made", "'{outside}:made' is an object with a method choose; name its class, from which"),
         (7, "a meta-controller has a method choose(observations, legal, situation); 7 has none"),
         (META_CONTROLLERS["random"], "a meta-controller is an object, not a class: make one of RandomGoals"),
     ],
@@ -107,6 +129,22 @@ def test_wrong_ones_are_one_clear_line(outside, spec, said):
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
         make_meta(spec)
     assert "\n" not in str(caught.value)
+
+
+def test_methods_that_make_one_must_return_one(outside, monkeypatch):
+    with pytest.raises(InputError, match=f"^for_training of the meta-controller '{outside}:Empty' must return one"):
+        make_meta(f"{outside}:Empty", 4)
+    agent = ScriptedAgent(type(make_meta(f"{outside}:Mine"))())
+    monkeypatch.setattr(agent.meta, "for_play", lambda num_envs, seed: None, raising=False)
+    with pytest.raises(InputError, match=r"^for_play of Mine must return a meta-controller, not None$"):
+        agent.frozen(3, seed=0)
+
+
+def test_what_awaits_something_is_refused_without_a_warning(outside, recwarn):
+    with pytest.raises(InputError, match=r"^later must return a goal of the level, .* not <coroutine"):
+        make("a", 2).ask(make_meta(f"{outside}:later"))
+    gc.collect()
+    assert not recwarn.list
 
 
 ALL_METHODS = {

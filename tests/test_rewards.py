@@ -88,11 +88,11 @@ def test_those_that_ship_are_written_in_the_form_of_a_users_own(name):
 
         def rewards(self, step):
             return {
-                "extrinsic": step.after.levels["has_ended"] & step.terminated,
-                "bonus": step.is_first,
-                "intrinsic": step.reached,
-                "novelty": step.terminated + 0.25 * step.is_novel,
-            }[name]
+                "extrinsic": lambda: step.after.levels["has_ended"] & step.terminated,
+                "bonus": lambda: step.is_first,
+                "intrinsic": lambda: step.reached,
+                "novelty": lambda: step.terminated + 0.25 * step.is_novel,
+            }[name]()
 
     settings, oracle = SETTINGS | {"max_steps": 200, "novelty_bonus": 0.25}, OraclePlayer()
     one_turns, other_turns = make(n=5, reward=Own(), **settings), make(n=5, reward=name, **settings)
@@ -104,6 +104,21 @@ def test_those_that_ship_are_written_in_the_form_of_a_users_own(name):
         for field in ("rewards", "return_terminated", "return_truncated", "is_novel"):
             np.testing.assert_array_equal(getattr(one, field), getattr(other, field), err_msg=field)
     assert sum(step.rewards.sum() for step in own) > 0
+
+
+def test_who_reads_what_was_new_asks_for_the_memory():
+    def curious(step):
+        return 2.0 * step.is_novel
+
+    with pytest.raises(
+        InputError, match=r'^a reward that reads is_novel asks for .*: memories = \("visited",\), an attr'
+    ):
+        play(make(n=3, reward=curious, **SETTINGS), 1)
+    curious.memories = ("visited",)
+    steps = play(make(n=3, reward=curious, **SETTINGS), 30)
+    assert sum(step.rewards.sum() for step in steps) > 0
+    for step in steps:
+        np.testing.assert_array_equal(step.rewards, 2.0 * step.is_novel)
 
 
 def test_states_are_kept_only_for_who_needs_them():

@@ -202,6 +202,14 @@ def test_a_file_is_no_folder_of_a_sweep(tmp_path):
         Sweep(plan(), tmp_path / "out")
 
 
+def test_a_sweep_does_not_mix_with_a_run(tmp_path):
+    begin(plan().runs()[0].config, tmp_path / "run")[1].lock.release()
+    before = sorted(path.name for path in (tmp_path / "run").iterdir())
+    with pytest.raises(InputError, match=r"run is the folder of a single run; choose another --out$"):
+        Sweep(plan(), tmp_path / "run")
+    assert sorted(path.name for path in (tmp_path / "run").iterdir()) == before
+
+
 def test_a_shard_of_no_runs_does_nothing(tmp_path, monkeypatch, capsys):
     for option in ((), ("--list",), ("--markdown",)):
         words = ["sweep", "method=hippo", "graph=a", "--shard", "3/8", "--out", str(tmp_path / "out"), *option]

@@ -337,7 +337,11 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--device", "tpu9"], "no device"),
         (["--preset", "best"], "the presets are"),
         (["--resume", "nowhere"], "is not a run folder"),
-        (["--out", "broken.toml"], "is not an empty folder"),
+        (
+            ["--out", "broken.toml"],
+            "cannot create the run folder broken.toml: broken.toml is not a folder; choose another",
+        ),
+        (["--out", "broken.toml/x"], "cannot create the run folder broken.toml/x: broken.toml is not a folder; choose"),
         (["--out", "."], "is not an empty folder"),
     ],
 )

@@ -22,6 +22,13 @@ from hierroom.training.unread_entries import unread_entries, unread_note
         ({"curiosity_weight": 3.0, "method": "ppo-rnd"}, ()),
         ({"meta_start_success": 0.9}, ("meta_start_success",)),
         ({"meta_start_success": 0.9, "meta": "learned"}, ()),
+        ({"method": "ppo", "meta": "none"}, ()),
+        ({"method": "ppo", "meta": "random"}, ("meta",)),
+        ({"method": "ppo-bonus", "subgoal_horizon": 5, "goal_mask": "none"}, ("subgoal_horizon", "goal_mask")),
+        ({"method": "ppo", "reward": "intrinsic", "meta": "random"}, ()),
+        ({"method": "ppo", "reward": "own:Reward", "meta": "random"}, ()),
+        ({"method": "ppo", "meta": "own:Meta", "goal_mask": "none"}, ()),
+        ({"method": "ppo-sketch", "meta": "random"}, ()),
     ],
 )
 def test_an_entry_is_read_by_some(changes, unread):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.errors import InputError, in_one_line
+from hierroom.errors import InputError, in_one_line, shown
 from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, choose_goals, running, show_step
 from hierroom.options import Transition
 from hierroom.situation import Situation
@@ -56,7 +56,11 @@ class ScriptedAgent:
         """For other environments: what its method ``for_play`` gives if it has one, else a copy; it learns no more."""
         if hasattr(self.meta, "for_play"):
             with running(self.meta):
-                return ScriptedAgent(self.meta.for_play(num_envs, seed=seed))
+                meta = self.meta.for_play(num_envs, seed=seed)
+                if not callable(getattr(meta, "choose", None)):
+                    name = type(self.meta).__name__
+                    raise InputError(f"for_play of {name} must return a meta-controller, not {shown(meta)}")
+                return ScriptedAgent(meta)
         try:
             return ScriptedAgent(deepcopy(self.meta))
         except Exception as error:  # whatever a user's own code may hold

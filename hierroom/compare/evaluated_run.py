@@ -17,6 +17,7 @@ from hierroom.compare.metric import METRICS
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, graph_specs, spec_names
 from hierroom.training.config import TrainConfig
+from hierroom.training.config_file import OF_ENVIRONMENTS
 from hierroom.training.provenance import variant_of
 from hierroom.training.run_folder import RunFolder
 
@@ -197,4 +198,6 @@ def flat_entries(config: TrainConfig) -> dict[str, Any]:
     parts = [table.pop(name) for name in ("env", "agents", "ppo")]
     meta_ppo = {f"meta_ppo.{name}": value for name, value in table.pop("meta_ppo").items()}
     parts[0] |= {name: [*spec_names(getattr(config.env, name))] for name in ("graph", "exclude")}
-    return {name: value for part in (*parts, table, meta_ppo) for name, value in part.items() if name != "env_index"}
+    return {
+        name: value for part in (*parts, table, meta_ppo) for name, value in part.items() if name not in OF_ENVIRONMENTS
+    }

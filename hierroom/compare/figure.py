@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from pathlib import Path
 
 import matplotlib
@@ -42,7 +43,8 @@ def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
         InputError: if they cannot be written.
     """
     paths = []
-    with matplotlib.rc_context(STYLE):
+    with matplotlib.rc_context(STYLE), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph \d+")  # of a name in a script that the font does not have
         figure = _figure(comparison)
         for suffix, metadata in (("pdf", {"CreationDate": None}), ("png", None)):  # without a date: the same every time
             picture = io.BytesIO()

@@ -54,7 +54,7 @@ class Sweep:
         out: the folder.
 
     Raises:
-        InputError: if it is no folder.
+        InputError: if it is no folder, or that of a single run.
     """
 
     plan: Plan
@@ -63,6 +63,8 @@ class Sweep:
     def __post_init__(self) -> None:
         if self.out.exists() and not self.out.is_dir():
             raise InputError(f"the runs and their table are written to a folder; {self.out} is none")
+        if (self.out / "config.json").exists():
+            raise InputError(f"{self.out} is the folder of a single run; choose another --out")
 
     @property
     def table(self) -> SweepTable:

@@ -18,6 +18,8 @@ from hierroom.training.presets import find_preset, implied_preset
 from hierroom.training.typed_value import entry_types, typed_value
 
 _META_PPO = "meta_ppo"
+OF_ENVIRONMENTS = ("env_index", "levels")
+"""Entries of an environment that a run sets itself: it trains in levels of its own, and is evaluated in others."""
 _PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig}
 
 
@@ -76,7 +78,7 @@ def _read_entries(path: Path) -> dict[str, Any]:
 def flat_entry_types() -> dict[str, Any]:
     """The type that each entry of a run's config has in a file, by its name on the command line."""
     types = {name: kind for part in (*_PARTS.values(), TrainConfig) for name, kind in entry_types(part).items()}
-    return {name: kind for name, kind in types.items() if name not in _PARTS}
+    return {name: kind for name, kind in types.items() if name not in (*_PARTS, *OF_ENVIRONMENTS)}
 
 
 def _entry(path: Path, name: str, value: Any, types: Mapping[str, Any], table: str = "") -> Any:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hierroom.errors import InputError, in_one_line
+from hierroom.errors import InputError, in_one_line, shown
 from hierroom.files import to_json, write_atomically
 from hierroom.training.config import TrainConfig
 from hierroom.training.evaluation import Evaluation
@@ -34,6 +34,8 @@ def logger_names(text: str) -> tuple[str, ...]:
     Raises:
         InputError: if one is unknown, or its package is not installed.
     """
+    if not isinstance(text, str):
+        raise InputError(f"log is a text of names joined by commas, or {NONE!r}, not {shown(text)}")
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))
     if names == (NONE,):
         return ()

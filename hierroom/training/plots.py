@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,9 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     figure.suptitle(one_line(run.path.name), parse_math=False)
     picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=120)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", r"Glyph \d+")  # of a name in a script that the font does not have
+        figure.savefig(picture, format="png", dpi=120)
     write_atomically(path, picture.getvalue())
 
 

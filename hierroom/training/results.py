@@ -15,6 +15,7 @@ from hierroom.runtime.printed_table import print_table
 from hierroom.training.config import TrainConfig
 from hierroom.training.episode_log import WINDOW
 from hierroom.training.learning_curve import MILESTONES, LearningCurve
+from hierroom.training.output import warn
 from hierroom.training.plots import plot_learning_curve
 from hierroom.training.rollout import rollout
 from hierroom.training.run_folder import RunFolder
@@ -22,6 +23,8 @@ from hierroom.training.trained_agent import TrainedAgent
 from hierroom.training.trainer import Trainer
 from hierroom.training.trust import trust_option
 
+MANY_ILLEGAL = 0.1
+"""A meta-controller whose share of illegal goals is above that may not do what it is meant to."""
 N_PICTURED = 20
 """Episodes that are played for the picture of one of them."""
 
@@ -39,6 +42,8 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     plot_learning_curve(folder, curve, picture)
     console.print(folder.path.name, soft_wrap=True, markup=False)
     print_table(_table(trainer.config, curve, summary), console)
+    if (share := trainer.metrics().get("meta_illegal_goals", 0.0)) > MANY_ILLEGAL:
+        warn(f"{share:.0%} of the goals given in the episodes under way were not legal, and counted as no goal")
     agent = TrainedAgent(trainer.config, trainer.agents[META], trainer.controller, trainer.steps, path=folder.path)
     episode = telling_episode(agent, (trainer.config.seed + 1) % 2**63)
     name, other = ("escape", "failure") if episode.success else ("failure", "escape")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from hierroom.meta import LEARNED
+from hierroom.meta import LEARNED, META_CONTROLLERS
+from hierroom.rewards import REWARDS
 from hierroom.training.config import TrainConfig
 from hierroom.training.presets import find_preset
 
@@ -17,13 +18,18 @@ def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:
         names, those of the meta-controller's learner as ``meta_ppo.gamma``.
     """
     method = config.resolved_method
-    is_learned = method.meta == LEARNED
+    is_learned, controller = method.meta == LEARNED, method.controller
+    reads_goals = controller.sees_goal or controller.reward not in REWARDS or controller.reward == "intrinsic"
+    has_scripted = method.meta in META_CONTROLLERS
     readers = {
+        "meta": reads_goals or not has_scripted or method.meta == "none",
+        "subgoal_horizon": reads_goals or not has_scripted,
+        "goal_mask": reads_goals or not has_scripted,
         **{f"meta_ppo.{name}": is_learned for name in vars(config.meta_ppo)},
         "meta_start_success": is_learned,
         "meta_features": is_learned,
-        "novelty_bonus": method.controller.reward == "novelty",
-        "curiosity_weight": method.controller.is_curious,
+        "novelty_bonus": controller.reward == "novelty",
+        "curiosity_weight": controller.is_curious,
     }
     return tuple(name for name, is_read in readers.items() if not is_read)
 
