@@ -17,7 +17,7 @@ from hierroom.compare.metric import METRICS
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, graph_specs, spec_names
 from hierroom.training.config import TrainConfig
-from hierroom.training.config_file import OF_ENVIRONMENTS
+from hierroom.training.config_file import OF_ENVIRONMENTS, listed_entries
 from hierroom.training.provenance import variant_of
 from hierroom.training.run_folder import RunFolder
 
@@ -74,7 +74,7 @@ class EvaluatedRun:
         """
         if name not in self.entries:
             near = get_close_matches(name, self.entries, n=1)
-            known = f"is it {near[0]}?" if near else f"they are {', '.join(sorted(self.entries))}"
+            known = f"is it {near[0]}?" if near else f"they are {listed_entries(self.entries)}"
             raise InputError(f"--by takes entries of a run's config, joined by commas, not {name!r}; {known}")
         if name in ("meta", "reward"):
             return str(getattr(self, name))

@@ -17,7 +17,7 @@ from hierroom.files import read_toml, to_json
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, spec_names
 from hierroom.learners.config import PPOConfig
 from hierroom.training.config import CHANGED_WHEN_RESUMED, TrainConfig
-from hierroom.training.config_file import flat_entry_types
+from hierroom.training.config_file import flat_entry_types, listed_entries
 from hierroom.training.presets import find_preset, implied_preset
 from hierroom.training.run_name import run_name
 from hierroom.training.typed_value import entry_types, typed_value
@@ -240,7 +240,7 @@ def _typed(table: Mapping[str, Any], where: str) -> dict[str, list[Any]]:
             raise InputError(f"{where}{name} is no entry of a run; it is given {place}")
         if name not in types:
             near = get_close_matches(name, [*types, *_OWN_KEYS], n=1)
-            hint = f"is it {near[0]}?" if near else f"there are {', '.join(sorted(types))}"
+            hint = f"is it {near[0]}?" if near else f"there are {listed_entries(types)}"
             raise InputError(f"{where}there is no entry {name!r}; {hint}")
         several = values if isinstance(values, list) else [values]
         if not several:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -79,6 +79,12 @@ def flat_entry_types() -> dict[str, Any]:
     """The type that each entry of a run's config has in a file, by its name on the command line."""
     types = {name: kind for part in (*_PARTS.values(), TrainConfig) for name, kind in entry_types(part).items()}
     return {name: kind for name, kind in types.items() if name not in (*_PARTS, *OF_ENVIRONMENTS)}
+
+
+def listed_entries(names: Iterable[str]) -> str:
+    """Names of entries for a message; of those of ``meta_ppo``, which are the learner's again, only one."""
+    plain = sorted(name for name in names if not name.startswith(f"{_META_PPO}."))
+    return f"{', '.join(plain)}, and the learner's of {_META_PPO} too, such as {_META_PPO}.gamma"
 
 
 def _entry(path: Path, name: str, value: Any, types: Mapping[str, Any], table: str = "") -> Any:
