@@ -3,8 +3,9 @@
     python -m benchmarks.figures            # draw what is not as its rows are
     python -m benchmarks.figures --check    # exit code 1 where one differs
 
-A picture is drawn as the command before it on its page says, which writes the same file. That holds the digest of the
-points in it, so that it is drawn again when these change, and not when a library draws them otherwise.
+A picture is drawn as the command before it on its page says; of those that `hierroom.paper` draws, this command alone
+writes the digest of the points. By that a picture is drawn again when the points change, and not when a library draws
+them otherwise.
 """
 
 from __future__ import annotations

@@ -59,7 +59,8 @@ class EnvConfig:
             rooms, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH for all in between.
         exclude: goal graphs to leave out of these, given likewise and found however their rooms are numbered.
         curriculum_stages: parts of equal width in difficulty into which several graphs are cut; one moves on after
-            escaping in 80% of 200 episodes (as many of each environment), and back below 20%. 1: all graphs at once.
+            escaping in 80% of at least 200 episodes, as many of each environment, and back below 20%. 1: all graphs at
+            once.
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated.
         drop_key: give the controller a sixth action that drops a key.

@@ -195,9 +195,9 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     )
     if _is_function(make):
         return LevelMeta(make)
-    if not isinstance(make, type) and hasattr(make, "choose"):
-        raise InputError(f"{spec!r} is an object with a method choose; name its class, from which a run can make it")
     try:
+        if not isinstance(make, type) and hasattr(make, "choose"):
+            raise InputError(f"{spec!r} is an object with a method choose; name its class, to be made by a run")
         if not hasattr(make, "for_training"):
             meta = make()
         elif num_envs is None:

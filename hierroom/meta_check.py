@@ -36,10 +36,15 @@ def checked_meta(meta: Any, name: str) -> Any:
         if not callable(getattr(meta, method, print)):
             raise InputError(f"{method} of a meta-controller is a method; that of {name} is {getattr(meta, method)!r}")
     statistics = getattr(meta, "statistics", {})
-    if not isinstance(statistics, Mapping) or not all(map(_is_statistic, statistics.items())):
+    if not isinstance(statistics, Mapping):
         raise InputError(
             f"statistics of a meta-controller are numbers by name; those of {name} are {shown(statistics)}"
         )
+    for entry, value in statistics.items():
+        if not (isinstance(entry, str) and _is_number(value)):
+            raise InputError(
+                f"statistics of a meta-controller are numbers by name; {shown(entry)} of {name} is {shown(value)}"
+            )
     if hasattr(meta, "learn") and not (hasattr(meta, "state_dict") and hasattr(meta, "load_state_dict")):
         raise InputError(
             f"a meta-controller that learns has the methods state_dict and load_state_dict too, or what it learned "
@@ -48,6 +53,9 @@ def checked_meta(meta: Any, name: str) -> Any:
     return meta
 
 
-def _is_statistic(entry: tuple[Any, Any]) -> bool:
-    name, value = entry
-    return isinstance(name, str) and isinstance(value, (int, float, np.number, np.bool_))
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return not isinstance(value, str)

@@ -127,7 +127,7 @@ class Step:
 
     def as_dict(self) -> dict[str, NDArray]:
         """The arrays by name."""
-        return {name: self.records[name] for name in _NAMES}
+        return {name: getattr(self, name) for name in _NAMES if name != "is_novel" or not self._lacks_visits}
 
     def replaced(self, **arrays: NDArray) -> Step:
         """A step in which some arrays, by name, are others; whether episodes ended follows from how they did."""

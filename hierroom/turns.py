@@ -335,7 +335,7 @@ class Turns:
         return not self._has_stages and self._kernel_reward != OWN_REWARD
 
     def part(self, envs: NDArray[np.integer]) -> Turns:
-        """A copy of some of these environments [M]; where `can_part`, they go on as they would beside the others."""
+        """A copy of some of these environments [M], where `can_part`; they go on as they would beside the others."""
         part = Turns(self.config, len(envs), autoreset=self._autoreset, measure_shortest=self._measure_shortest)
         state = self.get_state()
         shared = {"curriculum": state.pop("curriculum")}

@@ -276,3 +276,10 @@ def test_an_entry_of_an_observation_can_name_a_torch_module():
     for space in (hierroom.env().observation_space("meta_0"), EscapeRoom().observation_space):
         assert isinstance(space, gymnasium.spaces.Dict)
         torch.nn.ModuleDict({name: torch.nn.Identity() for name in space})
+
+
+def test_nobody_observes_but_the_two_agents():
+    env = hierroom.raw_env(graph="a", size=11)
+    env.reset(seed=0)
+    with pytest.raises(InputError, match=r"^the agents are meta_0 and controller_0; there is no 'player_7'$"):
+        env.observe("player_7")

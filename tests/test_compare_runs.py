@@ -425,7 +425,12 @@ def test_a_copy_of_a_run(runs, compare):
 
 def test_an_unknown_entry(runs, compare):
     refused(compare, "not 'metta'; is it meta\\?", runs, by="metta")
-    refused(compare, "not 'qq'; they are .*gamma, .*meta, meta_features, meta_start_success.*, and the learner.s of meta_ppo too", runs, by="qq")
+    refused(
+        compare,
+        "not 'qq'; they are .*gamma, .*meta, meta_features, meta_start_success.*, and the learner.s of meta_ppo too",
+        runs,
+        by="qq",
+    )
     refused(compare, "not ''", runs, by="meta,")
 
 

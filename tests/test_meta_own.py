@@ -116,9 +116,9 @@ def test_a_meta_controller_itself():
         ("{outside}:Broken", "the meta-controller '{outside}:Broken' cannot be made: RuntimeError: out of cheese"),
         (
             "{outside}:Telling",
-            "statistics of a meta-controller are numbers by name; those of '{outside}:Telling' are",
+            "statistics of a meta-controller are numbers by name; 'gain' of '{outside}:Telling' is 'much'",
         ),
-        ("{outside}:made", "'{outside}:made' is an object with a method choose; name its class, from which"),
+        ("{outside}:made", "'{outside}:made' is an object with a method choose; name its class, to be made by"),
         (7, "a meta-controller has a method choose(observations, legal, situation); 7 has none"),
         (META_CONTROLLERS["random"], "a meta-controller is an object, not a class: make one of RandomGoals"),
     ],
@@ -136,7 +136,7 @@ def test_methods_that_make_one_must_return_one(outside, monkeypatch):
         make_meta(f"{outside}:Empty", 4)
     agent = ScriptedAgent(type(make_meta(f"{outside}:Mine"))())
     monkeypatch.setattr(agent.meta, "for_play", lambda num_envs, seed: None, raising=False)
-    with pytest.raises(InputError, match=r"^for_play of Mine must return a meta-controller, not None$"):
+    with pytest.raises(InputError, match=r"what for_play of Mine returned has none$"):
         agent.frozen(3, seed=0)
 
 

@@ -99,10 +99,21 @@ def test_the_table_counts_graphs_by_width_if_asked(hierarchy, tables, monkeypatc
 
 def test_the_lower_of_two_milestones_is_taken(hierarchy, tables):
     rows, measured = (hierarchy.read_rows(tables / f"{name}.csv") for name in ("runs", "measures"))
-    told = {one.outcome for one in hierarchy.compare(rows, measured, hierarchy.Options(tables))}
+    options = hierarchy.Options(tables)
+
+    def compared(rows):
+        return hierarchy.compare(hierarchy.both_methods(rows, measured, options), measured, options)
+
+    told = {one.outcome for one in compared(rows)}
     assert told == {"steps_to_50"}, "ppo-bonus never got to 95% on two of four graphs"
     easier = [row for row in rows if row["graph"] in ("easy", "middle")]
-    assert {one.outcome for one in hierarchy.compare(easier, measured, hierarchy.Options(tables))} == {"steps_to_95"}
+    assert {one.outcome for one in compared(easier)} == {"steps_to_95"}
+
+
+def test_of_a_single_graph_no_trend_is_told(hierarchy, tables, monkeypatch, capsys):
+    write_tables(tables, runs=[row for row in csv.DictReader((tables / "runs.csv").open()) if row["graph"] == "easy"])
+    with pytest.raises(InputError, match="the measure of the hardest must be one of"):
+        printed(hierarchy, tables, monkeypatch, capsys)
 
 
 def test_a_single_seed_leaves_open_on_how_many_hierarchy_pays(hierarchy, tables, monkeypatch, capsys):

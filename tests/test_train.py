@@ -452,6 +452,19 @@ def test_a_run_that_never_learned_once_can_be_resumed(tmp_path, monkeypatch):
     assert train(["--resume", str(out)]) == 0
 
 
+def test_a_run_whose_goals_are_not_legal_says_so(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "always_the_exit.py").write_text(
+        "import numpy as np\n\nclass Exit:\n    def choose(self, observations, legal, situation):\n"
+        "        return np.full(len(legal), 12)\n"
+    )
+    monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
+    assert train([*FLAGS, "--steps", "600", "--meta", "always_the_exit:Exit", "--out", "run"]) == 0
+    assert "of the goals given in the episodes under way were not legal" in capsys.readouterr().err
+    assert train([*FLAGS, "--steps", "600", "--out", "usual"]) == 0
+    assert "were not legal" not in capsys.readouterr().err
+
+
 def test_goals_that_are_not_legal_are_told_of(monkeypatch):
     trainer = Trainer(SMALL)
     assert trainer.metrics()["meta_illegal_goals"] == 0

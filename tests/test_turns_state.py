@@ -8,6 +8,7 @@ from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.meta import make_meta
 from hierroom.rewards import REWARDS
+from hierroom.turn_kernels import OTHER
 from hierroom.turns import Turns
 from hierroom.world.oracle import shortest_actions
 
@@ -93,17 +94,19 @@ def test_the_shortest_length_is_that_of_the_episode_that_ends():
 def test_the_final_observation_is_from_before_the_reset():
     """Against environments that do not begin anew by themselves."""
     turns, slow = make("a", n=8, seed=6, max_steps=20), make("a", n=8, seed=6, max_steps=20, autoreset=False)
-    meta, rng = make_meta("random"), np.random.default_rng(0)
+    meta, rng, n_going_on = make_meta("random"), np.random.default_rng(0), 0
     for t in range(60):
         for each in (turns, slow):
             each.ask(meta)
-        actions = rng.integers(5, size=8)
+        actions, last = rng.integers(5, size=8), turns.ledger.last_outcomes.copy()
         step, slow_step = turns.step(actions), slow.step(actions)
         np.testing.assert_array_equal(step.episode_ended, slow_step.episode_ended)
         everyone = np.arange(8)
         final = turns.final_observation("controller_0", step, everyone)
         expected = slow.final_observation("controller_0", slow_step, everyone)
         assert final.masks.all()
+        np.testing.assert_array_equal(final.outcomes, np.where(step.option_ended, step.outcomes, last))
+        n_going_on += (~step.option_ended & (last != OTHER)).sum()
         assert turns.final_observation("meta_0", step, everyone).masks.tolist() == [[False] * 13 + [True]] * 8
         for name in ("tiles", "goals", "previous_actions", "outcomes"):
             np.testing.assert_array_equal(getattr(final, name), getattr(expected, name), err_msg=name)
@@ -117,6 +120,7 @@ def test_the_final_observation_is_from_before_the_reset():
             assert not slow.ledger.is_meta_turn.any()
             slow.reset()
             assert t % 20 == 19
+    assert n_going_on > 10
 
 
 def test_episodes_begin_anew_by_themselves_where_nothing_else_is_said():

@@ -119,18 +119,14 @@ def both_methods(rows: Sequence[Row], measured: Sequence[Row], options: Options)
     return pair(rows, measured, both, options.outcome, alike=("steps", "size", "preset"))
 
 
-def compare(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> list[Comparison]:
-    """The two methods on each goal graph that both were trained on, in the order of the table.
+def compare(found: Paired, measured: Sequence[Row], options: Options) -> list[Comparison]:
+    """The two methods on each goal graph, in the order of the table.
 
     Args:
-        rows: of the table of training runs.
+        found: the two, as `both_methods` gives them.
         measured: of the table of measures.
-        options: the methods, the outcome, the seeds, and how intervals are computed.
-
-    Raises:
-        InputError: as `first_seeds` or `pair`.
+        options: how intervals are computed.
     """
-    found = both_methods(rows, measured, options)
     low, high = options.bootstrap.interval(found.resampled_ratios(options.bootstrap))
     low[found.has_single_seed] = high[found.has_single_seed] = np.nan
     counts_of = {row["graph"]: (int(row["rooms"]), int(row["exit_depth"]), int(row["width"])) for row in measured}
@@ -193,21 +189,21 @@ def hardest(found: Sequence[Comparison], measured: Sequence[Row], measure: str) 
     return [one for one, value in zip(found, measures[measure], strict=True) if value >= least]
 
 
-def sentences(rows: Sequence[Row], measured: Sequence[Row], options: Options) -> str:
-    """On how many of the hardest goal graphs each method works, and whether the lead grows with the difficulty.
+def text(found: Paired, compared: Sequence[Comparison], measured: Sequence[Row], options: Options) -> str:
+    """The table, on how many of the hardest goal graphs each method works, and whether the lead grows with measures.
 
     Args:
-        rows: of the table of training runs.
+        found: the two methods.
+        compared: on each goal graph.
         measured: of the table of measures.
         options: which measure says how hard a graph is, and how intervals are computed.
 
     Raises:
-        InputError: as `compare` or `hardest`.
+        InputError: as `hardest`.
     """
-    found = both_methods(rows, measured, options)
-    trend = trends(found, measures_of(found.graphs, measured), options.bootstrap)
-    works = _works(compare(rows, measured, options), measured, options)
-    return f"{works}\n\n{trend_sentence(trend)}"
+    works = _works(compared, measured, options)
+    trend = trend_sentence(trends(found, measures_of(found.graphs, measured), options.bootstrap))
+    return "\n\n".join(filter(None, [markdown(compared, options), works, trend]))
 
 
 def _works(found: Sequence[Comparison], measured: Sequence[Row], options: Options) -> str:
@@ -251,15 +247,15 @@ def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
     measured = known_measures(options.measures)
-    rows = read_rows(options.table)
-    found = compare(rows, measured, options)
-    print(f"{markdown(found, options)}\n\n{sentences(rows, measured, options)}")
+    found = both_methods(read_rows(options.table), measured, options)
+    compared = compare(found, measured, options)
+    print(text(found, compared, measured, options))
     if options.out is not None:
-        text = io.StringIO()
-        writer = csv.DictWriter(text, [*asdict(found[0])], lineterminator="\n")
+        table = io.StringIO()
+        writer = csv.DictWriter(table, [*asdict(compared[0])], lineterminator="\n")
         writer.writeheader()
-        writer.writerows(asdict(one) for one in found)
-        write_atomically(options.out, text.getvalue().encode())
+        writer.writerows(asdict(one) for one in compared)
+        write_atomically(options.out, table.getvalue().encode())
     return 0
 
 

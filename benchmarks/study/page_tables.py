@@ -92,11 +92,11 @@ def hierarchy_table(name: str, n_seeds: str, *words: str) -> str:
     path = checked_path(name, n_seeds)
     options = hierarchy.Options(path, outcome=outcome, by=by, seeds=int(n_seeds))
     rows, measured = _rows(path)
-    found = hierarchy.compare(rows, measured, options)
+    found = hierarchy.both_methods(rows, measured, options)
+    table = hierarchy.text(found, hierarchy.compare(found, measured, options), measured, options)
     command = f"python -m benchmarks.study.hierarchy {path} --seeds {n_seeds}"
     command += "" if outcome is None else f" --outcome {outcome}"
     command += "" if by == "exit_depth" else f" --by {by}"
-    table = f"{hierarchy.markdown(found, options)}\n\n{hierarchy.sentences(rows, measured, options)}"
     return f"\n`{command}`:\n\n{table}\n\n"
 
 

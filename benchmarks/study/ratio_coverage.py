@@ -20,7 +20,7 @@ from benchmarks.result_table import ResultTable
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.paired import Paired
 
-CASES = ((12, 3, 0.3), (12, 3, 1.0), (79, 3, 0.3), (79, 3, 1.0))
+CASES = ((1, 3, 1.0), (1, 10, 1.0), (4, 3, 1.0), (12, 3, 0.3), (12, 3, 1.0), (79, 3, 0.3), (79, 3, 1.0))
 """Number of graphs and of seeds, and the deviation of the seeds' noise, that of the graphs' difficulty being 1."""
 
 

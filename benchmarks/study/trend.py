@@ -27,6 +27,8 @@ def trends(found: Paired, measures: Mapping[str, NDArray[np.float64]], bootstrap
         bootstrap: how intervals are computed.
     """
     chosen = {name: measures[name] for name in TRENDS if name in measures}
+    if not chosen:
+        return {}
     columns, rng, n = np.column_stack([*chosen.values()]), np.random.default_rng(bootstrap.seed), len(found.graphs)
 
     def correlated(values: NDArray[np.float64], graphs: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -45,5 +47,7 @@ def trends(found: Paired, measures: Mapping[str, NDArray[np.float64]], bootstrap
 
 
 def sentence(found: Mapping[str, Estimate]) -> str:
-    """The correlations in a sentence."""
+    """The correlations in a sentence; nothing where there is none."""
+    if not found:
+        return ""
     return f"Rank correlation of the ratio with {', '.join(f'{name} {value}' for name, value in found.items())}."

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.errors import InputError, in_one_line, shown
+from hierroom.errors import InputError, in_one_line
 from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, choose_goals, running, show_step
+from hierroom.meta_check import checked_meta
 from hierroom.options import Transition
 from hierroom.situation import Situation
 from hierroom.turns import Turns
@@ -57,10 +58,7 @@ class ScriptedAgent:
         if hasattr(self.meta, "for_play"):
             with running(self.meta):
                 meta = self.meta.for_play(num_envs, seed=seed)
-                if not callable(getattr(meta, "choose", None)):
-                    name = type(self.meta).__name__
-                    raise InputError(f"for_play of {name} must return a meta-controller, not {shown(meta)}")
-                return ScriptedAgent(meta)
+            return ScriptedAgent(checked_meta(meta, f"what for_play of {type(self.meta).__name__} returned"))
         try:
             return ScriptedAgent(deepcopy(self.meta))
         except Exception as error:  # whatever a user's own code may hold

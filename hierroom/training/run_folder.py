@@ -59,11 +59,11 @@ class RunFolder:
             InputError: if the folder is not empty or cannot be created.
         """
         run = cls(path)
-        for folder in (run.path, *run.path.parents):
-            if folder.exists() and not folder.is_dir():
-                why = f"{folder} is not a folder; choose another --out"
-                raise InputError(f"cannot create the run folder {run.path}: {why}")
         try:
+            for folder in (run.path, *run.path.parents):
+                if folder.exists() and not folder.is_dir():
+                    why = f"{folder} is not a folder; choose another --out"
+                    raise InputError(f"cannot create the run folder {run.path}: {why}")
             run.path.mkdir(parents=True, exist_ok=True)
             run._refuse_content()  # before the lock leaves a file in it
             if not run.lock.try_acquire():  # another process is creating it
