@@ -10,6 +10,7 @@ import pytest
 import torch
 
 import hierroom
+from hierroom.errors import InputError
 from hierroom.gym_env import EscapeRoom
 from hierroom.vector_env import EscapeRooms
 from hierroom.world.oracle import shortest_actions
