@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
+from hierroom.errors import CheckpointError, InputError
 from hierroom.files import to_json
 from hierroom.goals import GoalGraph, as_goal_graph
+from hierroom.training import checkpoint
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 
@@ -80,6 +81,17 @@ def test_of_a_broken_checkpoint_the_one_before_is_told_where_it_is_the_newest(tm
     for path in paths[1:]:
         path.unlink()
     with pytest.raises(InputError, match=r"which this hierroom reads$"):
+        folder.load_checkpoint()
+
+
+def test_of_a_checkpoint_of_another_version_nothing_before_it_is_told(tmp_path, monkeypatch):
+    folder = RunFolder.create(tmp_path / "run", SMALL)
+    with monkeypatch.context() as older:
+        older.setattr(checkpoint, "CHECKPOINT_FORMAT", 3)
+        for steps in (64, 128):
+            folder.save_checkpoint(state_after(steps))
+    said = f"has format 3, this hierroom reads {checkpoint.CHECKPOINT_FORMAT}$"
+    with pytest.raises(CheckpointError, match=said):
         folder.load_checkpoint()
 
 

@@ -51,6 +51,10 @@ def to_bytes(state: Mapping[str, Any]) -> bytes:
     return content + _last_line(content)
 
 
+class OtherFormatError(InputError):
+    """A checkpoint that another version of hierroom wrote, as it did those before it."""
+
+
 def from_bytes(content: bytes) -> dict[str, Any]:
     """The state in the content of a checkpoint file; no code from it is executed.
 
@@ -77,7 +81,7 @@ def from_bytes(content: bytes) -> dict[str, Any]:
         raise InputError(f"cannot be read: {reason}") from error
     found = state.get("format") if isinstance(state, dict) else None
     if type(found) is not int or found != CHECKPOINT_FORMAT:
-        raise InputError(f"has format {shown(found)}, this hierroom reads {CHECKPOINT_FORMAT}")
+        raise OtherFormatError(f"has format {shown(found)}, this hierroom reads {CHECKPOINT_FORMAT}")
     try:
         Table(_ENTRIES).check(state, "its state")
     except InputError as error:

@@ -194,7 +194,8 @@ class RunFolder:
             raise InputError(f"cannot read the checkpoint {path}: {error.strerror}") from error
         except InputError as error:
             newest, *others = sorted(paths.values(), reverse=True)
-            before = f"; without it the run goes on from {others[0].name}" if others and path == newest else ""
+            is_alone = not others or path != newest or isinstance(error, checkpoint.OtherFormatError)
+            before = "" if is_alone else f"; without it the run goes on from {others[0].name}"
             raise CheckpointError(f"the checkpoint {path} {error}{before}") from error
 
     def require_same_config(
