@@ -161,6 +161,7 @@ def test_what_is_wrong_in_a_file_is_one_line_with_its_name(text, said):
         ("deep.toml", "deep.toml is not a TOML file: "),
         ("binary.toml", "binary.toml is not a TOML file: "),
         ("config.json", ". is not a run folder: it has no config.json"),
+        ("other.json", "other.json: the config of a run is read from its folder, where it is called config.json"),
     ],
 )
 def test_what_is_no_config_is_refused_in_one_line(path, said):

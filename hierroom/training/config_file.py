@@ -68,6 +68,8 @@ def _read_entries(path: Path) -> dict[str, Any]:
     """The entries of a TOML file, each of its type."""
     if path.is_dir():
         raise InputError(f"{path} is a folder; a config is a TOML file or, to repeat a run, its config.json")
+    if path.suffix == ".json":
+        raise InputError(f"{path}: the config of a run is read from its folder, where it is called config.json")
     table = read_toml(path, "config")
     types = flat_entry_types()
     for part in _PARTS.keys() & table.keys():
