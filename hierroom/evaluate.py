@@ -71,11 +71,17 @@ def main() -> int:
     import torch  # it takes its time, and --help needs none of it
 
     from hierroom.training.evaluation import evaluate
+    from hierroom.training.output import warn
     from hierroom.training.provenance import warn_of_changed_modules
     from hierroom.training.trained_agent import load
+    from hierroom.training.unread_entries import entries_without_effect
 
     torch.set_num_threads(1)  # as in training
     agent = load(arguments.run, checkpoint=arguments.checkpoint, meta=arguments.meta, trust=arguments.trust_run)
+    given = {name: value for name in ("meta", "goal_mask") if (value := getattr(arguments, name)) is not None}
+    unread = [name for name in entries_without_effect(agent.config.changed(**given)) if name in given]
+    for name in unread:
+        warn(f"--{name.replace('_', '-')} has no effect on a controller of the method {agent.config.agents.method}")
     num_envs, seed = min(arguments.num_envs, arguments.episodes), arguments.seed
     named = {name: getattr(arguments, name) for name in ("graph", "exclude", "size", "goal_mask")}
     chosen: dict[str, Any] = {name: value for name, value in named.items() if value not in (None, ())}

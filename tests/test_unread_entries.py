@@ -4,6 +4,7 @@ import sys
 
 import pytest
 
+from hierroom.evaluate import main as evaluate
 from hierroom.sweep.__main__ import main as sweep
 from hierroom.train import main as train
 from hierroom.training.config import TrainConfig
@@ -59,3 +60,18 @@ def test_commands_say_so(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["sweep", "plan.toml", "--list"])
     assert sweep() == 0
     assert capsys.readouterr().err == "warning: novelty_bonus is given, and has no effect on any run of the sweep\n"
+
+
+def test_evaluate_says_so_of_a_controller_without_goals(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = ["--steps", "300", "--size", "11", "--num-envs", "4", "--minibatches", "1", "--max-steps", "40"]
+    for method in ("ppo", "hippo"):
+        assert train([*words, "--method", method, "--out", method]) == 0
+    capsys.readouterr()
+    told = "warning: --meta has no effect on a controller of the method ppo\n"
+    told += "warning: --goal-mask has no effect on a controller of the method ppo\n"
+    for run, expected in (("ppo", told), ("hippo", "")):
+        words = ["evaluate", run, "--episodes", "2", "--meta", "random", "--goal-mask", "none"]
+        monkeypatch.setattr(sys, "argv", words)
+        assert evaluate() == 0
+        assert capsys.readouterr().err == expected
