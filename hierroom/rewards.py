@@ -194,12 +194,11 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
             reward = reward()
         except (Exception, SystemExit) as error:  # whatever a user's own code may raise
             raise InputError(f"{name} cannot be made: {in_one_line(error)}") from error
+    asking = reward  # a function has attributes that what it becomes has not
     if not callable(getattr(reward, "rewards", None)):
         if not callable(reward):
             raise InputError(f"a reward is a function of a step or has a method rewards(step); {name} is neither")
-        asking, reward = reward, FunctionReward(reward)
-    else:
-        asking = reward
+        reward = FunctionReward(reward)
     with own_code(name):  # to look at an attribute may run code
         memories = getattr(asking, "memories", ())
         usual = {"ends_with_option": False, "needs_states": True}

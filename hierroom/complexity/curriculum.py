@@ -99,7 +99,7 @@ class GraphSampler:
         self._known = {(graph.key_rooms, graph.exit_room): graph for graph in self.everything}
         self._quota = -(-EPISODES_PER_STAGE // num_envs)  # episodes of each environment in a decision
         self._counts = np.zeros(2, np.int64)  # the stage, and the successes that count so far
-        self._n_ended = np.zeros(num_envs, np.int64)  # of those; -1 before the first begins
+        self._n_ended = np.zeros(num_envs, np.int64)  # episodes that count so far; -1 before one begins
 
     @property
     def stage(self) -> int:
