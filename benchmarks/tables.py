@@ -51,7 +51,7 @@ from hierroom.files import write_atomically
 from hierroom.paper.cells import table_3
 from hierroom.paper.published import METHODS
 from hierroom.paper.runs import PaperRuns
-from hierroom.paper.table3 import markdown
+from hierroom.paper.table3 import Compared, markdown
 from hierroom.sweep.summary import summarise
 
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
@@ -104,9 +104,10 @@ def paper_table(size: str, n_seeds: str) -> str:
     paper = PaperRuns(ROOT / out, seeds=int(n_seeds), sizes=(int(size),))
     sweep = paper.sweep(paper.graphs, METHODS)
     rows = done_rows("paper", sweep.plan.runs())
-    cells = table_3(rows, sweep.table.curves(), paper.sizes)
+    curves = sweep.table.curves()
+    compared = Compared.of_rows(table_3(rows, curves, paper.sizes), rows, curves)
     command = f"python -m hierroom.paper table3 --sizes {size} --seeds {n_seeds} --out {out} --markdown"
-    return f"\n`{command}`:\n\n{markdown(cells, paper.steps)}\n\n"
+    return f"\n`{command}`:\n\n{markdown(compared, paper.steps)}\n\n"
 
 
 def result_table(name: str) -> str:

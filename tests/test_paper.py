@@ -19,8 +19,9 @@ from hierroom.paper.cells import ComparedCell, table_3
 from hierroom.paper.figures import _limited
 from hierroom.paper.order import PairCounts, method_orders, pair_counts
 from hierroom.paper.prediction import prediction
+from hierroom.paper.reached import cells_where_reached
 from hierroom.paper.runs import PaperRuns, mean_and_interval
-from hierroom.paper.table3 import Table3, markdown
+from hierroom.paper.table3 import Compared, Table3, markdown
 
 
 def row(method: str, graph: str, seed: int, success: float, length: float) -> dict[str, str]:
@@ -36,7 +37,7 @@ def test_a_mean_has_the_interval_of_student():
 
 
 def curve(*points: tuple[int, float]) -> list[dict[str, str]]:
-    return [{"steps": str(steps), "success_rate": str(rate)} for steps, rate in points]
+    return [{"steps": str(steps), "success_rate": str(rate), "length": "500"} for steps, rate in points]
 
 
 def test_our_cells_stand_beside_those_of_the_paper():
@@ -88,7 +89,9 @@ def test_the_order_of_the_methods_is_that_of_the_means_and_intervals_tell_them_a
     assert by_length.paper == "HiPPO > PPO = PPO+Bonus = PPO+Sketch", "its dashes are 99.9 as well"
     # Sketch and PPO overlap; Bonus above HiPPO is the paper's other way round; the other four are as there.
     assert pair_counts(cells, "success") == PairCounts(same=4, opposite=1, open=1)
-    assert "Of 6 pairs of methods on the same graph, 4 come in the paper's order, 1 in the opp" in markdown(cells, 20)
+    assert "Of 6 pairs of methods on the same graph, 4 come in the paper's order, 1 in the opp" in markdown(
+        Compared(cells, {}), 20
+    )
     lengths = [compared("ppo", 0, 1, 90), compared("ppo-sketch", 0, 1, 20), compared("hippo", 0, 1, 80)]
     assert pair_counts(lengths, "length") == PairCounts(same=1, opposite=1, open=0), (
         "PPO and PPO+Sketch tie in the paper"
@@ -104,7 +107,7 @@ def test_one_seed_tells_no_order():
     cells = [compared("ppo", 10, np.nan), compared("hippo", 90, np.nan)]
     assert method_orders(cells, "success")[0].ours == "HiPPO ~ PPO"
     assert pair_counts(cells, "success") == PairCounts(0, 0, 1)
-    told = markdown(cells, 2_000_000)
+    told = markdown(Compared(cells, {}), 2_000_000)
     assert "and 1 are not told apart" in told
     assert "| PPO, success | paper | 0.0 |\n|  | ours | 10.0 |\n| HiPPO, success |" in told, "no ±, and no other method"
     assert told.startswith("Table 3, ours after 2M steps on grids of 19 (")
@@ -126,6 +129,27 @@ def test_the_hitting_time_is_ranked_against_what_was_learned():
     assert f"with length ours {one}, the paper's {one}; with our training steps until 95% {one}." in told
     assert prediction(cells[:3]) == ""
     assert "until 95% none (all are equal)." in prediction([replace(cell, steps_to_95=np.inf) for cell in cells])
+
+
+def test_the_methods_are_compared_where_one_of_them_has_the_papers_success():
+    """HiPPO's seeds have the paper's 74.9% on a after 749 and 1498 steps: all methods are read at 1123.5 of them."""
+    rows = [row(method, "a", seed, 1, 30) for method in ("ppo", "hippo") for seed in range(2)]
+    rows += [row(method, "f", 0, 0, 1000) for method in ("ppo", "hippo")]
+    points = {"ppoa0": 0.2, "ppoa1": 0.4, "hippoa0": 1.0, "hippoa1": 0.5, "ppof0": 0.1, "hippof0": 0.0}
+    curves = {digest: curve((0, 0), (1000, rate), (2000, 2 * rate)) for digest, rate in points.items()}
+    curves["hippoa0"][-1]["success_rate"] = "1"
+    cells = table_3(rows, curves, (19,))
+    ppo, hippo = cells_where_reached(cells, rows, curves, "hippo")
+    assert hippo.steps_to_paper == pytest.approx((749 + 1498) / 2)
+    assert (ppo.success, ppo.success_half_width) == (pytest.approx(33.705), pytest.approx(12.7062 * 11.235, rel=1e-4))
+    assert hippo.success == pytest.approx((100 + 56.175) / 2)
+    assert (ppo.length, ppo.length_half_width) == (pytest.approx(50), 0)
+    assert ppo.paper_success == 56.1
+    assert cells_where_reached(cells, rows, curves, "ppo") == [], "one of its two seeds never had the paper's 56.1%"
+    told = markdown(Compared.of_rows(cells, rows, curves), 2000)
+    assert "Success where our HiPPO first has the paper's (after the steps that the median" in " ".join(told.split())
+    assert "| our steps |  | 1k |" in told
+    assert "By success where HiPPO first has the paper's: Of 1 pairs of methods" in told
 
 
 def test_table_3_has_one_format(tmp_path):

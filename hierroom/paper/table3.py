@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -15,14 +15,16 @@ from rich.console import Console
 from rich.table import Table
 
 from hierroom.errors import InputError
-from hierroom.paper.cells import STEPS_ENDS, ComparedCell, table_3
+from hierroom.paper.cells import STEPS_ENDS, ComparedCell, Curves, table_3
 from hierroom.paper.order import LEGEND, method_orders, pair_counts
 from hierroom.paper.prediction import prediction
 from hierroom.paper.published import METHODS
+from hierroom.paper.reached import REFERENCES, cells_where_reached
 from hierroom.paper.runs import PaperRuns
 from hierroom.runtime.markdown_table import markdown_table
 from hierroom.runtime.printed_table import print_table
 from hierroom.sweep.summary import steps_text
+from hierroom.sweep.table import Row
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,8 @@ class Table3:
     def run(self) -> None:
         """Train, and print the table, the training steps that it took, and the order of the methods."""
         sweep = self.runs.train("abcdefg")
-        cells = table_3(sweep.rows(), sweep.table.curves(), self.runs.sizes)
+        rows, curves = sweep.rows(), sweep.table.curves()
+        cells = table_3(rows, curves, self.runs.sizes)
         if self.csv:
             writer = csv.DictWriter(sys.stdout, list(vars(cells[0])), lineterminator="\n")
             writer.writeheader()
@@ -50,23 +53,42 @@ class Table3:
                 writer.writerow({name: None if _is_unknown(value) else value for name, value in vars(one).items()})
             return
         for size in self.runs.sizes:
-            own = [one for one in cells if one.size == size]
+            compared = Compared.of_rows([one for one in cells if one.size == size], rows, curves)
             if self.markdown:
-                print(markdown(own, self.runs.steps))
+                print(markdown(compared, self.runs.steps))
                 continue
-            for part in _parts(own, self.runs.steps):
+            for part in _parts(compared, self.runs.steps):
                 print_table(part.drawn())
-            Console().print(_sentences(own), highlight=False)
+            Console().print(_sentences(compared), highlight=False)
 
 
-def markdown(cells: Sequence[ComparedCell], steps: int) -> str:
+@dataclass(frozen=True)
+class Compared:
+    """What is told of one grid size.
+
+    Args:
+        cells: at the end.
+        reached: where the methods of `REFERENCES` first had the paper's success.
+    """
+
+    cells: Sequence[ComparedCell]
+    reached: Mapping[str, Sequence[ComparedCell]]
+
+    @classmethod
+    def of_rows(cls, cells: Sequence[ComparedCell], rows: Sequence[Row], curves: Curves) -> Compared:
+        """The cells of one grid size, and those before the end by the rows of the sweep and their learning curves."""
+        earlier = {method: cells_where_reached(cells, rows, curves, method) for method in REFERENCES}
+        return cls(cells, {method: reached for method, reached in earlier.items() if reached})
+
+
+def markdown(compared: Compared, steps: int) -> str:
     """The table, the training steps that it took, and the order of the methods, in Markdown.
 
     Args:
-        cells: of one grid size.
+        compared: what is told.
         steps: of each run.
     """
-    return "\n\n".join([*(part.markdown() for part in _parts(cells, steps)), _sentences(cells)])
+    return "\n\n".join([*(part.markdown() for part in _parts(compared, steps)), _sentences(compared)])
 
 
 @dataclass(frozen=True)
@@ -102,12 +124,9 @@ class _Part:
         return f"{self.title} ({self.legend}):\n\n{table}"
 
 
-def _parts(cells: Sequence[ComparedCell], steps: int) -> list[_Part]:
-    graphs = tuple(f"({graph})" for graph in dict.fromkeys(one.graph for one in cells))
-    by_method = {
-        METHODS[method]: [one for one in cells if one.method == method]
-        for method in dict.fromkeys(one.method for one in cells)
-    }
+def _parts(compared: Compared, steps: int) -> list[_Part]:
+    cells = compared.cells
+    graphs, by_method = _graphs(cells), _by_method(cells)
     fewest = min(one.seeds for one in cells)
     seeds = "one seed" if fewest == 1 else f"means of {fewest} seeds, and half the width of their 95% interval"
     numbers = [_compared(name, own, quantity) for quantity in ("success", "length") for name, own in by_method.items()]
@@ -122,7 +141,28 @@ def _parts(cells: Sequence[ComparedCell], steps: int) -> list[_Part]:
         _Part(title, f"{seeds}; length in percent of 1000 steps", ("", "", *graphs), numbers),
         _Part("Our training steps until the paper's success, and until 95%", never, ("", "success", *graphs), lines),
         _Part("The order of the methods by success", LEGEND, ("", "", "methods"), orders),
+        *(_part_where_reached(METHODS[method], own) for method, own in compared.reached.items()),
     ]
+
+
+def _part_where_reached(reference: str, cells: Sequence[ComparedCell]) -> _Part:
+    """The methods at the steps at which one of them first had the paper's success."""
+    by_method = _by_method(cells)
+    steps = ("our steps", "", *(_steps(one.steps_to_paper) for one in by_method[reference]))
+    numbers = [_compared(name, own, "success") for name, own in by_method.items()]
+    legend = f"after the steps that the median of our seeds of {reference} takes to it; the paper's are of its end"
+    title = f"Success where our {reference} first has the paper's"
+    return _Part(title, legend, ("", "", *_graphs(cells)), [[steps], *numbers])
+
+
+def _graphs(cells: Sequence[ComparedCell]) -> tuple[str, ...]:
+    return tuple(f"({graph})" for graph in dict.fromkeys(one.graph for one in cells))
+
+
+def _by_method(cells: Sequence[ComparedCell]) -> dict[str, list[ComparedCell]]:
+    """The cells by the names of their methods."""
+    methods = dict.fromkeys(one.method for one in cells)
+    return {METHODS[method]: [one for one in cells if one.method == method] for method in methods}
 
 
 def _compared(name: str, cells: Sequence[ComparedCell], quantity: str) -> list[tuple[str, ...]]:
@@ -158,6 +198,8 @@ def _is_unknown(value: str | float | None) -> bool:
     return isinstance(value, float) and np.isnan(value)
 
 
-def _sentences(cells: Sequence[ComparedCell]) -> str:
-    counts = [f"By {quantity}: {pair_counts(cells, quantity)}" for quantity in ("success", "length")]
-    return " ".join([*counts, prediction(cells)]).strip()
+def _sentences(compared: Compared) -> str:
+    counts = [f"By {quantity}: {pair_counts(compared.cells, quantity)}" for quantity in ("success", "length")]
+    for method, own in compared.reached.items():
+        counts.append(f"By success where {METHODS[method]} first has the paper's: {pair_counts(own, 'success')}")
+    return " ".join([*counts, prediction(compared.cells)]).strip()

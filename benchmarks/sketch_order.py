@@ -1,0 +1,120 @@
+"""Is PPO above PPO+Sketch on larger grids where PPO has the paper's success? The rule is in sweeps/sketch_size25.toml.
+
+    python -m benchmarks.sketch_order
+
+The steps come from three seeds of the paper's Table 3 on grids of 25, the success there from five other seeds. `pairs`
+is in how many of the pairs of a seed of each method PPO is ahead, ties counted by half.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import tyro
+from numpy.typing import NDArray
+
+from benchmarks.committed import ROOT, done_rows, plan_of
+from benchmarks.result_table import ResultTable
+from hierroom.cli import run
+from hierroom.paper.cells import table_3
+from hierroom.paper.reached import values_at
+from hierroom.paper.runs import PaperRuns, cell
+from hierroom.sweep.table import SweepTable
+
+SWEEP, SIZE = "sketch_size25", 25
+HEADINGS = ("graph", "steps", "PPO", "PPO+Sketch", "pairs", "p")
+
+
+@dataclass(frozen=True)
+class Options:
+    """Compare the two methods."""
+
+    out: Path | None = None
+    """A file that the table is written to as CSV."""
+
+
+@dataclass(frozen=True)
+class PairsAhead:
+    """In how many pairs of seeds a method is ahead of another, and what chance would give.
+
+    Args:
+        twice: the doubled number, of which a tie counts 1.
+        n: of pairs.
+        chances: [2n + 1] the probability of each doubled number where the methods are equal.
+    """
+
+    twice: int
+    n: int
+    chances: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, first: NDArray[np.float64], second: NDArray[np.float64]) -> PairsAhead:
+        """The pairs of two methods' seeds; chance is every way to share out all values among the methods.
+
+        Args:
+            first: [A] a value for each seed of the method.
+            second: [B] likewise of the other.
+        """
+        values = np.concatenate([first, second])
+        everyone = np.arange(len(values))
+        splits = [np.isin(everyone, chosen) for chosen in combinations(everyone, len(first))]
+        ahead = [int((1 + np.sign(values[own, None] - values[~own])).sum()) for own in splits]
+        n = len(first) * len(second)
+        return cls(ahead[0], n, np.bincount(ahead, minlength=2 * n + 1) / len(ahead))
+
+    def __add__(self, other: PairsAhead) -> PairsAhead:
+        """Those of both, shared out independently."""
+        return PairsAhead(self.twice + other.twice, self.n + other.n, np.convolve(self.chances, other.chances))
+
+    @property
+    def p_value(self) -> float:
+        """The probability of as many or more, one-sided."""
+        return float(self.chances[self.twice :].sum())
+
+    def cells(self) -> tuple[str, str]:
+        """The number of pairs, and the probability."""
+        return f"{self.twice / 2:g} of {self.n}", f"{self.p_value:.3f}"
+
+
+def steps_to_the_papers_success() -> dict[str, float]:
+    """By graph, the steps at which the median of the first three seeds of PPO has the paper's success."""
+    paper = PaperRuns(ROOT / "benchmarks" / "results" / "paper", seeds=3, sizes=(SIZE,))
+    sweep = paper.sweep("abde", ["ppo"])
+    rows = done_rows("paper", sweep.plan.runs())
+    return {one.graph: one.steps_to_paper for one in table_3(rows, sweep.table.curves(), paper.sizes)}
+
+
+def table() -> ResultTable:
+    """The two methods on each graph, and on all."""
+    rows = done_rows(SWEEP, plan_of(SWEEP).runs())
+    curves = SweepTable(ROOT / "benchmarks" / "results" / SWEEP).curves()
+    lines, found = [], []
+    for graph, at in steps_to_the_papers_success().items():
+        values = [
+            values_at(at, cell(rows, method, graph, SIZE), curves, "success_rate") for method in ("ppo", "ppo-sketch")
+        ]
+        found.append(PairsAhead.of(*values))
+        lines.append((graph, f"{at / 1e6:.2f}M", *map(_spread, values), *found[-1].cells()))
+    together = reduce(PairsAhead.__add__, found)
+    return ResultTable(HEADINGS, (*lines, ("all", "", "", "", *together.cells())))
+
+
+def _spread(values: Sequence[float] | NDArray[np.float64]) -> str:
+    """The median, and from the lowest to the highest."""
+    return f"{np.median(values):.1%} ({np.min(values):.1%} to {np.max(values):.1%})"
+
+
+def main() -> int:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__)
+    table().publish(options.out)
+    return 0
+
+
+if __name__ == "__main__":
+    run(main)

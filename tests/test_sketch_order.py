@@ -1,0 +1,31 @@
+"""Whether PPO is above PPO+Sketch on larger grids: the test by numbers worked by hand."""
+
+import numpy as np
+import pytest
+from scipy.stats import mannwhitneyu
+
+from benchmarks.sketch_order import PairsAhead
+
+
+def test_two_seeds_a_side_by_hand():
+    ahead = PairsAhead.of(np.array([0.5, 0.3]), np.array([0.4, 0.2]))
+    assert ahead.cells() == ("3 of 4", "0.333"), "of six ways to share out, one gives 4 pairs and one gives 3"
+    assert ahead.chances.tolist() == pytest.approx([1 / 6, 0, 1 / 6, 0, 2 / 6, 0, 1 / 6, 0, 1 / 6])
+
+
+def test_a_tie_counts_by_half_and_all_equal_is_no_evidence():
+    assert PairsAhead.of(np.array([0.0, 0.5]), np.array([0.0, 0.0])).cells()[0] == "3 of 4"
+    assert PairsAhead.of(np.zeros(3), np.zeros(3)).p_value == 1
+
+
+def test_the_p_value_is_that_of_scipy_where_nothing_ties(rng=np.random.default_rng(1)):
+    first, second = rng.random(5) + 0.3, rng.random(5)
+    expected = mannwhitneyu(first, second, alternative="greater", method="exact")
+    ahead = PairsAhead.of(first, second)
+    assert (ahead.twice / 2, ahead.p_value) == (expected.statistic, pytest.approx(expected.pvalue))
+
+
+def test_graphs_are_added_as_independent():
+    best = PairsAhead.of(np.array([2.0, 3.0]), np.array([0.0, 1.0]))
+    assert best.p_value == pytest.approx(1 / 6)
+    assert (best + best).cells() == ("8 of 8", f"{1 / 36:.3f}")
