@@ -18,7 +18,8 @@ def test_a_tie_counts_by_half_and_all_equal_is_no_evidence():
     assert PairsAhead.of(np.zeros(3), np.zeros(3)).p_value == 1
 
 
-def test_the_p_value_is_that_of_scipy_where_nothing_ties(rng=np.random.default_rng(1)):
+def test_the_p_value_is_that_of_scipy_where_nothing_ties():
+    rng = np.random.default_rng(1)
     first, second = rng.random(5) + 0.3, rng.random(5)
     expected = mannwhitneyu(first, second, alternative="greater", method="exact")
     ahead = PairsAhead.of(first, second)
