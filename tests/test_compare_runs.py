@@ -14,7 +14,7 @@ from pictures import has_colour, pixels
 
 from hierroom.compare import __main__ as command
 from hierroom.compare import figure
-from hierroom.compare.evaluated_run import find_runs
+from hierroom.compare.evaluated_run import find_runs, read_run
 from hierroom.compare.figure import COLOURS, MAX_GROUPS
 from hierroom.compare.style import DASHES, line_style
 from hierroom.errors import InputError
@@ -262,7 +262,25 @@ def test_a_warm_start_is_named_without_its_seed(tmp_path, compare):
         make_run(tmp_path / "r" / f"a{seed}", {"c": line(0.5)}, seed=seed, warm_start=f"runs/hippo-a-seed{seed}")
         make_run(tmp_path / "r" / f"b{seed}", {"c": line(0.5)}, seed=seed)
     compare(tmp_path / "r")
-    assert [one["group"] for one in rows("compare/summary.csv")][::2] == ["hippo-a", "None"]
+    assert [one["group"] for one in rows("compare/summary.csv")][::2] == ["hippo-a", "no warm start"]
+
+
+@pytest.mark.parametrize(
+    ("folder", "name"),
+    [
+        ("hippo-a-seed1", "hippo-a"),
+        ("hippo-a-seed12-3", "hippo-a"),
+        ("hippo-fixed-dfs-a-seed1-steps500k", "hippo-fixed-dfs-a-steps500k"),
+        ("hippo-a-seed1-steps500k-2", "hippo-a-steps500k"),
+        ("hippo-a-seed1-fbd761", "hippo-a"),
+        ("hippo-a-seed1-gamma0.9-fbd761", "hippo-a-gamma0.9"),
+        ("mine-2", "mine-2"),
+        ("seedling-seed1s", "seedling-seed1s"),
+    ],
+)
+def test_a_folder_is_named_without_its_seed_wherever_that_stands(tmp_path, folder, name):
+    run = make_run(tmp_path / "run", {"a": line(0.5)}, warm_start=f"runs/{folder}")
+    assert read_run(run).choice("warm_start") == name
 
 
 # --- What a reader must know.
@@ -421,6 +439,23 @@ def test_a_run_evaluated_only_at_the_start(runs, compare):
 def test_a_copy_of_a_run(runs, compare):
     shutil.copytree(runs / "random-0", runs / "random-copy")
     refused(compare, "random-0 and .*random-copy have the same seed, 0, and differ at most in steps", runs)
+
+
+def test_a_run_that_a_sweep_evaluated_otherwise_later_counts_once(tmp_path, compare):
+    for digest in ("aaaaaa", "bbbbbb"):
+        make_run(tmp_path / "s" / "runs" / f"hippo-a-seed0-{digest}", {"a": line(0.5)})
+    (tmp_path / "s" / "sweep.csv").write_text("method,digest\nhippo,bbbbbb0123456789\n")
+    assert [path.name for path in find_runs([tmp_path / "s"])[0]] == ["hippo-a-seed0-bbbbbb"]
+    make_run(tmp_path / "s" / "runs" / "hippo-a-seed0-cccccc", {"a": line(0.5)}, seed=1)
+    assert len(find_runs([tmp_path / "s"])[0]) == 2, "a run that has no row yet is one of its own"
+    compare(tmp_path / "s")
+
+
+def test_two_graphs_of_the_same_name(tmp_path, compare):
+    for keys in ("[0, 1, 0]", "[0, 0, 0]"):
+        (tmp_path / "mine.toml").write_text(f"key_rooms = {keys}\nexit_room = 3\n")
+        make_run(tmp_path / "r" / keys, {"mine": line(0.5)}, graph=str(tmp_path / "mine.toml"))
+    refused(compare, "two different goal graphs are called mine", tmp_path / "r")
 
 
 def test_an_unknown_entry(runs, compare):

@@ -103,6 +103,18 @@ def test_methods_of_the_same_mean_have_the_same_number():
     assert method_orders(cells, "success")[0].ours == "PPO+Bonus ~ PPO = HiPPO"
 
 
+def test_seeds_that_all_end_alike_tell_no_more_than_their_episodes():
+    cells = [compared("hippo", 100, 0), compared("ppo", 99.9, 0), compared("ppo-sketch", 0, 0)]
+    assert method_orders(cells, "success")[0].ours == "HiPPO ~ PPO > PPO+Sketch"
+
+
+def test_the_order_of_the_seeds_does_not_matter():
+    means = [float(np.mean(values)) for values in ((99, 99.9, 95.8), (99, 95.8, 99.9))]
+    assert means[0] != means[1]
+    cells = [compared(method, mean, 1) for method, mean in zip(("hippo", "ppo"), means, strict=True)]
+    assert method_orders(cells, "success")[0].ours in ("HiPPO = PPO", "PPO = HiPPO")
+
+
 def test_one_seed_tells_no_order():
     cells = [compared("ppo", 10, np.nan), compared("hippo", 90, np.nan)]
     assert method_orders(cells, "success")[0].ours == "HiPPO ~ PPO"

@@ -182,6 +182,42 @@ def test_runs_that_cannot_be_compared_are_shown_one_by_one(tmp_path):
     assert len(page.data["runs"]) == 2
 
 
+def test_graphs_in_which_keys_can_be_dropped_are_points_and_rows_of_their_own(tmp_path):
+    for drops, start in ((False, 0.0), (True, 1.0)):
+        folder = tmp_path / "in" / f"drops{drops}"
+        evaluated_runs.make_run(folder, {"a": evaluated_runs.line(1.0, start)}, drop_key=drops)
+    page = report(tmp_path, tmp_path / "in", "--replays", 0)
+    measured = {row["label"]: row["measures"]["expected_steps"] for row in page.data["complexity"]}
+    assert measured == pytest.approx({"a": 28.007, "a, keys can be dropped": 40.488}, abs=1e-3)
+    steps = {point["label"]: point["steps_to"]["95"] for point in page.data["points"]}
+    assert steps == {"a": 950_000, "a, keys can be dropped": 0}
+    assert "a, keys can be dropped40.49" in "".join(page.text.split("\n")).replace("  ", "")
+
+
+def test_graphs_of_the_same_name_that_are_none_are_not_drawn_as_one(tmp_path):
+    for keys, method in (("[0, 1, 0]", "hippo"), ("[0, 0, 0]", "ppo")):
+        (tmp_path / "mine.toml").write_text(f"key_rooms = {keys}\nexit_room = 3\n")
+        folder, graph = tmp_path / "in" / method, str(tmp_path / "mine.toml")
+        evaluated_runs.make_run(folder, {"mine": evaluated_runs.line(0.5)}, graph=graph, method=method)
+    evaluated_runs.make_run(tmp_path / "in" / "other", {"a": evaluated_runs.line(0.5)}, method="ppo-bonus")
+    page = report(tmp_path, tmp_path / "in", "--replays", 0)
+    assert "two different goal graphs are called mine" in page.text
+    assert page.data["points"] == []
+
+
+def test_runs_of_which_one_ends_before_another_begins_are_shown_one_by_one(tmp_path):
+    for name, steps in (("early", (0, 512)), ("late", (1024, 2048))):
+        evaluated_runs.make_run(tmp_path / "in" / name, {"a": evaluated_runs.line(0.5)}, steps=steps, seed=len(name))
+    page = report(tmp_path, tmp_path / "in", "--replays", 0)
+    assert "early was evaluated up to 512 steps only, where no curve can begin" in page.text
+
+
+def test_greedy_actions_are_told(tmp_path):
+    hierroom.train(**TINY, evaluations=1, out=tmp_path / "run")
+    assert report(tmp_path, tmp_path / "run", "--greedy").data["is_greedy"]
+    assert not report(tmp_path, tmp_path / "run").data["is_greedy"]
+
+
 def test_a_run_without_evaluations_has_no_curve_but_a_replay(tmp_path):
     hierroom.train(**TINY, evaluations=0, out=tmp_path / "run")
     page = report(tmp_path, tmp_path / "run", "--episodes", 2)

@@ -2,6 +2,7 @@
 
 import base64
 import io
+import math
 import os
 import shutil
 
@@ -293,4 +294,18 @@ def test_what_a_run_says_is_text_in_the_browser_too(browser, tmp_path):
     assert reader.ask("document.querySelector('h1').textContent") == HOSTILE
     legend = reader.ask("[...document.querySelectorAll('#complexity-chart text')].map((text) => text.textContent)")
     assert "</script><script>alert(2)</script>" in legend
+    reader.assert_quiet()
+
+
+def test_what_was_reached_before_training_has_a_mark_on_a_logarithmic_axis(browser, tmp_path):
+    for name, start in (("warm", 1.0), ("cold", 0.0)):
+        curve = {"a": evaluated_runs.line(1.0, start)}
+        evaluated_runs.make_run(tmp_path / "in" / name, curve, gamma=0.9 + start / 20)
+    main([str(tmp_path / "in"), "--replays", "0", "--out", str(tmp_path / "report.html")])
+    reader = Reader(browser, tmp_path / "report.html")
+    assert reader.ask("byId('complexity-chart').layout.yaxis.type") == "log"
+    marks = reader.ask("byId('complexity-chart').data.map((trace) => [trace.marker.symbol[0], trace.y[0]])")
+    assert sorted(marks) == [["circle", 950_000], ["triangle-down-open", 475_000]]
+    low, high = reader.ask("byId('complexity-chart')._fullLayout.yaxis.range")
+    assert low < math.log10(475_000) < high
     reader.assert_quiet()

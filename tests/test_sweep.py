@@ -210,6 +210,22 @@ def test_a_sweep_does_not_mix_with_a_run(tmp_path):
     assert sorted(path.name for path in (tmp_path / "run").iterdir()) == before
 
 
+def test_a_row_in_the_place_of_another_is_told(tmp_path, monkeypatch, capsys):
+    words = tiny_words("method=ppo", "seed=0", "evaluations=0")
+    for gamma in ("gamma=0.9", "gamma=0.8"):
+        argv = ["sweep", *words, gamma, "--out", str(tmp_path / "s"), "--processes", "1", "--episodes", "2"]
+        monkeypatch.setattr(sys, "argv", argv)
+        assert main() == 0
+        said = " ".join(capsys.readouterr().err.split())
+        assert ("stands in the place of one of another config; give both values" in said) == (gamma == "gamma=0.8")
+
+
+def test_as_many_processes_as_there_can_be(tmp_path):
+    for processes in (0, -1, 1025):
+        with pytest.raises(InputError, match=rf"processes must be at (least 1|most 1024), not {processes}$"):
+            Sweep(plan("seed=0"), tmp_path / "s").fill(processes=processes)
+
+
 def test_a_shard_of_no_runs_does_nothing(tmp_path, monkeypatch, capsys):
     for option in ((), ("--list",), ("--markdown",)):
         words = ["sweep", "method=hippo", "graph=a", "--shard", "3/8", "--out", str(tmp_path / "out"), *option]

@@ -53,6 +53,20 @@ def test_rows_of_other_values_stay(tmp_path):
     assert [row["digest"] for row in table.read()] == [run.digest for run in (*several, single)]
 
 
+def test_a_row_tells_the_value_of_a_column_that_another_sweep_made(tmp_path):
+    table = SweepTable(tmp_path)
+    several, (single,) = plan("gamma=0.9,0.99", "seed=0").runs(), plan("gamma=0.95", "seed=0").runs()
+    assert [table.add(run, NUMBERS) for run in (*several, single)] == [False] * 3
+    assert [row["gamma"] for row in table.read()] == ["0.9", "0.99", "0.95"]
+    assert "learning_rate" not in table.read()[0]
+
+
+def test_whether_a_row_stands_in_the_place_of_another_is_told(tmp_path):
+    table = SweepTable(tmp_path)
+    (old,), (new,) = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.8", "seed=0").runs()
+    assert [table.add(old, NUMBERS), table.add(old, NUMBERS), table.add(new, NUMBERS)] == [False, False, True]
+
+
 def test_a_row_without_exclusions_stays_beside_one_with(tmp_path):
     table = SweepTable(tmp_path)
     of_several = plan("graph=rooms:3", "method=ppo", 'exclude=[[], ["b"]]', "seed=0").runs()

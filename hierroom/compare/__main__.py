@@ -85,7 +85,7 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     # These bring torch, scipy and matplotlib along, and --help needs none of them.
     from hierroom.compare.caveats import caveats
     from hierroom.compare.comparison import compare, n_estimates
-    from hierroom.compare.evaluated_run import find_runs, read_run
+    from hierroom.compare.evaluated_run import find_runs, read_run, refuse_without_overlap
     from hierroom.compare.figure import MAX_GROUPS
     from hierroom.compare.grouping import differing_entries, entry_names, group_runs
     from hierroom.compare.tasks import Tasks
@@ -96,7 +96,7 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
         if not paths:
             raise InputError(f"no run in {', '.join(map(str, arguments.runs))} has evaluations")
         runs: list[EvaluatedRun] = list(bar.track(map(read_run, paths), len(paths), description="reading"))
-        _check_lengths(runs)
+        refuse_without_overlap(runs)
         by = differing_entries(runs) if arguments.by is None else entry_names(arguments.by)
         groups = group_runs(runs, by)
         if len(groups) > MAX_GROUPS:
@@ -110,16 +110,6 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     if arguments.by is None:
         notes.append(f"compared by {', '.join(by)}, as no --by was given")
     return comparison, notes + caveats(comparison)
-
-
-def _check_lengths(runs: Sequence[EvaluatedRun]) -> None:
-    start, end = max(run.first_steps for run in runs), min(run.last_steps for run in runs)
-    if start >= end:
-        short = min(runs, key=lambda run: run.last_steps)
-        raise InputError(
-            f"{short.path} was evaluated up to {short.last_steps:,.0f} steps only, where no curve can begin; leave it "
-            "out, or --resume it"
-        )
 
 
 def _report(comparison: Comparison, notes: Sequence[str], arguments: CompareArguments) -> dict[str, Any]:

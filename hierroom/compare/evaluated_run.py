@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -80,8 +80,15 @@ class EvaluatedRun:
             return str(getattr(self, name))
         value = self.entries[name]
         if name == "warm_start" and value:
-            return re.sub(r"-seed\d+(-\d+)?$", "", Path(value).name)
+            return _without_seed(Path(value).name)
         return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
+
+
+def _without_seed(name: str) -> str:
+    """The name of a run's folder without its seed, nor what a sweep or a second run of that name puts at its end."""
+    if not (seed := re.search(r"-seed\d+(?=-|$)", name)):
+        return name
+    return name[: seed.start()] + re.sub(r"-([0-9a-f]{6}|\d+)$", "", name[seed.end() :])
 
 
 def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
@@ -115,13 +122,31 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
 def runs_inside(path: Path) -> list[Path]:
     """The folders of runs in a folder, or in its folder ``runs``, as that of a sweep has.
 
+    Of several with the same config, as where a sweep was evaluated otherwise later, those that its table has count.
+
     Raises:
         InputError: if there is none.
     """
     for pattern in ("*/config.json", "runs/*/config.json") if path.is_dir() else ():
-        if inside := sorted(one.parent for one in path.glob(pattern)):
-            return inside
+        if inside := sorted(path.glob(pattern)):
+            endings = _endings(path / "sweep.csv")
+            by_config: dict[bytes, list[Path]] = {}
+            for config in inside:
+                by_config.setdefault(config.read_bytes(), []).append(config.parent)
+            counting: set[Path] = set()
+            for same in by_config.values():
+                counting.update([one for one in same if one.name.rpartition("-")[2] in endings] or same)
+            return [config.parent for config in inside if config.parent in counting]
     raise InputError(f"{path} is neither a run folder (it has no config.json) nor a folder that contains some")
+
+
+def _endings(table: Path) -> set[str]:
+    """How the names of the folders end whose runs the table of a sweep has: with part of the row's digest."""
+    try:
+        with table.open(newline="") as file:
+            return {(row.get("digest") or "")[:6] for row in csv.DictReader(file)}
+    except (OSError, UnicodeDecodeError, csv.Error):
+        return set()
 
 
 def _has_curve(path: Path) -> bool:
@@ -170,6 +195,21 @@ def read_run(path: Path) -> EvaluatedRun:
     counts = frozenset(map(int, episodes.values()))
     own = {spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)}
     return EvaluatedRun(path, entries_of(path, config), method.meta, str(method.controller.reward), curves, counts, own)
+
+
+def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:
+    """Refuse runs of which one was last evaluated before another first was.
+
+    Raises:
+        InputError: if there are such.
+    """
+    start, end = max(run.first_steps for run in runs), min(run.last_steps for run in runs)
+    if start >= end:
+        short = min(runs, key=lambda run: run.last_steps)
+        raise InputError(
+            f"{short.path} was evaluated up to {short.last_steps:,.0f} steps only, where no curve can begin; leave it "
+            "out, or --resume it"
+        )
 
 
 def _reader(path: Path) -> Callable[[Mapping[str, str], str], float]:

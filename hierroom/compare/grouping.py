@@ -29,15 +29,17 @@ class Group:
     @property
     def label(self) -> str:
         """A short name: ``hippo, random`` or ``gamma 0.95``."""
-        named = [
-            value if name in _NAMED_BY_VALUE else f"{name} {value or 'none'}"
-            for name, value in self.choices.items()
-            if not self._says_nothing(name, value)
-        ]
+        named = [_named(name, value) for name, value in self.choices.items() if not self._says_nothing(name, value)]
         return ", ".join(named) or "no variant"
 
     def _says_nothing(self, name: str, value: str) -> bool:
         return (name, value) == ("variant", "") or (name == "meta" and value == "none" and "method" in self.choices)
+
+
+def _named(name: str, value: str) -> str:
+    if (name, value) == ("warm_start", "None"):
+        return "no warm start"
+    return value if name in _NAMED_BY_VALUE else f"{name} {value or 'none'}"
 
 
 def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
@@ -127,6 +129,7 @@ def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
     for run in runs:
         names = [name for name in run.entries if _is_treatment(name) or name in ("seed", "graph")]
         key = tuple(str(run.entries[name]) for name in names if name not in ("preset", "variant"))
+        key += (str(sorted(run.own_graphs.items())),)  # other graphs of the same name are for `Tasks.common` to refuse
         if key in seen:
             raise InputError(
                 f"{seen[key].path} and {run.path} have the same seed, {run.seed}, and differ at most in steps, "

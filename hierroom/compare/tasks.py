@@ -35,14 +35,7 @@ class Tasks:
         Raises:
             InputError: if there is none.
         """
-        named: dict[str, EvaluatedRun] = {}
-        for run in (run for group in groups for run in group.runs):
-            for name, graph in run.own_graphs.items():
-                if named.setdefault(name, run).own_graphs[name] != graph:
-                    raise InputError(
-                        f"two different goal graphs are called {name}, in {named[name].path} and in {run.path}; "
-                        "compare one of them at a time"
-                    )
+        refuse_namesakes(groups)
         by_group = [{graph for run in group.runs for graph in run.curves} for group in groups]
         shared = set.intersection(*by_group)
         if shared:
@@ -102,3 +95,19 @@ class Tasks:
             if own:
                 strata.setdefault(own, []).append(run)
         return strata
+
+
+def refuse_namesakes(groups: Sequence[Group]) -> None:
+    """Refuse two different goal graphs of the same name, which would be taken for one.
+
+    Raises:
+        InputError: if there are such.
+    """
+    named: dict[str, EvaluatedRun] = {}
+    for run in (run for group in groups for run in group.runs):
+        for name, graph in run.own_graphs.items():
+            if named.setdefault(name, run).own_graphs[name] != graph:
+                raise InputError(
+                    f"two different goal graphs are called {name}, in {named[name].path} and in {run.path}; "
+                    "compare one of them at a time"
+                )

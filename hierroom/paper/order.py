@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 
-from hierroom.paper.cells import ComparedCell
+from hierroom.paper.cells import LEAST_SUCCESS, ComparedCell
 from hierroom.paper.published import METHODS
 
+_DIGITS = 9
+"""Means of the same numbers in another order agree in so many."""
 LEGEND = "the best first; = the same number, ~ not told apart by our intervals, of which one seed has none"
 
 
@@ -19,8 +21,9 @@ class MethodOrder:
     Args:
         graph: a to g.
         paper: the names by the paper's means, `>` between two, `=` where it prints the same number.
-        ours: the names by our means, `>` where the 95% intervals of two neighbours lie apart, `=` where they have the
-            same mean, else `~`, as always of a single seed, which has no interval.
+        ours: the names by our means, `>` where the 95% intervals of two neighbours lie apart (and success differs by
+            more than `LEAST_SUCCESS`), `=` where they have the same mean, else `~`, as always of a single seed, which
+            has no interval.
     """
 
     graph: str
@@ -53,15 +56,18 @@ class PairCounts:
 
 @dataclass(frozen=True)
 class _Method:
-    """A method's numbers on a graph, turned so that more is better."""
+    """A method's numbers on a graph, turned so that more is better; ``least`` is what can be told at all."""
 
     name: str
     paper: float
     ours: float
     half_width: float
+    least: float = 0.0
 
     def is_better(self, other: _Method) -> bool:
-        return self.ours - self.half_width > other.ours + other.half_width  # NaN of a single seed: never
+        # Seeds that all end alike have no spread, however few their episodes. NaN of a single seed: never.
+        ahead = self.ours - other.ours
+        return ahead > self.half_width + other.half_width and ahead > self.least
 
     def sign_before(self, other: _Method) -> str:
         """What stands between it and the next one."""
@@ -106,8 +112,10 @@ def pair_counts(cells: Sequence[ComparedCell], quantity: str) -> PairCounts:
 def _methods(cells: Sequence[ComparedCell], graph: str, quantity: str) -> list[_Method]:
     own = [cell for cell in cells if cell.graph == graph]
     if quantity == "success":
-        return [_Method(METHODS[one.method], one.paper_success, one.success, one.success_half_width) for one in own]
-    return [_Method(METHODS[one.method], -_printed_length(one), -one.length, one.length_half_width) for one in own]
+        told = [(one.paper_success, round(one.success, _DIGITS), one.success_half_width, LEAST_SUCCESS) for one in own]
+    else:
+        told = [(-_printed_length(one), -round(one.length, _DIGITS), one.length_half_width, 0.0) for one in own]
+    return [_Method(METHODS[one.method], *numbers) for one, numbers in zip(own, told, strict=True)]
 
 
 def _printed_length(cell: ComparedCell) -> float:

@@ -134,6 +134,7 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         "complexity": complexity,
         "points": points,
         "goals": goals,
+        "is_greedy": arguments.greedy,
         "replays": replays,
     }
     has = {"replay": bool(replays), "curves": bool(data["runs"]), "goals": bool(goals), "points": bool(points)}

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from hierroom.compare.caveats import caveats
 from hierroom.compare.comparison import ALL, Comparison, GroupSummary, compare
-from hierroom.compare.evaluated_run import EvaluatedRun
+from hierroom.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
 from hierroom.compare.figure import MAX_GROUPS
 from hierroom.compare.grouping import Group, differing_entries, entry_names, group_runs
 from hierroom.compare.metric import METRICS
-from hierroom.compare.tasks import Tasks
+from hierroom.compare.tasks import Tasks, refuse_namesakes
 from hierroom.errors import InputError
 from hierroom.report.runs import ReportedRun
 from hierroom.training.run_folder import RunFolder
@@ -65,6 +65,8 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
             raise InputError(f"by {', '.join(names)} there are {len(groups)} groups; at most {MAX_GROUPS} can be shown")
         parts = _parts(groups)
         comparisons = []
+        for members, _ in parts:
+            refuse_without_overlap([run for group in members for run in group.runs])
         for metric in METRICS:
             comparisons += [compare(members, part, metric, RESAMPLES, 0) for members, part in parts]
             progress()
@@ -85,6 +87,7 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
 
 def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
     """What is compared: all groups on the graphs that all have, and on each other graph those that have it."""
+    refuse_namesakes(groups)
     by_group = [{graph for run in group.runs for graph in run.curves} for group in groups]
     shared = set.intersection(*by_group)
     parts: list[tuple[Sequence[Group], Tasks]] = [(groups, Tasks.common(groups))] if shared else []

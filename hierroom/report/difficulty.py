@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from hierroom.compare.comparison import ALL, SUCCESS_LEVELS
+from hierroom.compare.comparison import ALL, SUCCESS_LEVELS, GroupSummary
 from hierroom.complexity.report import analyze
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
@@ -26,8 +26,8 @@ def complexities(runs: Sequence[ReportedRun]) -> tuple[list[dict[str, Any]], lis
     """How hard the graphs of some runs are to explore.
 
     Returns:
-        for each graph its ``name``, ``key_rooms``, ``exit_room``, whether keys can be dropped, and `MEASURES`; and
-            lines on those that are too large.
+        for each graph its ``name``, ``label``, ``key_rooms``, ``exit_room``, whether keys can be dropped, and
+            `MEASURES`; and lines on those that are too large.
     """
     graphs: dict[tuple[str, GoalGraph, bool], None] = {}
     for run in runs:
@@ -43,7 +43,8 @@ def complexities(runs: Sequence[ReportedRun]) -> tuple[list[dict[str, Any]], lis
             continue
         values = dict(zip(MEASURES, rounded(measures), strict=True))
         shape = {"key_rooms": list(graph.key_rooms), "exit_room": graph.exit_room}
-        rows.append({"name": name, "drop_key": drop_key, **shape, "measures": values})
+        label = graph_label(name, drop_key)
+        rows.append({"name": name, "label": label, "drop_key": drop_key, **shape, "measures": values})
     return rows, notes
 
 
@@ -51,16 +52,33 @@ def learning_points(curves: Curves) -> list[dict[str, Any]]:
     """How many steps each group needed on each graph: the median over its runs; None where half or fewer got there.
 
     Returns:
-        for each group and graph: numbers by level of success, and the ``last`` step that was looked at.
+        for each group and graph: numbers by level of success, the ``last`` step that was looked at, and whether keys
+            can be dropped; those of a group in which they can be in some runs and not in others are left out.
     """
     return [
         {
             "group": group,
             "graph": summary.graph,
+            "drop_key": drop_key,
+            "label": graph_label(summary.graph, drop_key),
             "n": summary.n_runs,
             "steps_to": {f"{100 * level:.0f}": rounded([summary.steps_to[level]])[0] for level in SUCCESS_LEVELS},
             "last": float(summary.steps[-1]),
         }
         for group, metric, summary in drawn(curves)
         if metric == "success_rate" and summary.graph != ALL
+        for drop_key, *others in [
+            {run.entries["drop_key"] for run in summary.group.runs if summary.graph in run.curves}
+        ]
+        if not others
     ]
+
+
+def _drop_keys(summary: GroupSummary) -> set[bool]:
+    """Whether keys can be dropped in the runs of a group on a graph: one answer, or both."""
+    return {run.entries["drop_key"] for run in summary.group.runs if summary.graph in run.curves}
+
+
+def graph_label(name: str, drop_key: bool) -> str:
+    """What a goal graph is called where keys can be dropped, or not."""
+    return f"{name}, keys can be dropped" if drop_key else name

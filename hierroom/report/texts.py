@@ -42,7 +42,7 @@ def page_texts(
     differing = [name for name in names if len({_text(run.entries.get(name)) for run in runs}) > 1]
     shown = [*(name for name in curves.by if name in differing and name != "graph"), "seed"]
     default = _entries_of_default()
-    steps_of: dict[tuple[str, int], Any] = {(p["graph"], p["group"]): p["steps_to"].get("95") for p in points}
+    steps_of: dict[tuple[str, int], Any] = {(p["label"], p["group"]): p["steps_to"].get("95") for p in points}
     groups = sorted({point["group"] for point in points})
     return {
         "runs": [_run(run, curves, shown, differing) for run in runs],
@@ -61,9 +61,9 @@ def page_texts(
         "steps_labels": [curves.labels[group] for group in groups],
         "complexity": [
             {
-                "name": row["name"],
+                "name": row["label"],
                 "cells": [*(_number(row["measures"][name]) for name in MEASURES)]
-                + [_number(steps_of.get((row["name"], group))) for group in groups],
+                + [_number(steps_of.get((row["label"], group))) for group in groups],
             }
             for row in complexity
         ],

@@ -14,7 +14,7 @@ import tyro
 from rich.console import Console
 
 from hierroom.cli import one_line_usage, program, run, words
-from hierroom.errors import InputError, require_number
+from hierroom.errors import InputError
 from hierroom.runtime.printed_table import print_table
 from hierroom.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.sweep.summary import summarise
@@ -91,8 +91,6 @@ def main() -> int:
         raise InputError(
             "say what to train: entries with values to try such as method=hippo,ppo, a TOML file, or --graphs"
         )
-    if arguments.processes is not None:
-        require_number("processes", arguments.processes, 1, 1024, is_whole=True)
     shard = Shard.parse(arguments.shard)
     sweep = Sweep(arguments.plan(), arguments.out)
     planned = sweep.plan.runs()
@@ -115,6 +113,10 @@ def main() -> int:
     print_table(summarise(runs, rows, sweep.plan.metas).table(), console)
     for failed, reason in outcome.failures:
         console.print(f"failed: {failed.name}: {reason}", markup=False, highlight=False, soft_wrap=True)
+    for replacing, *more in [outcome.replaced] if outcome.replaced else []:
+        others = f" (and {len(more)} more)" if more else ""
+        both = "give both values of an entry at once to keep a row of each"
+        warn(f"the row of {replacing.name}{others} stands in the place of one of another config; {both}")
     if changed := sweep.made_with_other_code():
         others = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
         again = f"to train again, delete the rows from {table}, and the folders in {sweep.out / 'runs'}"

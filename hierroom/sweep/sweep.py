@@ -10,7 +10,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from hierroom.errors import InputError
+from hierroom.errors import InputError, require_number
 from hierroom.sweep.plan import Plan, PlannedRun
 from hierroom.sweep.table import Row, SweepTable
 from hierroom.training.own_modules import own_code_digest
@@ -105,15 +105,17 @@ class Sweep:
             console: where progress is shown; None: on standard error.
 
         Raises:
-            InputError: if a run's config or a meta-controller cannot be used, the folder cannot be written, or there is
-                no cluster; then nothing is trained.
+            InputError: if the number of processes, a run's config or a meta-controller cannot be used, the folder
+                cannot be written, or there is no cluster; then nothing is trained.
         """
+        if processes is not None:
+            require_number("processes", processes, 1, 1024, is_whole=True)
         runs = shard.of(self.plan.runs())
         self.table.complete(runs)
         have = {row["digest"] for row in self.table.of(runs)}
         missing = [run for run in runs if run.digest not in have]
         if not missing:
-            return SweepOutcome((), False)
+            return SweepOutcome((), (), False)
         # These bring torch along, and a sweep that is done needs none of it.
         from hierroom.sweep.display import Display
         from hierroom.sweep.events import Event, Failed, Finished
@@ -129,6 +131,7 @@ class Sweep:
             raise InputError(f"cannot create the folder {folder}: {error.strerror}") from error
         jobs = [Job(run, folder / run.name, self.plan.episodes, self.plan.metas, command) for run in missing]
         failures: list[tuple[PlannedRun, str]] = []
+        replaced: list[PlannedRun] = []
         work: Callable[[Interrupt], Iterator[Event]]
         if ray is None:
             from hierroom.sweep.pool import work_here
@@ -141,11 +144,13 @@ class Sweep:
         with Interrupt() as interrupt, Display(jobs, console or Console(stderr=True)) as display:
             for event in work(interrupt):
                 if isinstance(event, Finished):
-                    self.table.add(event.job.run, event.numbers, RunFolder(event.job.folder).evaluations.read())
+                    evaluations = RunFolder(event.job.folder).evaluations.read()
+                    if self.table.add(event.job.run, event.numbers, evaluations):
+                        replaced.append(event.job.run)
                 elif isinstance(event, Failed):
                     failures.append((event.job.run, event.reason))
                 display.show(event)
-        return SweepOutcome(tuple(failures), interrupt.is_requested)
+        return SweepOutcome(tuple(failures), tuple(replaced), interrupt.is_requested)
 
     def _check(self, runs: Sequence[PlannedRun]) -> None:
         """Make what would be trained and what would pick goals once, so that no hour passes before an error is seen."""
@@ -174,8 +179,10 @@ class SweepOutcome:
 
     Args:
         failures: the runs that could not be done, and why.
+        replaced: the runs whose rows stand in the place of those of other configs.
         is_interrupted: whether it was stopped before the rest was done.
     """
 
     failures: tuple[tuple[PlannedRun, str], ...]
+    replaced: tuple[PlannedRun, ...]
     is_interrupted: bool

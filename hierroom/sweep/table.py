@@ -69,20 +69,26 @@ class SweepTable:
             if rows != before:
                 _write(self.path, rows, [*runs[0].identity])
 
-    def add(self, run: PlannedRun, numbers: Mapping[str, object], evaluations: Sequence[Row] = ()) -> None:
-        """Add the row of a run, in the place of one that an older config of the same run had.
+    def add(self, run: PlannedRun, numbers: Mapping[str, object], evaluations: Sequence[Row] = ()) -> bool:
+        """Add the row of a run, in the place of one that another config of the same run had, such as an older one.
 
         Args:
             run: the run.
             numbers: the columns of its results.
             evaluations: the rows of its ``evaluations.csv``, which are left out where there are several goal graphs.
 
+        Returns:
+            Whether it stands in the place of another.
+
         Raises:
             InputError: if a file cannot be read or written; then the rows are as before.
         """
         row = {**run.identity, **{name: _text(value) for name, value in numbers.items()}, "digest": run.digest}
         with FileLock(self.path.with_name(f".{self.path.name}.lock")):
-            kept = [one for one in self.read() if one["digest"] != run.digest and not _is_same(one, run)]
+            before = [one for one in self.read() if one["digest"] != run.digest]
+            kept = [one for one in before if not _is_same(one, run)]
+            # A column of an entry that this sweep has one value of, and an earlier one had several.
+            row = {**{name: text for name, text in run.entries.items() if any(name in one for one in kept)}, **row}
             curves = [one for one in _read(self.curves_path) if one["digest"] != run.digest]
             if len({one["graph"] for one in evaluations}) == 1:
                 curves += [{"digest": run.digest, **_point(one)} for one in evaluations]
@@ -92,6 +98,7 @@ class SweepTable:
             valid = {run.digest, *(one["digest"] for one in kept)}
             if not {one["digest"] for one in curves} <= valid:  # those of rows that were replaced
                 _write(self.curves_path, [one for one in curves if one["digest"] in valid])
+        return len(kept) < len(before)
 
 
 def _completed(row: Row, identity: Mapping[str, str]) -> Row:

@@ -107,7 +107,7 @@
         y: row.goals.map((goal) => mode === "share" ? 100 * goal.share : goal.mean_step),
         hovertext: row.goals.map((goal) => `${plain(row.run)}<br>${goal.name}: ${goal.mean_step === null ? "never" : goal.mean_step.toFixed(1) + " steps"}, ${(100 * goal.share).toFixed(1)}% of episodes`), hoverinfo: "text",
       })), { title: "", categoryorder: "array", categoryarray: inOrder(DATA.goals.flatMap((row) => row.goals.map((goal) => goal.name))) }, mode === "share" ? { title: "episodes that achieve it (%)", range: [0, 103] } : { title: "mean step", rangemode: "tozero" });
-      byId("goal-said").textContent = `Played for this report by the newest checkpoints with sampled actions, ${DATA.goals[0].episodes} episodes each, on levels that training never sees.`;
+      byId("goal-said").textContent = `Played for this report by the newest checkpoints with ${DATA.is_greedy ? "the most probable" : "sampled"} actions, ${DATA.goals[0].episodes} episodes each, on levels that training never sees.`;
     });
   }
 
@@ -116,20 +116,23 @@
     fill(byId("success-level"), ["95", "90", "50"].map((level) => [level, `${level}% success`]));
     listen(["measure", "success-level", "log-steps"], () => {
       const measure = byId("measure").value, level = byId("success-level").value;
-      const at = Object.fromEntries(DATA.complexity.map((row) => [row.name, row.measures[measure]]));
+      const at = Object.fromEntries(DATA.complexity.map((row) => [row.label, row.measures[measure]]));
+      const isLog = byId("log-steps").checked;
+      const isOpen = (point) => point.steps_to[level] === null, isFirst = (point) => isLog && point.steps_to[level] === 0;
+      const steps = (point) => isOpen(point) ? 1.25 * point.last : point.steps_to[level];
+      const foot = Math.min(...DATA.points.flatMap((point) => [point.last, steps(point)]).filter((value) => value > 0)) / 2; // a logarithmic axis has no 0
       const traces = DATA.groups.flatMap(({ label, colour }, number) => {
-        const points = DATA.points.filter((point) => point.group === number && at[point.graph] !== undefined);
+        const points = DATA.points.filter((point) => point.group === number && at[point.label] !== undefined);
         if (!points.length) return [];
-        const isOpen = (point) => point.steps_to[level] === null;
-        const hasRoom = points.map((point) => point.graph).join("").length <= 60; // else names lie over each other
+        const hasRoom = points.map((point) => point.label).join("").length <= 60; // else names lie over each other
         return [{
-          x: points.map((point) => at[point.graph]), y: points.map((point) => isOpen(point) ? 1.25 * point.last : point.steps_to[level]),
-          text: points.map((point) => hasRoom ? plain(point.graph) : ""), textposition: "top center", mode: "markers+text", name: plain(label),
-          marker: { color: colour, size: 11, symbol: points.map((point) => isOpen(point) ? "triangle-up-open" : "circle"), line: { width: 1.5, color: colour } },
-          hovertext: points.map((point) => `${plain(label)}, graph ${plain(point.graph)}, ${point.n} runs<br>${isOpen(point) ? "not reached in " + count(point.last) : count(point.steps_to[level])} steps`), hoverinfo: "text",
+          x: points.map((point) => at[point.label]), y: points.map((point) => isFirst(point) ? foot : steps(point)),
+          text: points.map((point) => hasRoom ? plain(point.label) : ""), textposition: "top center", mode: "markers+text", name: plain(label),
+          marker: { color: colour, size: 11, symbol: points.map((point) => isOpen(point) ? "triangle-up-open" : isFirst(point) ? "triangle-down-open" : "circle"), line: { width: 1.5, color: colour } },
+          hovertext: points.map((point) => `${plain(label)}, graph ${plain(point.label)}, ${point.n} runs<br>${isOpen(point) ? "not reached in " + count(point.last) : count(point.steps_to[level])} steps`), hoverinfo: "text",
         }];
       });
-      const heights = traces.flatMap((trace) => trace.y), isLog = byId("log-steps").checked;
+      const heights = traces.flatMap((trace) => trace.y);
       const scale = isLog ? { type: "log", dtick: "D2", tickformat: "~s", range: [Math.log10(Math.min(...heights) / 1.6), Math.log10(1.6 * Math.max(...heights))] } : { rangemode: "tozero" };
       draw("complexity-chart", traces, { title: DATA.measures[measure], rangemode: "tozero" }, { title: `steps to ${level}% success`, ...scale });
     });
