@@ -21,11 +21,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import AECEnv
+from pettingzoo.utils.env import AECIterable
 from pettingzoo.utils.wrappers import AssertOutOfBoundsWrapper, OrderEnforcingWrapper
 
 from hierroom.env_config import (
@@ -130,12 +132,28 @@ class raw_env(AECEnv):
         self.truncations = dict.fromkeys(AGENTS, False)
         self.agent_selection = META
 
+    def _require_reset(self) -> None:
+        if not self.single.turns.world.has_begun:
+            raise InputError("reset the environment before its first step")
+
+    def last(self, observe: bool = True) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """What the selected agent observes and was rewarded with, whether it ended, and its infos."""
+        self._require_reset()
+        return super().last(observe)
+
+    def agent_iter(self, max_iter: int = 2**63) -> AECIterable:
+        """The agents in the order of their turns, for so many turns at most."""
+        self._require_reset()
+        return super().agent_iter(max_iter)
+
     def observe(self, agent: str) -> dict[str, NDArray]:
         """What an agent sees now, in fresh arrays."""
+        self._require_reset()
         return self.single.observe(agent)
 
     def step(self, action: int | None) -> None:
         """Take the selected agent's turn."""
+        self._require_reset()
         agent = self.agent_selection
         if self.terminations[agent] or self.truncations[agent]:
             self._was_dead_step(action)

@@ -41,6 +41,8 @@ _SEVERAL = {
     "--graphs": ("goal graph", "a b"),
     "--exclude": ("goal graph", "a b"),
     "--metas": ("meta-controller", "random oracle"),
+    "--features": ("feature", "view goal"),
+    "--meta-features": ("feature", "view goal"),
 }
 """Options of several: of what, and two of them."""
 
@@ -59,12 +61,12 @@ def words(argv: Sequence[str] | None = None) -> list[str]:
     """The words of the command line, by default of this process.
 
     Raises:
-        InputError: if an option of several graphs or meta-controllers is given without any, or twice: the last would
-            win, and both were meant.
+        InputError: if an option of several graphs, meta-controllers or features is given without any, or twice: the
+            last would win, and both were meant.
     """
     given = [*(sys.argv[1:] if argv is None else argv)]
     for option, (of, several) in _SEVERAL.items():
-        if sum(word.partition("=")[0] == option for word in given) > 1:
+        if sum(word.partition("=")[0].replace("_", "-") == option for word in given) > 1:
             raise InputError(f"{option} is given twice; give it once, with all its {of}s: {option} {several}")
         after = given[given.index(option) + 1 :] if option in given else [several]
         if not after or after[0].startswith("--"):

@@ -42,11 +42,11 @@ GRAPHS = tyro.constructors.PrimitiveConstructorSpec(
 _REWARD = tyro.constructors.PrimitiveConstructorSpec(
     nargs=1,
     metavar="REWARD",
-    instance_from_str=lambda words: words[0],
+    instance_from_str=lambda words: None if words[0] == "None" else words[0],
     is_instance=lambda _: True,
     str_from_instance=lambda reward: [str(reward)],
 )
-"""How a reward is given on the command line: as a text, which `rewards.make_reward` reads."""
+"""How a reward is given on the command line: None, or as a text, which `rewards.make_reward` reads."""
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ class EvaluateArguments:
         num_envs: environments to play in side by side.
         seed: fixes the levels and the actions; training never sees the levels, whatever its seed.
         graph: other goal graphs than those trained on, given as in training, all of which are played at once.
-        exclude: goal graphs to leave out; those left out in training are left out only where --graph is not given.
+        exclude: goal graphs to leave out; where --graph is not given, besides those left out in training.
         size: another grid size than the one trained on.
         meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point,
             package.module:Class or package.module:function.
@@ -70,6 +70,7 @@ def main() -> int:
         require_number(name, getattr(arguments, name), 1, most, is_whole=True)
     import torch  # it takes its time, and --help needs none of it
 
+    from hierroom.complexity.graph_set import GraphSet
     from hierroom.training.evaluation import evaluate
     from hierroom.training.output import warn
     from hierroom.training.provenance import warn_of_changed_modules
@@ -82,6 +83,9 @@ def main() -> int:
     unread = [name for name in entries_without_effect(agent.config.changed(**given)) if name in given]
     for name in unread:
         warn(f"--{name.replace('_', '-')} has no effect on a controller of the method {agent.config.agents.method}")
+    if arguments.graph:
+        for note in GraphSet(arguments.graph, arguments.exclude, agent.config.env.drop_key).notes:
+            warn(note)
     num_envs, seed = min(arguments.num_envs, arguments.episodes), arguments.seed
     named = {name: getattr(arguments, name) for name in ("graph", "exclude", "size", "goal_mask")}
     chosen: dict[str, Any] = {name: value for name, value in named.items() if value not in (None, ())}

@@ -57,7 +57,7 @@ def parse(argv: list[str] | None = None) -> TrainArguments:
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
     for name in ("--preset", *(f"--{name}" for name in _CODE), "--config", "--resume", "--out"):
         first.add_argument(name)
-    first.add_argument("--trust-run", action="store_true")
+    first.add_argument("--trust-run", "--trust_run", action="store_true")
     try:
         known, _ = first.parse_known_args(argv)
     except argparse.ArgumentError as error:
@@ -115,8 +115,9 @@ def train(
         raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {start!r}")
     if start is None:
         start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
-    loggers = logger_names(log)
-    trainer, folder = begin(start.changed(**entries), None if out is None else Path(out))
+    loggers, config = logger_names(log), start.changed(**entries)
+    trainer, folder = begin(config, None if out is None else Path(out))
+    _warn_of_what_does_nothing(config)
     n_threads = torch.get_num_threads()
     try:
         if run_session(trainer, folder, loggers):
@@ -129,24 +130,33 @@ def train(
 def main(argv: list[str] | None = None) -> int:
     """The command."""
     arguments = parse(argv)
-    from hierroom.complexity.graph_set import GraphSet
     from hierroom.training.logs import logger_names
-    from hierroom.training.output import warn
     from hierroom.training.session import begin, resume, run_session  # torch takes its time, and --help needs none
-    from hierroom.training.unread_entries import unread_note
 
     loggers = logger_names(arguments.log)
     if arguments.resume:
         return run_session(*resume(arguments.config, arguments.resume), loggers)
     trainer, folder = begin(arguments.config, arguments.out)
-    env, unread = arguments.config.env, unread_note(arguments.config)
-    for note in [*GraphSet(env.graph, env.exclude, env.drop_key).notes, *([unread] if unread else [])]:
-        warn(note)
+    _warn_of_what_does_nothing(arguments.config)
     if arguments.config_file is not None and arguments.config_file.name == "config.json":
         from hierroom.training.provenance import warn_of_changed_modules
 
         warn_of_changed_modules(arguments.config_file.parent, arguments.config)
     return run_session(trainer, folder, loggers)
+
+
+def _warn_of_what_does_nothing(config: TrainConfig) -> None:
+    """Graphs that another one stands for, and entries that the method does not read."""
+    from hierroom.complexity.graph_set import GraphSet
+    from hierroom.training.output import warn
+    from hierroom.training.unread_entries import unread_note
+
+    unread = unread_note(config)
+    for note in [
+        *GraphSet(config.env.graph, config.env.exclude, config.env.drop_key).notes,
+        *([unread] if unread else []),
+    ]:
+        warn(note)
 
 
 def _config_of(path: str, trust: bool, named: Mapping[str, str]) -> TrainConfig:

@@ -42,7 +42,7 @@ class WatchArguments:
         trust_run: run the code that the run's config names beside what ships with hierroom (a network, a reward, a
             meta-controller of somebody's own).
         graph: other goal graphs than those trained on, given as in training.
-        exclude: goal graphs to leave out; those left out in training are left out only where --graph is not given.
+        exclude: goal graphs to leave out; where --graph is not given, besides those left out in training.
         size: another grid size than the one trained on.
         meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point,
             package.module:Class or package.module:function.

@@ -110,7 +110,7 @@ def test_readings_change_the_edges_they_name():
         (lambda: Walk(0.8, 0.3, 0.1), "must sum to 1, not 1.2"),
         (lambda: Walk(1.2, -0.1, -0.1), "must be from 0 to 1, not"),
         (lambda: Walk(float("nan"), 0.5, 0.5), "must be from 0 to 1, not"),
-        (lambda: Reading(keys="all"), "Reading.keys must be one of .*'all'"),
+        (lambda: Reading(keys="all"), "keys of a reading must be one of .*'all'"),
         (lambda: analyze("h"), "a graph must be a letter from a to g"),
         (lambda: analyze(GoalGraph((2, 1), 1)), "must form a tree rooted at room 0"),
         (lambda: analyze(GoalGraph((0, 3, 2), 3)), "must form a tree.*the key of room 2 lies behind a cycle"),

@@ -121,6 +121,7 @@ def test_a_device_that_cannot_compute_is_one_line(device):
         ("features", None, "features are given as a list of names, not as None"),
         ("features", [["view"]], r"features are .*; not \['view'\]"),
         ("features", "view", "features are given as a list of names, not as 'view'"),
+        ("features", ("view", "goal", "view"), "features has view twice; name each once"),
         ("novelty_bonus", True, "novelty_bonus must be a number from 0 to 1,000,000, not True"),
         ("network", None, "agents.network must be a text, not None"),
         ("warm_start", "", "warm_start must be a folder, a file or the name of an agent, not ''"),

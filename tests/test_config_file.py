@@ -59,6 +59,11 @@ def test_the_command_line_counts_more_than_the_file_and_the_file_more_than_the_p
     assert config == read_config("own.toml", preset="paper", gamma=0.5, drop_key=False)
 
 
+def test_the_reward_of_the_method_can_be_asked_for_again():
+    assert parse(["--config", written('reward = "bonus"')]).config.env.reward == "bonus"
+    assert parse(["--config", "own.toml", "--reward", "None"]).config.env.reward is None
+
+
 def test_a_learned_meta_controller_implies_its_preset_wherever_it_is_named():
     learned = find_preset("learned")
     assert read_config(written('meta = "learned"')) == learned

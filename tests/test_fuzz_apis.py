@@ -47,6 +47,10 @@ def test_odd_arguments_are_one_clear_line(api, arguments, said):
     ("attempt", "said"),
     [
         (lambda: hierroom.parallel_env().step({}), "reset the environment before its first step"),
+        (lambda: hierroom.raw_env().step(0), "reset the environment before its first step"),
+        (lambda: hierroom.raw_env().last(), "reset the environment before its first step"),
+        (lambda: hierroom.raw_env().observe("meta_0"), "reset the environment before its first step"),
+        (lambda: hierroom.raw_env().agent_iter(), "reset the environment before its first step"),
         (lambda: began(hierroom.parallel_env()).step([0, 1]), "actions are a dict by agent, not a list"),
         (lambda: hierroom.parallel_env().reset(np.array(3)), "a seed must be a whole number from 0 to 2**63 - 1"),
         (lambda: EscapeRoom().reset(seed=[1]), "a seed must be a whole number from 0 to 2**63 - 1, not a list"),

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+import hierroom
+from hierroom.complexity.graph_set import GraphSet
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.goals import GoalGraph
+from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.meta import make_meta
 from hierroom.train import main as train
 from hierroom.training.config import TrainConfig
@@ -92,6 +94,18 @@ def test_the_environment_may_be_another_the_agent_not(run):
             agent.env(**{name: value})
 
 
+def test_what_was_left_out_in_training_stays_out_unless_other_graphs_are_named(tmp_path):
+    entries = {"size": 13, "max_steps": 20, "num_envs": 4, "minibatches": 1, "steps": 256, "evaluations": 0}
+    agent = hierroom.train(graph="rooms:4", exclude="g", out=tmp_path / "run", **entries)
+    both = agent.env(exclude="d")
+    assert {graph.canonical() for graph in GraphSet(both.graph, both.exclude).graphs}.isdisjoint(
+        {NAMED_GRAPHS["d"].canonical(), NAMED_GRAPHS["g"].canonical()}
+    )
+    assert agent.env().exclude == agent.config.env.exclude
+    assert agent.env(graph="g").exclude == ()
+    assert agent.env(graph="rooms:4", exclude="d").exclude == ("d",)
+
+
 def test_a_run_goes_on_naming_its_graph_as_it_was_named(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     GoalGraph((0, 1, 1), 3).to_toml("mine.toml")
@@ -127,7 +141,7 @@ def test_a_run_on_a_set_of_graphs_goes_on_without_their_files(tmp_path, monkeypa
 
     assert played() == names
     assert played(graph=["c", own]) == ["c", "keys-0-1-1-exit-3"]
-    assert played(exclude="a") == ["keys-0-1-exit-1", "b", "c", "mine"]
+    assert played(exclude="a") == ["keys-0-1-exit-1", "b", "mine"], "c, which training left out, stays out"
 
 
 def test_the_folder_of_a_run_on_many_graphs_has_a_short_name():

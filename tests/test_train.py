@@ -320,6 +320,12 @@ def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
         (["--graph", "rooms:8"], "rooms:N takes a number of rooms from 2 to 7, not 8"),
         (["--graph"], "given without a goal graph; give at least one"),
         (["--graph", "a", "--graph", "b"], "--graph is given twice"),
+        (
+            ["--features", "view", "--features", "goal"],
+            "--features is given twice; give it once, with all its features",
+        ),
+        (["--meta_features", "view", "--meta-features", "goal"], "--meta-features is given twice"),
+        (["--features", "view", "goal", "view"], "features has view twice"),
         (["--curriculum-stages", "3"], "needs several graphs"),
         (["--meta", "nobody"], "a meta-controller is one of"),
         (["--meta", "nowhere:Nobody"], "nowhere"),

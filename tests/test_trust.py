@@ -106,7 +106,7 @@ def test_compare_reads_and_runs_nothing(run):
     assert not Path("ran").exists()
 
 
-@pytest.mark.parametrize("argument", ["--trust-run", "--meta=planted:Code"])
+@pytest.mark.parametrize("argument", ["--trust-run", "--trust_run", "--meta=planted:Code"])
 @pytest.mark.parametrize("call", ["--resume=run", "--config=run/config.json"])
 def test_a_run_of_ones_own_code_goes_on_where_it_is_agreed_to_or_named(run, argument, call):
     _, own = session.begin(SMALL.changed(meta="planted:Code"), Path("own"))

@@ -4,6 +4,7 @@ import sys
 
 import pytest
 
+import hierroom
 from hierroom.evaluate import main as evaluate
 from hierroom.sweep.__main__ import main as sweep
 from hierroom.train import main as train
@@ -47,6 +48,11 @@ def test_commands_say_so(tmp_path, monkeypatch, capsys):
     assert train([*words, "--meta-ppo.gamma", "0.5", "--novelty-bonus", "9", "--out", "run"]) == 0
     said = "warning: meta_ppo.gamma, novelty_bonus have no effect on hippo with meta-controller fixed-dfs and reward "
     assert said + "intrinsic\n" in capsys.readouterr().err
+    entries = {"steps": 300, "size": 11, "num_envs": 4, "minibatches": 1, "max_steps": 40, "evaluations": 0}
+    hierroom.train(graph=("a", "keys-0-exit-1"), method="ppo", subgoal_horizon=7, out="from-python", **entries)
+    said = capsys.readouterr().err
+    assert "warning: subgoal_horizon has no effect on ppo" in said
+    assert "keys-0-exit-1" in said.partition("subgoal_horizon")[0], "two graphs that are the same are told of, too"
     monkeypatch.setattr(sys, "argv", ["sweep", "meta_ppo.gamma=0.9,0.99", "method=hippo,ppo", "--list"])
     assert sweep() == 0
     assert capsys.readouterr().err == "warning: meta_ppo.gamma is given, and has no effect on any run of the sweep\n"

@@ -90,7 +90,7 @@ def require_features(name: str, given: object) -> None:
         given: what was given, anything at all.
 
     Raises:
-        InputError: if it is no list or tuple, a name is unknown, or there is none.
+        InputError: if it is no list or tuple, a name is unknown or stands there twice, or there is none.
     """
     known = get_args(FeatureName)
     if not isinstance(given, (list, tuple)):
@@ -98,6 +98,8 @@ def require_features(name: str, given: object) -> None:
     unknown = [str(one) for one in given if one not in known]
     if unknown or not given:
         raise InputError(f"{name} are {', '.join(known)}; not {', '.join(unknown) or 'none at all'}")
+    if twice := [one for n, one in enumerate(given) if one in given[:n]]:
+        raise InputError(f"{name} has {twice[0]} twice; name each once")
 
 
 @dataclass(frozen=True)

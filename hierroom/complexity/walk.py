@@ -63,7 +63,7 @@ class Reading:
         for field, allowed in (("keys", KEY_VISIBILITY), ("rooms", ROOM_MOVES), ("drop", DROP_RETURNS)):
             if getattr(self, field) not in allowed:
                 raise InputError(
-                    f"Reading.{field} must be one of {', '.join(map(repr, allowed))}, not {getattr(self, field)!r}"
+                    f"{field} of a reading must be one of {', '.join(map(repr, allowed))}, not {getattr(self, field)!r}"
                 )
 
 

@@ -38,8 +38,9 @@ def rollout(
             or a `Player`: anything with a method ``step(turns)``.
         env: an `EnvConfig`, or an environment of hierroom, of any API, whose config is taken: the episodes are played
             in fresh environments of it on the batch engine, and the environment itself is left as it is. None: as the
-            agent was trained in, or graph c for others. Where a reward is not named, it is the one it was trained with;
-            where ``levels`` are not, they are those that training never uses.
+            agent was trained in, or graph c for others. The reward of an `EnvConfig` that names none is the one the
+            agent was trained with; an environment always has its own. Where ``levels`` are not named, they are those
+            that training never uses.
         episodes: how many.
         num_envs: environments to play in side by side, at most as many as episodes.
         seed: of the environments and of the actions.

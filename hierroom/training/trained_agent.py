@@ -12,6 +12,7 @@ from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError, shown
+from hierroom.goals import graph_specs
 from hierroom.options import CONTROLLER, META
 from hierroom.training.assembly import freeze, load_agents, make_turns, restore_agents
 from hierroom.training.config import TrainConfig
@@ -56,7 +57,7 @@ class TrainedAgent:
 
         Args:
             **entries: entries of the `EnvConfig` that are to be others, such as ``size`` or ``graph``, which comes
-                without the run's ``exclude``.
+                without the run's ``exclude``; without it, ``exclude`` names graphs to leave out besides.
 
         Raises:
             InputError: if an entry is unknown or cannot be changed: ``drop_key`` and ``reward`` are the agent's own.
@@ -65,7 +66,8 @@ class TrainedAgent:
         if refused:
             raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
         own = replace(self.config.env, levels=None)  # whatever it says: training uses its own part of the levels
-        return replace(own, **({"exclude": (), **entries} if "graph" in entries else entries))
+        besides = () if "graph" in entries else graph_specs(own.exclude)
+        return replace(own, **{**entries, "exclude": (*besides, *graph_specs(entries.get("exclude", ())))})
 
     def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, autoreset: bool = True) -> Turns:
         """Environments it can play in, whose shortest lengths are measured.
