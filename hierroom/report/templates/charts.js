@@ -124,10 +124,10 @@
       const traces = DATA.groups.flatMap(({ label, colour }, number) => {
         const points = DATA.points.filter((point) => point.group === number && at[point.label] !== undefined);
         if (!points.length) return [];
-        const hasRoom = points.map((point) => point.label).join("").length <= 60; // else names lie over each other
+        const hasRoom = points.map((point) => point.graph).join("").length <= 60; // else names lie over each other
         return [{
           x: points.map((point) => at[point.label]), y: points.map((point) => isFirst(point) ? foot : steps(point)),
-          text: points.map((point) => hasRoom ? plain(point.label) : ""), textposition: "top center", mode: "markers+text", name: plain(label),
+          text: points.map((point) => hasRoom ? plain(point.graph) : ""), textposition: "top center", mode: "markers+text", name: plain(label),
           marker: { color: colour, size: 11, symbol: points.map((point) => isOpen(point) ? "triangle-up-open" : isFirst(point) ? "triangle-down-open" : "circle"), line: { width: 1.5, color: colour } },
           hovertext: points.map((point) => `${plain(label)}, graph ${plain(point.label)}, ${point.n} runs<br>${isOpen(point) ? "not reached in " + count(point.last) : count(point.steps_to[level])} steps`), hoverinfo: "text",
         }];
