@@ -3,7 +3,9 @@
     python -m benchmarks.sketch_order
 
 The steps come from three seeds of the paper's Table 3 on grids of 25, the success there from five other seeds. `pairs`
-is in how many of the pairs of a seed of each method PPO is ahead, ties counted by half.
+is in how many of the pairs of a seed of each method PPO is ahead, ties counted by half. `paper's lead` is by how many
+points of success PPO is ahead in the paper, and `by chance` how often one of two equal methods is as far ahead where
+each has five seeds, as in the paper, that are drawn from all of ours.
 """
 
 from __future__ import annotations
@@ -22,12 +24,14 @@ from benchmarks.committed import ROOT, done_rows, plan_of
 from benchmarks.result_table import ResultTable
 from hierroom.cli import run
 from hierroom.paper.cells import table_3
+from hierroom.paper.published import PAPER_TABLE_3
 from hierroom.paper.reached import values_at
 from hierroom.paper.runs import PaperRuns, cell
 from hierroom.sweep.table import SweepTable
 
 SWEEP, SIZE = "sketch_size25", 25
-HEADINGS = ("graph", "steps", "PPO", "PPO+Sketch", "pairs", "p")
+PAPER_SEEDS, DRAWS = 5, 100_000
+HEADINGS = ("graph", "steps", "PPO", "PPO+Sketch", "pairs", "p", "paper's lead", "by chance")
 
 
 @dataclass(frozen=True)
@@ -99,9 +103,24 @@ def table() -> ResultTable:
             values_at(at, cell(rows, method, graph, SIZE), curves, "success_rate") for method in ("ppo", "ppo-sketch")
         ]
         found.append(PairsAhead.of(*values))
-        lines.append((graph, f"{at / 1e6:.2f}M", *map(_spread, values), *found[-1].cells()))
+        lead = PAPER_TABLE_3["ppo", graph].success - PAPER_TABLE_3["ppo-sketch", graph].success
+        chance = leads_by_chance(100 * np.concatenate(values), lead)
+        told = (*map(_spread, values), *found[-1].cells(), f"{lead:.1f}", f"{chance:.2f}")
+        lines.append((graph, f"{at / 1e6:.2f}M", *told))
     together = reduce(PairsAhead.__add__, found)
-    return ResultTable(HEADINGS, (*lines, ("all", "", "", "", *together.cells())))
+    return ResultTable(HEADINGS, (*lines, ("all", "", "", "", *together.cells(), "", "")))
+
+
+def leads_by_chance(values: NDArray[np.float64], lead: float) -> float:
+    """How often the mean of so many seeds as the paper has is so far above that of others, drawn from the same values.
+
+    Args:
+        values: [S] one for each seed.
+        lead: the difference of the means.
+    """
+    rng = np.random.default_rng(0)
+    first, second = rng.choice(values, (2, DRAWS, PAPER_SEEDS)).mean(axis=2)
+    return float((first - second >= lead).mean())
 
 
 def _spread(values: Sequence[float] | NDArray[np.float64]) -> str:

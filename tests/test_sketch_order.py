@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import mannwhitneyu
 
-from benchmarks.sketch_order import PairsAhead
+from benchmarks.committed import ROOT
+from benchmarks.result_table import ResultTable
+from benchmarks.sketch_order import PairsAhead, leads_by_chance, table
 
 
 def test_two_seeds_a_side_by_hand():
@@ -30,3 +32,13 @@ def test_graphs_are_added_as_independent():
     best = PairsAhead.of(np.array([2.0, 3.0]), np.array([0.0, 1.0]))
     assert best.p_value == pytest.approx(1 / 6)
     assert (best + best).cells() == ("8 of 8", f"{1 / 36:.3f}")
+
+
+def test_leads_of_equal_methods_by_hand():
+    values = np.array([0.0, 1.0])  # the difference of two binomial numbers of 5, by 5, is at least 0 and 1
+    assert leads_by_chance(values, 0.0) == pytest.approx(638 / 1024, abs=0.01)
+    assert leads_by_chance(values, 1.0) == pytest.approx(1 / 1024, abs=0.0005)
+
+
+def test_the_table_is_the_committed_one():
+    assert table() == ResultTable.read(ROOT / "benchmarks" / "results" / "sketch_order.csv")
