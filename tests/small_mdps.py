@@ -5,13 +5,12 @@ import numpy as np
 from hierroom.complexity.measures.mdp import DeterministicMDP
 
 
-def lock(n):
-    """A combination lock: action 1 leads on, the n-th time to the reward; action 0 leads to a dead end."""
-    transitions = np.zeros((n + 2, 2), int)
+def lock(n, n_actions=2):
+    """A combination lock: action 1 leads on, the n-th time to the reward; any other one leads to a dead end."""
+    transitions = np.full((n + 2, n_actions), n + 1)
     transitions[:n, 1] = np.arange(1, n + 1)
-    transitions[:n, 0] = n + 1
-    transitions[n:] = np.arange(n, n + 2)[:, None]
-    rewards = np.zeros((n + 2, 2))
+    transitions[n] = n
+    rewards = np.zeros((n + 2, n_actions))
     rewards[n - 1, 1] = 1
     return DeterministicMDP(transitions, rewards)
 
