@@ -67,9 +67,7 @@ def learning_points(curves: Curves) -> list[dict[str, Any]]:
         }
         for group, metric, summary in drawn(curves)
         if metric == "success_rate" and summary.graph != ALL
-        for drop_key, *others in [
-            {run.entries["drop_key"] for run in summary.group.runs if summary.graph in run.curves}
-        ]
+        for drop_key, *others in [_drop_keys(summary)]
         if not others
     ]
 

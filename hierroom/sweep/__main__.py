@@ -113,20 +113,22 @@ def main() -> int:
     print_table(summarise(runs, rows, sweep.plan.metas).table(), console)
     for failed, reason in outcome.failures:
         console.print(f"failed: {failed.name}: {reason}", markup=False, highlight=False, soft_wrap=True)
-    for replacing, *more in [outcome.replaced] if outcome.replaced else []:
-        others = f" (and {len(more)} more)" if more else ""
+    if replaced := [run.name for run in outcome.replaced]:
         both = "give both values of an entry at once to keep a row of each"
-        warn(f"the row of {replacing.name}{others} stands in the place of one of another config; {both}")
+        warn(f"the row of {_first_of(replaced)} stands in the place of one of another config; {both}")
     if changed := sweep.made_with_other_code():
-        others = f" (and {len(changed) - 1} more)" if len(changed) > 1 else ""
         again = f"to train again, delete the rows from {table}, and the folders in {sweep.out / 'runs'}"
-        warn(f"own code has changed since {changed[0]}{others} was trained; {again}")
+        warn(f"own code has changed since {_first_of(changed)} was trained; {again}")
     if outcome.is_interrupted:
         again = shlex.join(["python", "-m", "hierroom.sweep", *sys.argv[1:]])
         console.print(f"stopped and saved; go on with:\n{again}", markup=False, highlight=False, soft_wrap=True)
         return 130
     console.print(f"{len(rows)} of {len(runs)} runs are in {table}", markup=False, soft_wrap=True)
     return 1 if outcome.failures else 0
+
+
+def _first_of(names: Sequence[str]) -> str:
+    return names[0] + (f" (and {len(names) - 1} more)" if len(names) > 1 else "")
 
 
 def _entries_first(argv: Sequence[str]) -> list[str]:
