@@ -21,6 +21,7 @@ import numpy as np
 import tyro
 
 from benchmarks.study.bootstrap import Bootstrap
+from benchmarks.study.lead import sentence as lead_sentence
 from benchmarks.study.paired import Paired, median_ratios, pair
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, measures_of
@@ -190,7 +191,7 @@ def hardest(found: Sequence[Comparison], measured: Sequence[Row], measure: str) 
 
 
 def text(found: Paired, compared: Sequence[Comparison], measured: Sequence[Row], options: Options) -> str:
-    """The table, on how many of the hardest goal graphs each method works, and whether the lead grows with measures.
+    """The table, which method is first, on how many of the hardest graphs each works, and whether the lead grows.
 
     Args:
         found: the two methods.
@@ -201,9 +202,10 @@ def text(found: Paired, compared: Sequence[Comparison], measured: Sequence[Row],
     Raises:
         InputError: as `hardest`.
     """
+    lead = lead_sentence(found, (options.flat, options.hierarchical))
     works = _works(compared, measured, options)
     trend = trend_sentence(trends(found, measures_of(found.graphs, measured), options.bootstrap))
-    return "\n\n".join(filter(None, [markdown(compared, options), works, trend]))
+    return "\n\n".join(filter(None, [markdown(compared, options), lead, works, trend]))
 
 
 def _works(found: Sequence[Comparison], measured: Sequence[Row], options: Options) -> str:

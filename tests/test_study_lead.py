@@ -1,0 +1,31 @@
+"""Which of two methods is first, on steps that are known."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from benchmarks.study.lead import Lead, leads, sentence
+from benchmarks.study.paired import Paired
+
+NEVER, NONE = np.inf, np.nan
+FLAT = np.array([[40.0, 50, 60], [10, 20, NEVER], [NEVER, NEVER, NEVER], [5, 6, NONE], [7, 8, 9]])
+HIERARCHICAL = np.array([[10.0, 20, 30], [15, 40, 50], [NEVER, NEVER, NEVER], [7, 8, NONE], [9, 9, 9]])
+FOUND = Paired("steps_to_50", tuple("abcde"), (FLAT, HIERARCHICAL), (np.ones(5), np.ones(5)))
+
+
+def test_each_count_against_the_same_by_hand():
+    flat, hierarchical = leads(FOUND)
+    # a: hierarchical, with every seed; b: flat, by its median of 20; c: neither; d: flat, with every seed; e: flat, and
+    # its last seed is there with the other's
+    assert flat == Lead(first=3, with_every_seed=1, reached=3, runs_reached=10, runs=14)
+    assert hierarchical == Lead(first=1, with_every_seed=1, reached=4, runs_reached=11, runs=14)
+
+
+def test_the_sentences():
+    assert sentence(FOUND, ("ppo-bonus", "hippo")) == (
+        "First to 50%, of 5 goal graphs: ppo-bonus on 3 (every seed on 1), hippo on 1 (every seed on 1). "
+        "Every seed gets there: ppo-bonus on 3 (10 of 14 runs), hippo on 4 (11 of 14 runs)."
+    )
