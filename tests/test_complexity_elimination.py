@@ -18,7 +18,7 @@ from hierroom.complexity import (
     passage_time_sensitivity,
 )
 from hierroom.complexity import elimination as module
-from hierroom.complexity.elimination import Elimination
+from hierroom.complexity.elimination import Elimination, solve_several
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 
@@ -51,6 +51,26 @@ def test_means_and_variances_of_ill_conditioned_walks(weights):
     found = first_passage_variance(weights, target)
     scale = np.array(means, float)  # a step's chance to stay is one minus a sum, rounded
     np.testing.assert_allclose(found, np.array(variances, float), rtol=1e-11, atol=1e-14 * scale.max())
+
+
+@settings(max_examples=60)
+@given(walks())
+def test_several_small_walks_at_once(weights):
+    target = len(weights) - 1
+    within, leaving = weights[:target, :target], weights[:target, target]
+    order = np.arange(target)[::-1]
+    found = solve_several(
+        np.array([within, within[order][:, order]]), np.array([leaving, leaving[order]]), np.ones((2, target))
+    )
+    means = np.array(passage_exactly(weights, target)[0], float)[:target]
+    np.testing.assert_allclose(found, [means, means[order]], rtol=1e-13)
+
+
+def test_a_mean_beyond_all_floats_is_one_clear_line():
+    weights = np.array([[0, 1e-200, 0], [0.5, 0, 1e-200], [0, 0, 0]])
+    for attempt in (mean_first_passage_time, lambda weights, target: expected_visits(weights, 0, target)):
+        with pytest.raises(InputError, match=r"at most about 1e\+290 steps"):
+            attempt(weights, 2)
 
 
 @settings(max_examples=60)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hierroom.complexity import GraphSet, analyze
+from hierroom.complexity import GraphSet, Reading, Walk, analyze
 from hierroom.errors import InputError
 from hierroom.goals import MAX_GRID_ROOMS, NAMED_GRAPHS, GoalGraph, enumerate_graphs
 
@@ -107,6 +107,15 @@ def test_an_interval_measures_graphs_as_they_are_played(drop_key):
     found = GraphSet("expected_steps:100..150", drop_key=drop_key).graphs
     assert found
     assert all(100 <= analyze(graph, drop_key).expected_steps <= 150 for graph in found)
+
+
+def test_an_interval_is_of_the_walk_and_the_reading_that_are_given():
+    walk, reading = Walk(0.5, 0.4, 0.1), Reading("own room", "through the start", "start")
+    found = GraphSet("expected_steps:20..40", walk=walk, reading=reading).graphs
+    assert found
+    values = [analyze(graph, walk=walk, reading=reading).expected_steps for graph in found]
+    assert values == sorted(values)
+    assert 20 <= values[0] <= values[-1] <= 40
 
 
 def test_an_interval_is_cut_from_its_low_to_its_high_end():

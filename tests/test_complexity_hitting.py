@@ -221,6 +221,13 @@ def test_sensitivity_has_the_edges_that_are_walked_and_no_others():
     assert [slopes[e] for e in ((0, 1), (0, 2), (1, 3), (2, 3))] == pytest.approx([-1.75, -0.75, -0.25, -3])
 
 
+def test_targets_may_be_any_iterable():
+    weights = np.diag([0.5, 0.5], 1)
+    several, once = (passage_time_sensitivity(weights, 0, targets) for targets in ([2], iter([2])))
+    assert (once.toarray() == several.toarray()).all()
+    assert np.isfinite(once.data).all()
+
+
 def test_sensitivity_where_the_target_may_be_missed():
     w = np.zeros((3, 3))
     w[0, 1] = w[0, 2] = 0.5

@@ -95,6 +95,25 @@ def test_graph_a_in_exact_fractions():
     assert report.expected_steps == pytest.approx(float(mean), abs=1e-11)
 
 
+def corridor(n, ahead, back):
+    """The walk on n nodes in a row."""
+    return np.diag(np.full(n - 1, ahead), 1) + np.diag(np.full(n - 1, back), -1)
+
+
+@pytest.mark.parametrize(("n", "ahead", "back"), [(6, 0.9, 0.001), (8, 0.9, 0.001), (20, 0.9, 0.1)])
+def test_a_corridor_in_exact_fractions_however_its_nodes_are_numbered(n, ahead, back):
+    weights, b = corridor(n, ahead, back), [1] + [0] * (n - 2) + [-1]
+    exact = [[Fraction(float(value)) for value in row] for row in weights]
+    k = [[sum(row) * (i == j) - value for j, value in enumerate(row)] for i, row in enumerate(exact)]
+    normal = [[sum(k[r][i] * k[r][j] for r in range(n)) + 1 for j in range(n)] for i in range(n)]
+    x = solve_exactly(normal, [sum(k[r][i] * b[r] for r in range(n)) for i in range(n)])
+    rng = np.random.default_rng(0)
+    for order in (np.arange(n), np.arange(n)[::-1], *(rng.permutation(n) for _ in range(5))):
+        source, target = (int(np.flatnonzero(order == node)[0]) for node in (0, n - 1))
+        found = laplacian_hitting_time(weights[order][:, order], source, target)
+        assert found == pytest.approx(float(x[0] - x[-1]), rel=1e-11)
+
+
 def test_with_symmetric_weights_it_is_the_effective_resistance():
     resistors = np.array([2.0, 3.0, 5.0])
     in_a_row = np.diag(1 / resistors, 1) + np.diag(1 / resistors, -1)

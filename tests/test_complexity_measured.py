@@ -9,7 +9,7 @@ from counted_walks import count_transitions
 from hierroom.complexity import analyze
 from hierroom.complexity.markov_order import markov_test
 from hierroom.complexity.measured import MeasuredReport
-from hierroom.complexity.observed import wilson_interval
+from hierroom.complexity.observed import observed, wilson_interval
 from hierroom.errors import InputError
 
 
@@ -200,6 +200,19 @@ def test_no_interval_without_a_width():
             else:
                 assert np.isnan([interval.low, interval.high]).all(), name
         assert "none: the episodes are too few, or too much alike" in str(report)
+
+
+def test_resamples_one_after_the_other_are_those_drawn_at_once(measured):
+    counts, n = measured[0].counts, 400
+    rng = np.random.default_rng(3)
+    draws = rng.multinomial(n, np.full(n, 1 / n), size=50)
+    means = draws @ (counts.lengths + ~counts.escaped) / (draws @ counts.escaped)
+    passages = counts.passages()
+    stds = passages[rng.integers(len(passages), size=(50, len(passages)))].std(axis=1, ddof=1)
+    found = observed(counts, (10,), 0.9, 50, np.random.default_rng(3))
+    for name, resampled in (("expected_steps", means), ("std", stds)):
+        ends = np.quantile(resampled, (0.05, 0.95), method="inverted_cdf")
+        assert found[name][1:] == pytest.approx(tuple(ends), rel=1e-12)
 
 
 def test_wilsons_interval():

@@ -13,7 +13,7 @@ from hierroom.complexity.__main__ import ComplexityArguments, show
 from hierroom.complexity.draw_reach import draw_measured_reach, draw_played_reach, draw_reach, save_reach
 from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.measures.graphs import measure_graphs
-from hierroom.complexity.tables import COLUMNS, csv_text, latex_text, markdown_text, rows_of
+from hierroom.complexity.tables import COLUMNS, csv_text, latex_table, latex_text, markdown_text, rows_of
 from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
 
@@ -32,6 +32,9 @@ def test_latex_has_a_line_for_each_graph_and_escapes_names():
     assert lines[5].startswith(r"my\_50\% & ")
     assert all(line.count("&") == 7 for line in lines if line.endswith(r"\\"))
     assert "e+06" not in lines[6]  # seven digits are written out
+    signs = latex_table(["graph", "random"], [["a", "<0.004"], ["b|c", ">7.2"]]).splitlines()
+    assert signs[4] == r"a & \textless{}0.004 \\"
+    assert signs[5] == r"b\textbar{}c & \textgreater{}7.2 \\"
 
 
 def test_markdown_has_equal_cells():

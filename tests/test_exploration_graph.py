@@ -109,6 +109,21 @@ def test_a_target_never_reached():
         assert measure_env(Corridor(), cell, 5, lambda observation: 1, episodes=2, max_steps=9).success_rate == 0
 
 
+@pytest.mark.parametrize(("second", "words"), [(4, "a node that is not the target"), (2, "not at 2 and 0")])
+def test_an_episode_that_begins_elsewhere_is_refused_before_the_next_one(second, words):
+    done = []
+    with pytest.raises(InputError, match=words):
+        measure_env(
+            Corridor(),
+            lambda env: second if cell(env) == 0 and done else cell(env),
+            4,
+            lambda observation: 1,
+            episodes=9,
+            progress=done.append,
+        )
+    assert done == [1]
+
+
 def test_each_dash_is_explained():
     told = "-: no deviation was observed, as fewer than two episodes escaped"
     assert told in str(measure_trajectories([["a", "b"]], "b"))

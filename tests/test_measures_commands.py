@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+from hierroom.complexity import Walk, analyze
 from hierroom.complexity.__main__ import ComplexityArguments, show
 from hierroom.errors import InputError
 
@@ -53,6 +54,22 @@ def test_tables_for_papers_hold_what_is_printed(printed):
     assert head.count("|") == row.count("|")
 
 
+def test_graphs_are_measured_alike_however_their_rooms_are_numbered(printed):
+    one, other = (json.loads(printed(graph=name, json=True))[0] for name in ("keys-0-0-1-exit-3", "keys-3-0-0-exit-1"))
+    assert one | {"graph": ""} == other | {"graph": ""}
+
+
+def test_the_walk_and_the_reading_are_those_that_are_given(printed):
+    walk, reading = (0.5, 0.4, 0.1), ("own room", "accessible", "accessible")
+    (graph,) = json.loads(printed(graph="c", walk=walk, json=True))
+    report = analyze("c", walk=Walk(*walk))
+    assert graph["commute"] == pytest.approx(report.expected_steps + 1 / 0.1), "from the exit it only starts again"
+    (usual,) = json.loads(printed(graph="c", json=True))
+    assert graph["pic"] == usual["pic"]
+    (other,) = json.loads(printed(graph="c", reading=reading, json=True))
+    assert other["pic"] != usual["pic"]
+
+
 def test_levels_have_no_walk(printed):
     text = printed(graph="a", levels=2, horizon=40, seed=1)
     assert [line.split()[:2] for line in text.splitlines() if line.startswith(" a ")] == [["a", "1"], ["a", "2"]]
@@ -65,6 +82,7 @@ def test_levels_have_no_walk(printed):
         ({"measures": True, "graph": "g", "horizon": 5}, "at least 7 steps, but the horizon is 5"),
         ({"graph": "g", "horizon": 5}, "go with --measures"),
         ({"graph": "g", "levels": 2}, "go with --measures"),
+        ({"measures": True, "graph": "g", "levels": 1, "walk": (0.5, 0.4, 0.1)}, "which no --walk and no --reading"),
         ({"measures": True, "graph": "g", "levels": -1}, "at least one level"),
         ({"measures": True, "graph": "g", "sort": "std"}, "neither --draw nor --sort"),
         ({"measures": True, "graph": "g", "horizon": 0}, "horizon"),

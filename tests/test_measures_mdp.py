@@ -21,6 +21,7 @@ from hierroom.complexity.measures import (
     effective_horizon,
     effective_planning_window,
     enumerate_env,
+    gorp,
     graph_mdp,
     mdp_policy_information,
     measure_mdp,
@@ -107,6 +108,13 @@ def test_gorp_on_a_lock_by_hand():
     assert (found.rollouts, found.samples) == (2, 9 * 2 * 2)
     assert found.effective_horizon == 2
     assert Gorp(lock(3), 3, k=3).success_probability(1) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(("most", "rollouts"), [(100, 15), (15, 15), (14, None)])
+def test_gorp_tries_as_many_rollouts_as_may_be(most, rollouts, monkeypatch):
+    """Of a lock of six 15 do, which is no power of two."""
+    monkeypatch.setattr(gorp, "MAX_ROLLOUTS", most)
+    assert Gorp(lock(6), 6).rollouts().rollouts == rollouts
 
 
 @pytest.mark.parametrize(("k", "m"), [(1, 1), (1, 4), (2, 2)])
@@ -250,6 +258,7 @@ def test_bad_input_is_one_line():
         (lambda: Gorp(mdp, 2).success_probability(0), "1..1,000,000, not 0"),
         (lambda: Gorp(DeterministicMDP(np.array([[0]]), np.array([[2.0]])), 2), "0 or 1"),
         (lambda: measure_mdp(mdp, 1), "at least 2 steps, but the horizon is 1"),
+        (lambda: measure_mdp(DeterministicMDP(np.array([[0, 0]]), np.zeros((1, 2))), 5), "no number of steps leads to"),
         (lambda: policy_information([1.0]), "policies, episodes"),
         (lambda: mdp_policy_information(mdp, 2, temperature=0), "above 0"),
         (lambda: enumerate_env(gymnasium.make("Pendulum-v1"), str), "discrete actions"),

@@ -6,6 +6,7 @@ from dataclasses import asdict
 import networkx as nx
 import numpy as np
 import pytest
+from exact_walks import passage_exactly
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,6 +15,7 @@ from hierroom.complexity.measures import (
     committor,
     commute_time,
     cover_time,
+    ergodic,
     measure_walk,
     mixing_time,
     sampled_cover_time,
@@ -101,6 +103,31 @@ def test_deeptime_agrees(seed):
     np.testing.assert_allclose(committor(weights, [0], [4, 5]), tools.committor(chances, [0], [4, 5]), atol=1e-12)
     moduli = np.sort(np.abs(tools.eigenvalues(chances)))
     assert spectral_gap(weights) == pytest.approx(1 - moduli[-2])
+
+
+@pytest.mark.parametrize("most_dense_nodes", [2000, 10])
+@pytest.mark.parametrize("n", [60, 200])
+def test_the_gap_of_a_corridor_however_its_nodes_are_numbered(n, most_dense_nodes, monkeypatch):
+    """Its eigenvalues are 1 and 2 sqrt(f b) cos(pi k / n), with the chances f and b to go ahead and back."""
+    monkeypatch.setattr(ergodic, "MAX_DENSE_NODES", most_dense_nodes)
+    weights = np.diag(np.full(n - 1, 0.9), 1) + np.diag(np.full(n - 1, 0.1), -1)
+    order = np.random.default_rng(1).permutation(n)
+    for one in (weights, weights[order][:, order]):
+        assert spectral_gap(one) == pytest.approx(1 - 0.6 * math.cos(math.pi / n), rel=1e-9)
+
+
+def test_the_gap_of_a_walk_with_several_ends_and_nodes_that_are_left():
+    assert spectral_gap(np.array([[0, 0.5, 0.25], [0, 0, 0], [0, 0, 0]])) == 0, "it remembers where it ends"
+    assert spectral_gap(np.array([[0, 0.25, 0], [0, 0, 1.0], [0, 0.5, 0]])) == pytest.approx(1 - 0.75)
+
+
+@pytest.mark.parametrize("n", [6, 8])
+def test_the_cover_time_of_a_corridor_against_the_stream(n):
+    """From its end all nodes are visited when the first one is."""
+    weights = np.diag(np.full(n - 1, 0.9), 1) + np.diag(np.full(n - 1, 0.001), -1)
+    exact = passage_exactly(weights, 0)[0][n - 1]
+    assert exact > 10**14
+    assert cover_time(weights, n - 1) == pytest.approx(float(exact), rel=1e-13)
 
 
 def test_large_graphs_find_the_same_gap(monkeypatch):

@@ -130,12 +130,12 @@ def show(options: ComplexityArguments) -> None:
     if (options.levels or options.horizon is not None) and not options.measures:
         raise InputError("--levels and --horizon go with --measures, which is missing")
     specs = _specs(options)
-    chosen = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS)
+    chosen = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS, walk, reading)
     graphs = chosen.graphs
     for note in chosen.notes:
         print(f"note: {note}", file=sys.stderr)
     if options.measures:
-        _show_measures(options, graphs)
+        _show_measures(options, graphs, walk, reading)
         return
     reports = [analyze(graph, options.drop, walk, reading) for graph in graphs]
     if options.sort is not None:
@@ -212,11 +212,12 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
         print(report)
 
 
-def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...]) -> None:
+def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...], walk: Walk, reading: Reading) -> None:
     if options.draw is not None or options.sort is not None:
         raise InputError("--measures allows neither --draw nor --sort")
-    if (options.walk, options.reading) != (ComplexityArguments.walk, ComplexityArguments.reading):
-        raise InputError("--measures knows no --walk and no --reading: its policies choose among the moves themselves")
+    is_assumed = (options.walk, options.reading) != (ComplexityArguments.walk, ComplexityArguments.reading)
+    if is_assumed and options.levels:
+        raise InputError("--levels measures the levels themselves, which no --walk and no --reading describe")
     from hierroom.complexity.measures.graphs import measure_graphs
     from hierroom.complexity.measures.table import measures_table, print_measures, print_measures_csv  # rich loads
 
@@ -229,7 +230,7 @@ def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...]) 
         measured = measure_levels(graphs, options.levels, horizon, options.drop, options.seed)
         title = f"levels of {what}"
     else:
-        measured = measure_graphs(graphs, horizon, options.drop)
+        measured = measure_graphs(graphs, horizon, options.drop, walk, reading)
         title = f"MDPs of {what}"
     if options.json:
         print(to_json([graph.to_dict() for graph in measured]))

@@ -61,8 +61,6 @@ class Chain:
         labels: the name of each node.
         source: index of the start node.
         goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
-        kinds: one representative of each class of equivalent nodes, and the size of each class, for sums over nodes;
-            None: all nodes.
 
     Raises:
         InputError: if there is not one label for each node, two are the same, there is no goal `"exit"`, the source or
@@ -73,7 +71,6 @@ class Chain:
     labels: tuple[str, ...]
     source: int
     goals: Mapping[str, tuple[int, ...]]
-    kinds: tuple[NDArray[np.int64], NDArray[np.int64]] | None = None
 
     def __post_init__(self) -> None:
         n = n_nodes(self.weights)
@@ -225,8 +222,7 @@ class Chain:
         Raises:
             InputError: if a number of steps is negative or not whole.
         """
-        nodes, multiplicity = self.kinds if self.kinds is not None else (None, None)
-        return expected_states(self.weights, self.source, t, nodes, multiplicity)  # type: ignore[arg-type]
+        return expected_states(self.weights, self.source, t)
 
     def expected_visits(self, goal: str = EXIT) -> dict[str, float]:
         """Expected number of steps spent at each node before a goal is achieved, by label."""
@@ -234,7 +230,11 @@ class Chain:
         return dict(zip(self.labels, visits.tolist(), strict=True))
 
     def edge_sensitivity(self) -> list[EdgeSensitivity]:
-        """The effect of each edge on the time to the exit, most helpful edge first; empty if that time is ``inf``."""
+        """The effect of each edge on the time to the exit, most helpful edge first; empty if that time is ``inf``.
+
+        Raises:
+            InputError: if walks, from any node, can end elsewhere: see `laplacian_sensitivity`.
+        """
         if np.isinf(self.expected_steps):
             return []
         exit_node = self.goals[EXIT][0]

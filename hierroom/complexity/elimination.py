@@ -25,6 +25,10 @@ from hierroom.errors import InputError
 
 LEAST_RATE = 1e-290
 """Least rate at which a node may be left: below, rates would underflow, and means overflow."""
+TOO_LONG = (
+    f"a walk may take at most about {1 / LEAST_RATE:.0e} steps, as 64-bit floats hold no larger times; "
+    "this one takes more"
+)
 BLOCK = 64
 """Columns that are skipped at once where a row has none of them."""
 
@@ -49,10 +53,7 @@ class Elimination:
             ordered.indptr.astype(np.int64), ordered.indices.astype(np.int64), ordered.data, leaving[self._order]
         )
         if not np.isfinite(self._rates).all() or self._rates.min(initial=1.0) < LEAST_RATE:
-            raise InputError(
-                f"a walk may take at most about {1 / LEAST_RATE:.0e} steps, as 64-bit floats hold no larger times; "
-                "this one takes more"
-            )
+            raise InputError(TOO_LONG)
 
     def solve(self, b: ArrayLike) -> NDArray[np.float64]:
         """The solution x of (D - W) x = b: [n] float64, accurate in each entry where no entry of ``b`` is negative."""
@@ -66,6 +67,33 @@ class Elimination:
         solution = np.empty(len(self._order))
         solution[self._order] = solver(*self._factors, self._rates, np.asarray(b, float)[self._order])
         return solution
+
+
+def solve_several(
+    moves: NDArray[np.float64], leaving: NDArray[np.float64], b: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The solutions x of (D - W) x = b of many small walks at once, by the same elimination.
+
+    Args:
+        moves: [B, n, n] float64, the probability of each move among the nodes of each walk; diagonals are ignored.
+        leaving: [B, n] float64, the probability to leave each node for one outside.
+        b: [B, n] float64, not negative.
+
+    Returns:
+        [B, n] float64.
+    """
+    moves, leaving, x, n = moves.copy(), leaving.copy(), b.copy(), b.shape[1]
+    rates = np.empty_like(b)
+    for k in range(n):
+        after = slice(k + 1, n)
+        rates[:, k] = leaving[:, k] + moves[:, k, after].sum(axis=1)
+        shares = moves[:, after, k] / rates[:, [k]]
+        moves[:, after, after] += shares[:, :, None] * moves[:, [k], after]
+        leaving[:, after] += shares * leaving[:, [k]]
+        x[:, after] += shares * x[:, [k]]
+    for k in range(n - 1, -1, -1):
+        x[:, k] = (x[:, k] + (moves[:, k, k + 1 :] * x[:, k + 1 :]).sum(axis=1)) / rates[:, k]
+    return x
 
 
 def _order(moves: sp.csr_array) -> NDArray[np.int64]:

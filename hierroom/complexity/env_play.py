@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium
 
 from hierroom.complexity.played_chain import PlayedChain
-from hierroom.complexity.trajectories import measure_trajectories, missed
+from hierroom.complexity.trajectories import check_start, measure_trajectories, missed
 from hierroom.errors import InputError
 
 
@@ -56,6 +56,7 @@ def measure_env(
     for episode in range(episodes):
         observation, _ = env.reset(seed=seed + episode)
         nodes, has_ended, terminated = [node(env)], False, False
+        check_start(nodes[0], (trajectories or [nodes])[0][0], target)  # before hours of play
         while not has_ended:
             action = env.action_space.sample() if policy is None else policy(observation)
             observation, _, terminated, truncated, _ = env.step(action)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from hierroom.complexity.report import analyze
+from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.errors import InputError
 from hierroom.goals import (
     MAX_GRID_ROOMS,
@@ -23,6 +24,8 @@ from hierroom.goals import (
 )
 
 _INTERVAL = re.compile(r"(hitting_time|expected_steps):(\d+(?:\.\d+)?)\.\.(\d+(?:\.\d+)?)", re.ASCII)
+_Assumed: TypeAlias = tuple[bool, Walk, Reading]
+"""What `analyze` assumes: whether keys can be dropped, the walk, and the reading of the augmented graph."""
 _ROOMS = re.compile(r"rooms:(\d{1,4})", re.ASCII)
 
 
@@ -38,6 +41,8 @@ class GraphSet:
         exclude: the same for graphs to leave out, however their rooms are numbered.
         drop_key: whether keys can be dropped, which makes every graph harder.
         max_rooms: largest N of ``rooms:N``; by default the most rooms that a grid can hold.
+        walk: whose hitting times and expected steps an interval is of.
+        reading: of the augmented graph, likewise.
 
     Attributes:
         specs: as a tuple, files being read.
@@ -58,11 +63,13 @@ class GraphSet:
         exclude: GraphSpecs = (),
         drop_key: bool = False,
         max_rooms: int = MAX_GRID_ROOMS,
+        walk: Walk = PAPER_WALK,
+        reading: Reading = TABLE_READING,
     ):
         self.specs = graph_specs(specs)
         if not self.specs:
             raise InputError("give at least one goal graph, or a set of them such as rooms:4")
-        self._drop_key, self._max_rooms = bool(drop_key), max_rooms
+        self._assumed, self._max_rooms = (bool(drop_key), walk, reading), max_rooms
         self.alike: tuple[tuple[str, str], ...] = ()
         if len(self.specs) == 1 and isinstance(self.specs[0], GoalGraph) and not graph_specs(exclude):
             self.graphs: tuple[GoalGraph, ...] = (self.specs[0],)  # however large it is
@@ -104,7 +111,7 @@ class GraphSet:
 
         The difficulty is what a single interval measures; for any other set the expected steps.
         """
-        return _ranked(self.graphs, self._interval.quantity if self._interval else "expected_steps", self._drop_key)
+        return _ranked(self.graphs, self._interval.quantity if self._interval else "expected_steps", self._assumed)
 
     def stages(self, n_stages: int) -> tuple[tuple[GoalGraph, ...], ...]:
         """Cut the set into parts of equal width in difficulty; parts without a graph are left out.
@@ -138,7 +145,7 @@ class GraphSet:
             return [as_goal_graph(spec)]
         interval, rooms = _interval_of(spec), _ROOMS.fullmatch(spec.strip())
         if interval is not None:
-            return _graphs_between(interval, self._drop_key)
+            return _graphs_between(interval, self._assumed)
         if rooms is None:
             raise InputError(
                 "a set of goal graphs must be rooms:N, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH, "
@@ -173,11 +180,11 @@ def _interval_of(spec: str) -> _Interval | None:
     return None if match is None else _Interval(match[1], float(match[2]), float(match[3]))
 
 
-def _graphs_between(interval: _Interval, drop_key: bool) -> tuple[GoalGraph, ...]:
+def _graphs_between(interval: _Interval, assumed: _Assumed) -> tuple[GoalGraph, ...]:
     quantity, low, high = interval
     if low > high:
         raise InputError(f"an interval must go from low to high, not from {low:g} to {high:g}")
-    ranked = _every_graph(quantity, drop_key)
+    ranked = _every_graph(quantity, assumed)
     graphs = tuple(graph for value, graph in ranked if low <= value <= high)
     if not graphs:
         raise InputError(
@@ -188,17 +195,17 @@ def _graphs_between(interval: _Interval, drop_key: bool) -> tuple[GoalGraph, ...
 
 
 @lru_cache
-def _every_graph(quantity: str, drop_key: bool) -> tuple[tuple[float, GoalGraph], ...]:
+def _every_graph(quantity: str, assumed: _Assumed) -> tuple[tuple[float, GoalGraph], ...]:
     """Every goal graph of 2 to 7 rooms with its difficulty, the easiest first: 328 graphs, which take a second."""
     graphs = [graph for n_rooms in range(2, MAX_GRID_ROOMS + 1) for graph in enumerate_graphs(n_rooms)]
-    return _ranked(graphs, quantity, drop_key)
+    return _ranked(graphs, quantity, assumed)
 
 
-def _ranked(graphs: Iterable[GoalGraph], quantity: str, drop_key: bool) -> tuple[tuple[float, GoalGraph], ...]:
-    ranked = [(_difficulty(graph, quantity, drop_key), graph) for graph in graphs]
+def _ranked(graphs: Iterable[GoalGraph], quantity: str, assumed: _Assumed) -> tuple[tuple[float, GoalGraph], ...]:
+    ranked = [(_difficulty(graph, quantity, assumed), graph) for graph in graphs]
     return tuple(sorted(ranked, key=lambda pair: (pair[0], pair[1].key_rooms, pair[1].exit_room)))
 
 
 @lru_cache(maxsize=2048)
-def _difficulty(graph: GoalGraph, quantity: str, drop_key: bool) -> float:
-    return float(getattr(analyze(graph, drop_key), quantity))
+def _difficulty(graph: GoalGraph, quantity: str, assumed: _Assumed) -> float:
+    return float(getattr(analyze(graph, *assumed), quantity))

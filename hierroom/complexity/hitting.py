@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from hierroom.complexity.elimination import Elimination
+from hierroom.complexity.elimination import TOO_LONG, Elimination
 from hierroom.complexity.weights import (
     Targets,
     Weights,
@@ -58,11 +58,11 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
         [n] float64, in steps, for each start node; ``inf`` where the target is missed with positive probability.
 
     Raises:
-        InputError: if W or the targets are not valid.
+        InputError: if W or the targets are not valid, or a walk is too long for 64-bit floats.
     """
     moves, fates = _prepare(weights, targets)
     means = np.where(fates.target, 0.0, np.inf)
-    means[fates.sure] = _system(moves, fates.sure).solve(np.ones(fates.sure.sum()))
+    means[fates.sure] = _finite(_system(moves, fates.sure).solve(np.ones(fates.sure.sum())))
     return means
 
 
@@ -147,7 +147,7 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
         walk that missed the targets stays for ever.
 
     Raises:
-        InputError: if W, the source or the targets are not valid.
+        InputError: if W, the source or the targets are not valid, or a walk is too long for 64-bit floats.
     """
     moves, fates = _prepare(weights, targets)
     n = n_nodes(moves)
@@ -161,7 +161,7 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
     transient = visited & ~caught
     if transient[source]:
         at_source = (np.flatnonzero(transient) == source).astype(float)
-        visits[transient] = _system(moves, transient).solve_transposed(at_source)
+        visits[transient] = _finite(_system(moves, transient).solve_transposed(at_source))
     return visits
 
 
@@ -185,7 +185,7 @@ def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) ->
     """
     moves, fates = _prepare(weights, targets)
     source = as_node(source, n_nodes(moves))
-    visits, edges = expected_visits(weights, source, targets), moves.tocoo()
+    visits, edges = expected_visits(weights, source, np.flatnonzero(fates.target)), moves.tocoo()
     used = visits[edges.row] > 0
     rows, columns = edges.row[used], edges.col[used]
     if fates.unsure[source] or fates.lost[source]:
@@ -217,6 +217,12 @@ def _prepare(weights: Weights, targets: Targets) -> tuple[sp.csr_array, _Fates]:
     can = can_reach(moves, target)
     may_miss = can_reach(moves, ~can, avoid=target)
     return moves, _Fates(target, can & ~may_miss & ~target, can & may_miss & ~target, ~can)
+
+
+def _finite(steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    if not np.isfinite(steps).all():
+        raise InputError(TOO_LONG)
+    return steps
 
 
 def _system(moves: sp.csr_array, among: NDArray[np.bool_]) -> Elimination:

@@ -18,8 +18,10 @@ walk; y_c is zero outside the class, so these vectors are orthogonal. Its right 
 h_c, the probabilities to end in class c. Hence
 
     1. b^ = b - sum_c y_c (y_c' b) / (y_c' y_c)        the part of b in the range of K: least squares,
-    2. K x = b^, with x = 0 at one node of each class  a sparse solve with a regular matrix,
+    2. K x = b^, with x = 0 at one node of each class  regular: solved by elimination without subtraction,
     3. x - H (H' H)^-1 H' x, with columns h_c          the solution of least norm.
+
+The nodes of step 2 may not be rare ones: x is large beside its differences where most walks take long to get there.
 
 On the augmented graph every node restarts, so there is one class, y is proportional to the stationary distribution of
 the walk, h = 1, and step 3 subtracts the mean.
@@ -31,8 +33,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import splu
 
+from hierroom.complexity.elimination import Elimination
 from hierroom.complexity.weights import (
     Weights,
     as_node,
@@ -44,6 +46,9 @@ from hierroom.complexity.weights import (
     row_sums,
 )
 from hierroom.errors import InputError
+
+RARE = 1e-3
+"""A node that is visited less than so often as another one of its class is rare."""
 
 
 def laplacian(weights: Weights) -> sp.csr_array:
@@ -143,20 +148,14 @@ class LaplacianInverse:
     """
 
     def __init__(self, weights: sp.csr_array) -> None:
-        n = n_nodes(weights)
         classes = closed_classes(weights)
-        pins = [int(nodes[0]) for nodes in classes]
-        self._free = np.setdiff1d(np.arange(n), pins)
-        system = sp.csc_array(sp.diags_array(row_sums(weights)) - weights)
-        self._factors = splu(system[self._free][:, self._free].tocsc()) if self._free.size else None
-        self._left = np.zeros((n, len(classes)))
-        self._right = np.zeros((n, len(classes)))
-        for c, (pin, nodes) in enumerate(zip(pins, classes, strict=True)):
-            self._left[:, c] = self._solve_pinned(weights[[pin]].toarray().ravel(), trans="T")
-            self._left[np.setdiff1d(np.arange(n), nodes), c] = 0.0
-            self._right[:, c] = self._solve_pinned(weights[:, [pin]].toarray().ravel())
-            self._left[pin, c] = self._right[pin, c] = 1.0
-        self._left /= np.linalg.norm(self._left, axis=0)
+        self._system = _PinnedSystem(weights, [int(nodes[0]) for nodes in classes])
+        left = self._system.left_null(classes)  # in proportion to how often a node of the class is visited
+        if (left.max(axis=0) * RARE > 1).any():  # 1 at the pins
+            self._system = _PinnedSystem(weights, left.argmax(axis=0).tolist())
+            left = self._system.left_null(classes)
+        self._left = left / np.linalg.norm(left, axis=0)
+        self._right = self._system.right_null()
 
     def project(self, b: ArrayLike) -> NDArray[np.float64]:
         """The part of ``b`` [n] in the range of D - W: [n] float64."""
@@ -165,21 +164,57 @@ class LaplacianInverse:
 
     def apply(self, b: ArrayLike) -> NDArray[np.float64]:
         """pinv(D - W) b for ``b`` [n]: the least-squares solution of least norm, [n] float64."""
-        return self._without_right_null(self._solve_pinned(self.project(b)))
+        return self._without_right_null(self._system.solve(self.project(b)))
 
     def apply_transposed(self, b: ArrayLike) -> NDArray[np.float64]:
         """pinv(D - W)' b for ``b`` [n]: as `apply`, with the roles of the two null spaces exchanged."""
-        solution = self._solve_pinned(self._without_right_null(np.asarray(b, float)), trans="T")
-        return self.project(solution)
+        return self.project(self._system.solve_transposed(self._without_right_null(np.asarray(b, float))))
 
     def _without_right_null(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         return x - self._right @ np.linalg.solve(self._right.T @ self._right, self._right.T @ x)
 
-    def _solve_pinned(self, b: NDArray[np.float64], trans: str = "N") -> NDArray[np.float64]:
+
+class _PinnedSystem:
+    """D - W without the row and the column of one node of each closed class, its pin: a regular matrix.
+
+    Args:
+        weights: W [n, n] CSR without stored zeros.
+        pins: a node of each closed class.
+    """
+
+    def __init__(self, weights: sp.csr_array, pins: list[int]) -> None:
+        self._weights, self._pins = weights, pins
+        self._free = np.setdiff1d(np.arange(n_nodes(weights)), pins)
+        rows = weights[self._free]
+        self._factors = Elimination(rows[:, self._free], row_sums(rows[:, pins])) if self._free.size else None
+
+    def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The x [n] that is 0 at the pins and solves (D - W) x = b elsewhere."""
         x = np.zeros(len(b))
         if self._factors is not None:
-            x[self._free] = self._factors.solve(b[self._free], trans)
+            x[self._free] = self._factors.solve(b[self._free])
         return x
+
+    def solve_transposed(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The x [n] that is 0 at the pins and solves (D - W)' x = b elsewhere."""
+        x = np.zeros(len(b))
+        if self._factors is not None:
+            x[self._free] = self._factors.solve_transposed(b[self._free])
+        return x
+
+    def left_null(self, classes: list[NDArray[np.int64]]) -> NDArray[np.float64]:
+        """[n, C] the y_c with y_c' (D - W) = 0, which are 1 at the pins."""
+        found = np.zeros((n_nodes(self._weights), len(classes)))
+        for c, (pin, nodes) in enumerate(zip(self._pins, classes, strict=True)):
+            found[nodes, c] = self.solve_transposed(self._weights[[pin]].toarray().ravel())[nodes]
+            found[pin, c] = 1.0
+        return found
+
+    def right_null(self) -> NDArray[np.float64]:
+        """[n, C] the h_c with (D - W) h_c = 0, which are 1 at the pins."""
+        found = np.column_stack([self.solve(self._weights[:, [pin]].toarray().ravel()) for pin in self._pins])
+        found[self._pins, np.arange(len(self._pins))] = 1.0
+        return found
 
 
 def _part_of(weights: sp.csr_array, node: int) -> NDArray[np.int64]:

@@ -86,15 +86,18 @@ def observed(
         `"expected_steps"`, `"std"` and `"exit within N"`; ``nan`` what was not observed.
     """
     n = len(counts.lengths)
-    draws = rng.multinomial(n, np.full(n, 1 / n), size=n_resamples)  # [R, E]
-    escapes = draws @ counts.escaped
+    # One after the other: all at once are too large for the memory where there are many episodes.
+    draws = (rng.multinomial(n, np.full(n, 1 / n)) for _ in range(n_resamples))
+    weights = np.column_stack([counts.lengths + ~counts.escaped, counts.escaped])
+    steps, escapes = np.array([drawn @ weights for drawn in draws]).T
     with np.errstate(divide="ignore"):
-        means = draws @ (counts.lengths + ~counts.escaped) / escapes
+        means = steps / escapes
     passages = counts.passages()
     std, stds = np.nan, np.array([np.nan])
     if len(passages) > 1:
         std = float(passages.std(ddof=1))
-        stds = passages[rng.integers(len(passages), size=(n_resamples, len(passages)))].std(axis=1, ddof=1)
+        chosen = (rng.integers(len(passages), size=len(passages)) for _ in range(n_resamples))
+        stds = np.array([passages[drawn].std(ddof=1) for drawn in chosen])
     found = {
         "expected_steps": percentile_interval(observed_steps(counts), means, n, level),
         "std": percentile_interval(std, stds, len(passages), level),

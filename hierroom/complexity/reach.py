@@ -16,7 +16,7 @@ because Q^t h is the probability to reach the targets later than t. A million st
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 import scipy.sparse as sp
@@ -69,7 +69,7 @@ def expected_states(
     weights: Weights,
     source: int,
     times: ArrayLike,
-    nodes: Sequence[int] | None = None,
+    nodes: Iterable[int] | None = None,
     multiplicity: ArrayLike | None = None,
 ) -> NDArray[np.float64]:
     """Expected number of distinct nodes visited within t steps, the start included: sum over i of P(T_i <= t).

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from hierroom.complexity.augmented import AugmentedGraph, alike_nodes
 from hierroom.complexity.chain import Chain, EdgeSensitivity
 from hierroom.complexity.html import html_table
+from hierroom.complexity.reach import expected_states
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph, as_goal_graph
 
@@ -78,7 +79,7 @@ class ComplexityReport:
     def chain(self) -> Chain:
         """The walk on the augmented graph, which answers all further questions."""
         unrolled = self.augmented
-        return Chain(unrolled.weights, unrolled.labels, unrolled.start, unrolled.goals, alike_nodes(unrolled))
+        return Chain(unrolled.weights, unrolled.labels, unrolled.start, unrolled.goals)
 
     @property
     def exit_depth(self) -> int:
@@ -125,8 +126,11 @@ class ComplexityReport:
         return self.chain.reach_probability(t, goal)
 
     def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Expected number of distinct nodes visited within t steps; see `Chain.expected_states`."""
-        return self.chain.expected_states(t)
+        """Expected number of distinct nodes visited within t steps, as `Chain.expected_states`, which takes longer.
+
+        Of nodes that are alike by symmetry one is computed.
+        """
+        return expected_states(self.chain.weights, self.chain.source, t, *alike_nodes(self.augmented))
 
     def expected_steps_to(self, goal: str) -> float:
         """Mean number of steps until any goal is first achieved; see `Chain.expected_steps_to`."""

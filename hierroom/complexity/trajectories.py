@@ -13,6 +13,8 @@ from hierroom.complexity.exploration_graph import node_labels
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.errors import InputError
 
+NO_STEP = "a trajectory must have at least one step, from a node that is not the target"
+
 
 def measure_trajectories(
     trajectories: Iterable[Sequence[Hashable]],
@@ -49,13 +51,9 @@ def measure_trajectories(
         reached.append(target in nodes)
         nodes = nodes[: nodes.index(target)] if reached[-1] else nodes  # without the target, which comes last
         if len(nodes) + reached[-1] < 2 or not nodes:
-            raise InputError("a trajectory must have at least one step, from a node that is not the target")
+            raise InputError(NO_STEP)
+        check_start(nodes[0], next(iter(numbers), nodes[0]), target)
         walks.append(np.array([numbers.setdefault(node, len(numbers)) for node in nodes]))
-        if walks[-1][0] != 0:
-            raise InputError(
-                f"all trajectories must begin at the same node, not at {nodes[0]!r} and {next(iter(numbers))!r}; "
-                "put one common node before them"
-            )
     if not walks:
         raise InputError("a chain is measured from at least one trajectory, but there is none")
     if not (may_miss or any(reached)):
@@ -64,6 +62,26 @@ def measure_trajectories(
         raise InputError(f"failed must say it of each of {len(walks)} episodes, not of {len(failed)}")
     ends = None if failed is None else np.array(failed, bool) & ~np.array(reached)
     return _measured(walks, np.array(reached), ends, node_labels([*numbers, target]), seed)
+
+
+def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
+    """Check where a trajectory begins.
+
+    Args:
+        node: its first node.
+        first: that of the first trajectory.
+        target: the node to reach.
+
+    Raises:
+        InputError: if it begins at the target, or at another node than the first one.
+    """
+    if node == target:
+        raise InputError(NO_STEP)
+    if node != first:
+        raise InputError(
+            f"all trajectories must begin at the same node, not at {node!r} and {first!r}; "
+            "put one common node before them"
+        )
 
 
 def missed(target: Hashable, seen: Sequence[Hashable]) -> str:

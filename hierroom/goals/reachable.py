@@ -12,11 +12,11 @@ def open_goals(
     keys: NDArray[np.bool_],
     doors: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
-    """Find the goals that can be achieved now for many graphs at once; all arguments broadcast.
+    """Find the goals that can be achieved now for many graphs at once.
 
     Args:
-        key_rooms: [..., B] int, the room in which the key of branch room 1, 2, ... B lies.
-        exit_rooms: [...] int, the room that holds the exit.
+        key_rooms: int, broadcast to the shape of ``doors``: the room in which the key of branch room 1, 2, ... B lies.
+        exit_rooms: int, likewise without the last dimension: the room that holds the exit.
         keys: [..., B] bool, whether the agent holds the key.
         doors: [..., B] bool, whether the door is open.
 

@@ -22,12 +22,12 @@ from hierroom.complexity.measures.mdp import DeterministicMDP, Values, check_hor
 
 @dataclass(frozen=True)
 class EffectiveHorizon:
-    """The bound of theorem 5.4 on the effective horizon, for each k at which the MDP is k-QVI-solvable.
+    """The bound of theorem 5.4 on the effective horizon, for each k at which it is finite.
 
     Args:
         horizon: number of steps T of an episode.
         n_actions: number of actions A.
-        rollouts: for each k a number m of rollouts that suffices. Where k is missing the MDP is not k-QVI-solvable, or
+        rollouts: for each k a number m of rollouts that suffices. Where k is missing no number does by this theorem, or
             k alone exceeds the bound that a smaller k gives.
     """
 
@@ -37,7 +37,7 @@ class EffectiveHorizon:
 
     @property
     def min_k(self) -> int | None:
-        """The least k found at which the MDP is k-QVI-solvable; None if there is none."""
+        """The least k with a bound; None if there is none. It is at least `minimum_k`, and seldom more."""
         return min(self.rollouts, default=None)
 
     @property
@@ -67,7 +67,7 @@ def samples_of(horizon: int, n_actions: int, effective_horizon: float) -> float:
 def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
     """Bound the effective horizon by theorem 5.4 of Laidlaw, Russell and Dragan (2023).
 
-    At every state s and time t that a policy greedy in Q^k can visit,
+    At every state s and time t to which actions lead that are better in Q^k than each suboptimal one,
 
         m >= 16 (S_t(s) / D_t(s)^2) ln(2 T A^k)
 

@@ -115,9 +115,9 @@ class Gorp:
         """m_k, by doubling m and then bisecting; the probability is taken to grow with m between the points tried."""
         low, high = 0, 1
         while self.success_probability(high) < 0.5:
-            low, high = high, 2 * high
-            if high > MAX_ROLLOUTS:
+            if high == MAX_ROLLOUTS:
                 return self._found(None)
+            low, high = high, min(2 * high, MAX_ROLLOUTS)
         while high - low > 1:
             middle = (low + high) // 2
             if self.success_probability(middle) < 0.5:

@@ -12,25 +12,36 @@ from hierroom.complexity.measures.graph_mdp import graph_mdp
 from hierroom.complexity.measures.summary import measure_mdp, measure_walk
 from hierroom.complexity.measures.table import MeasuredGraph
 from hierroom.complexity.report import analyze
+from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph
 
 Item = TypeVar("Item")
 
 
-def measure_graphs(graphs: Sequence[GoalGraph], horizon: int = 20, drop_key: bool = False) -> list[MeasuredGraph]:
+def measure_graphs(
+    graphs: Sequence[GoalGraph],
+    horizon: int = 20,
+    drop_key: bool = False,
+    walk: Walk = PAPER_WALK,
+    reading: Reading = TABLE_READING,
+) -> list[MeasuredGraph]:
     """Measure goal graphs, each as an MDP over its nodes and as the assumed walk.
+
+    Rooms are numbered in one way whatever their numbers are, as policies and walks that are drawn would differ.
 
     Args:
         graphs: the goal graphs.
         horizon: steps of an episode on the MDP, at least as many as a shortest solution has.
         drop_key: whether keys can be dropped.
+        walk: the probabilities of one step of the walk; policies on the MDP choose among the moves themselves.
+        reading: of the augmented graph, whose nodes are the states of both.
 
     Raises:
         InputError: if the horizon is too short for a graph.
     """
 
     def measure(graph: GoalGraph) -> MeasuredGraph:
-        report = analyze(graph, drop_key)
+        report = analyze(graph.canonical(), drop_key, walk, reading)
         mdp = graph_mdp(report.augmented)
         return MeasuredGraph(graph.name, measure_mdp(mdp, horizon), measure_walk(report.chain))
 

@@ -85,9 +85,10 @@ def measure_mdp(
         InputError: if the MDP has other returns, or the horizon is too short or too long.
     """
     shortest = mdp.shortest_solution()
-    if not 0 <= shortest <= horizon:
-        least = f"at least {shortest}" if shortest >= 0 else "reached by no number of steps"
-        raise InputError(f"a solution of the MDP needs {least} steps, but the horizon is {horizon}")
+    if shortest < 0:
+        raise InputError("no number of steps leads to a reward of this MDP, so that nothing can be measured")
+    if shortest > horizon:
+        raise InputError(f"a solution of the MDP needs at least {shortest} steps, but the horizon is {horizon}")
     bound = effective_horizon(mdp, horizon).value
     gorp = Gorp(mdp, horizon, runs=gorp_runs, seed=seed).rollouts()
     covering = covering_length(mdp, horizon)
