@@ -15,7 +15,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from hierroom.cli import one_line_usage, program, run, words
-from hierroom.env_config import GRAPHS, GoalMaskName
+from hierroom.env_config import GRAPHS
 from hierroom.errors import require_number
 from hierroom.files import to_json
 from hierroom.goals import GraphSpecs
@@ -55,7 +55,7 @@ class EvaluateArguments:
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
     size: int | None = None
     meta: str | None = None
-    goal_mask: GoalMaskName | None = None
+    goal_mask: str | None = None
     checkpoint: int | None = None
     trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     json: bool = False

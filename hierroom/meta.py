@@ -25,6 +25,7 @@ from hierroom.world.oracle import shortest_actions
 ENTRY_POINT_GROUP = "hierroom.meta_controllers"
 LEARNED = "learned"
 """The name of the meta-controller that PPO trains beside the controller (after the paper's Algorithm 1)."""
+GIVE_TRAINED = "give that of a trained run, in Python hierroom.load(RUN).meta_controller()"
 
 
 @runtime_checkable
@@ -188,7 +189,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
     if not isinstance(spec, str):
         return checked_meta(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))
     if spec == LEARNED:
-        raise InputError("the learned meta-controller is made in training: give that of a trained run")
+        raise InputError(f"the learned meta-controller is made in training: {GIVE_TRAINED}")
     known = META_CONTROLLERS if num_envs is None else (*META_CONTROLLERS, LEARNED)
     make = META_CONTROLLERS.get(spec) or load_plugin(
         spec, "meta-controller", known, ENTRY_POINT_GROUP, "Class or :function"
@@ -201,7 +202,7 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
         if not hasattr(make, "for_training"):
             meta = make()
         elif num_envs is None:
-            raise InputError(f"the meta-controller {spec!r} is made in training: give that of a trained run")
+            raise InputError(f"the meta-controller {spec!r} is made in training: {GIVE_TRAINED}")
         else:
             meta = make.for_training(num_envs)
             if meta is None:

@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from hierroom.cli import one_line_usage, program, run, words
-from hierroom.env_config import GRAPHS, GoalMaskName
+from hierroom.env_config import GRAPHS
 from hierroom.errors import InputError, require_number
 from hierroom.goals import GraphSpecs
 
@@ -64,7 +64,7 @@ class WatchArguments:
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
     size: int | None = None
     meta: str | None = None
-    goal_mask: GoalMaskName | None = None
+    goal_mask: str | None = None
     seed: int = 0
     out: Path | None = None
     text: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False

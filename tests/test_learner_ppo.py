@@ -273,7 +273,7 @@ def test_greedy_is_the_best_legal_action():
         ({"learning_rate": -1.0}, "learning_rate must be above 0, not -1"),
         ({"learning_rate": math.nan}, "learning_rate must be finite, not nan"),
         ({"epochs": 0}, "epochs must be at least 1"),
-        ({"sequences_per_update": 3}, "sequences_per_update must be at least 4"),
+        ({"sequences_per_update": 3}, "each of the 4 minibatches needs a sequence; there are 3 sequences_per_update"),
     ],
 )
 def test_wrong_hyperparameters_are_refused(wrong, message):
@@ -286,7 +286,7 @@ def test_wrong_spaces_and_networks_are_refused():
         AgentSpace((5, 257), 2)
     with pytest.raises(InputError, match="lacks initial_state"):
         Learner(SPACE, 8, PPOConfig(), seed=0, network=lambda space, hidden_size: torch.nn.Linear(1, 1))
-    with pytest.raises(InputError, match="4 minibatches need at least 4 sequences per update, not 3"):
+    with pytest.raises(InputError, match="each of the 4 minibatches needs a sequence; there are 3, as many"):
         Learner(SPACE, 3, PPOConfig(), seed=0)
     with pytest.raises(InputError, match=r"feature 1 has 3 values, so its vectors must have shape \[3, d\]"):
         RecurrentActorCritic(AgentSpace((2, 3), 2), 8, feature_vectors=[None, [[0.0], [1.0]]])

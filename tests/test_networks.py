@@ -19,6 +19,7 @@ from hierroom.learners.torch_backend import TorchBackend
 from hierroom.train import main as train
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
+from hierroom.training.trainer import Trainer
 
 SPACE = AgentSpace((5, 3), 4)
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512)
@@ -61,6 +62,17 @@ MINE = """
         def __init__(self, space, hidden_size):
             super().__init__(space, hidden_size)
             self.same = self.heads
+
+    class Averaging(Mine):
+        def __init__(self, space, hidden_size):
+            super().__init__(space, hidden_size)
+            self.register_buffer("mean", torch.zeros(space.n_features))
+            self.always_still = nn.Identity().eval()
+
+        def step(self, features, state):
+            if self.training and features.ndim == 2:
+                self.mean += 0.1 * (features.float().mean(0) - self.mean)
+            return super().step(features, state)
 
     class Fragile(Mine):
         def step(self, features, state):
@@ -287,6 +299,24 @@ def test_a_network_may_write_to_what_it_is_given(outside):
     assert (after == states + 1).all()
     assert (states == 0).all()
     assert features.all()
+
+
+def test_statistics_that_move_in_training_stand_still_in_evaluations(outside):
+    """Training is the same, however often it is evaluated."""
+    trained = []
+    for evaluations in (0, 2):
+        trainer = Trainer(SMALL.changed(network=f"{outside}:Averaging", minibatches=2))
+        for _ in range(2):
+            trainer.advance()
+            for _ in range(evaluations):
+                trainer.evaluate()
+        network = trainer.controller.learner.network
+        assert network.heads.training
+        assert not network.always_still.training
+        trained.append(network.state_dict())
+    assert trained[0]["mean"].any()
+    for name, values in trained[0].items():
+        assert torch.equal(values, trained[1][name]), name
 
 
 @pytest.mark.parametrize(

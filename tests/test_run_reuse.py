@@ -92,6 +92,8 @@ def test_the_environment_may_be_another_the_agent_not(run):
     }.items():
         with pytest.raises(InputError, match=f"a trained agent cannot be played with another {name}"):
             agent.env(**{name: value})
+    with pytest.raises(InputError, match=r"^environments have no entry grpah; is it graph\?$"):
+        agent.env(grpah="g")
 
 
 def test_what_was_left_out_in_training_stays_out_unless_other_graphs_are_named(tmp_path):

@@ -134,6 +134,11 @@ def test_what_train_says_to_go_on_with_says_that_it_is_to_be_trusted():
     assert trust.trust_option(SMALL.changed(reward="planted:Code")) == " --trust-run"
 
 
+def test_what_a_diverged_run_is_to_begin_again_with_is_trusted(run):
+    run.save_config(SMALL.changed(meta="planted:Code"))
+    assert session._way_back(run).endswith("/config.json --trust-run and what is to change")
+
+
 def test_from_python_what_is_named_in_the_call_is_run(run):
     agent = hierroom.train(SMALL, meta="planted:Code", out="python", steps=64, sequence_length=8, evaluations=0)
     assert agent.config.agents.meta == "planted:Code"

@@ -1,5 +1,6 @@
 """A controller begins as another run's ended: the same weights, everything else anew."""
 
+import json
 import re
 import sys
 from pathlib import Path
@@ -110,7 +111,9 @@ def test_a_warm_start_is_resumed_without_the_run_it_came_from(run, tmp_path):
     assert train([*flags, "--steps", "512", "--out", out]) == 0
     (tmp_path / "before").unlink()
     assert train(["--resume", out, "--steps", "1024", "--trust-run"]) == 0
-    assert RunFolder.open(out).config().warm_start == str(tmp_path / "before")
+    folder = RunFolder.open(out)
+    told = (folder.config(), TrainConfig.from_dict(json.loads(folder.load_checkpoint()["config"])))
+    assert [config.warm_start for config in told] == [str(tmp_path / "before")] * 2
 
 
 def test_what_a_gpu_trained_plays_on_the_cpu(tmp_path, monkeypatch):

@@ -3,18 +3,26 @@
 import json
 from pathlib import Path
 
+import gymnasium
 import numpy as np
 import pytest
 import torch
+from gymnasium import make_vec
 from safetensors import safe_open
 from safetensors.torch import save_file
 
 import hierroom
+from hierroom.agents.config import AgentsConfig
+from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
+from hierroom.meta import FixedDFS
+from hierroom.training.assembly import make_agents
+from hierroom.training.config import TrainConfig
 from hierroom.training.evaluation import evaluate
 from hierroom.training.trainer import Trainer
 from hierroom.training.weights import FOLDER, SHIPPED, SUFFIX, SavedAgent
 
+ROOM = "hierroom/EscapeRoom-g-v0"
 SHORT = {"size": 11, "max_steps": 40, "num_envs": 4, "steps": 300, "evaluations": 0, "log": "none"}
 
 
@@ -55,6 +63,35 @@ def test_a_file_plays_as_its_run_does(tmp_path, meta):
     assert played(hierroom.load(tmp_path / "mine.safetensors", meta="oracle")) == played(
         hierroom.load(tmp_path / "run", meta="oracle")
     )
+
+
+def test_the_meta_controller_alone_plays_as_in_its_pair():
+    agent = hierroom.load("learned-g")
+    other = hierroom.load("learned-g", meta=agent.meta_controller())
+    assert played(other) == played(agent)
+    assert played(other) != played(hierroom.load("learned-g", meta="random"))
+
+
+def test_the_meta_controller_alone_in_every_environment():
+    agent = hierroom.load("learned-g")
+    env = gymnasium.make(ROOM, meta=agent.meta_controller())
+    goals = {tuple(env.reset(seed=seed)[0]["goal"]) for seed in range(9)}
+    assert len(goals) > 1
+    several = make_vec(ROOM, 3, meta=agent.meta_controller(3, seed=1))
+    several.reset(seed=3)
+    for _ in range(5):
+        several.step(np.zeros(3, int))
+    few = make_vec(ROOM, 3, meta=agent.meta_controller(2))
+    with pytest.raises(InputError, match=r"made for 2 environments, but here is one of number 2; say so: meta_contr"):
+        few.reset(seed=3)
+
+
+def test_the_meta_controller_alone_where_it_is_not_learned_or_reads_what_its_own_levels_remember(trained):
+    assert isinstance(trained.meta_controller(), FixedDFS)
+    learned = TrainConfig(EnvConfig("a"), agents=AgentsConfig(meta="learned", meta_features=("doorway-places",)))
+    meta, controller = make_agents(learned)
+    with pytest.raises(InputError, match=r"only levels of its own run remember \(doorways\)"):
+        hierroom.TrainedAgent(learned, meta, controller, 0).meta_controller()
 
 
 def test_a_folder_comes_before_an_agent_that_ships(tmp_path, monkeypatch, trained):

@@ -117,7 +117,8 @@ class AgentsConfig:
             gives 1. On graph a (one seed, 1.5M steps, a discount of 0.98) 0.05 ended at 100% success, 0.2 at 82%, 0.5,
             as in Burda et al. 2018, at 92%.
         meta_features: what the network of a learned meta-controller reads. Where these are goal-status and goal-outcome
-            alone, one network is shared by all colours (`agents.goal_network`); else it is like the controller's.
+            alone, one network is shared by all colours (`agents.goal_network`); else it is the recurrent one that
+            ships.
         meta_start_success: a learned meta-controller chooses goals at random until this share of 100 episodes reaches
             the exit; then it learns.
 

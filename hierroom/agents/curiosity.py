@@ -39,6 +39,8 @@ class Curiosity:
         if not 0 <= weight < math.inf:
             raise InputError(f"curiosity_weight must be a number of at least 0, not {weight}")
         names = [name for name in features.names if name not in NOT_OF_THE_LEVEL]
+        if not names:
+            raise InputError(f"curiosity is about the level, of which {', '.join(features.names)} shows nothing")
         self.features = Features(names, features.n_actions)
         self._weight = weight
         self._distillation = RandomNetworkDistillation(

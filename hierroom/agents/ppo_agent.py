@@ -217,7 +217,11 @@ class FrozenAgent:
         """Forget the episodes that a primitive step ended."""
         ended = transition.envs[transition.episode_ended]
         if len(ended):
-            self._policy.reset(ended)
+            self.reset(ended)
+
+    def reset(self, envs: NDArray[np.integer]) -> None:
+        """Forget the episodes of some environments [M]."""
+        self._policy.reset(envs)
 
     def part(self, envs: NDArray[np.integer]) -> FrozenAgent:
         """The same agent in some of its environments [M], which takes its place; see `Policy.part`."""

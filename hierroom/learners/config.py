@@ -66,8 +66,10 @@ class PPOConfig:
         for name, high in MOST.items():
             require_number(name, getattr(self, name), 1, high, is_whole=True)
         if self.sequences_per_update is not None:
-            least, most = self.minibatches, MOST["minibatches"]
-            require_number("sequences_per_update", self.sequences_per_update, least, most, is_whole=True)
+            require_number("sequences_per_update", self.sequences_per_update, 1, MOST["minibatches"], is_whole=True)
+            if self.sequences_per_update < self.minibatches:
+                few = f"{self.sequences_per_update} sequences_per_update"
+                raise InputError(f"each of the {self.minibatches} minibatches needs a sequence; there are {few}")
         for name in ("learning_rate", "adam_epsilon", "max_gradient_norm", "clip", "min_advantage_std"):
             require_number(name, getattr(self, name), -math.inf)
             if getattr(self, name) <= 0:

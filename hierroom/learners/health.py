@@ -119,5 +119,5 @@ def check_update(
         raise DivergenceError(f"{', '.join(wrong)}; {advice}")
     check_health(((f"weights {name}", values) for name, values in weights), advice)
     # Weights can be finite and what they give not; a turn of a few sequences tells.
-    outputs = stepper.step(batch.features[-1, :N_TRIED], batch.initial_states[:N_TRIED])
+    outputs = stepper.evaluate(batch.features[-1, :N_TRIED], batch.initial_states[:N_TRIED])
     check_health(zip(("logits", "values", "recurrent states"), outputs, strict=True), advice)

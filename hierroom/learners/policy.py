@@ -20,8 +20,16 @@ class Stepper(Protocol):
         """Recurrent states [n, S] of ``n`` environments at the start of an episode."""
         ...
 
-    def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """Compute one turn: logits [M, A], values [M] and new states [M, S] from features [M, K] and states [M, S]."""
+    def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
+        """Compute a turn that is not learned from.
+
+        Args:
+            features: [M, K] uint8.
+            states: [M, S] float32.
+
+        Returns:
+            logits [M, A], values [M] and new states [M, S].
+        """
         ...
 
 
@@ -85,6 +93,6 @@ class Policy:
         self._space.check_masks(envs, masks)
         if len(envs) == 0:
             return np.empty((0, self._space.n_actions), np.float32)
-        logits, values, self._states[envs] = self._stepper.step(features, self._states[envs])
+        logits, values, self._states[envs] = self._stepper.evaluate(features, self._states[envs])
         self.decision = Decision(envs, logits, masks, values)
         return logits

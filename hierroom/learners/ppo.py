@@ -119,8 +119,8 @@ class Learner:
         self.sequences_per_update = config.sequences_per_update or num_envs
         if self.sequences_per_update < config.minibatches:
             raise InputError(
-                f"{config.minibatches} minibatches need at least {config.minibatches} sequences per update, "
-                f"not {self.sequences_per_update}"
+                f"each of the {config.minibatches} minibatches needs a sequence; there are {num_envs}, as many as "
+                "num_envs, unless sequences_per_update says otherwise"
             )
         action_seed, shuffle_seed, weight_seed = np.random.SeedSequence(seed).spawn(3)
         self._action_random = np.random.default_rng(action_seed)

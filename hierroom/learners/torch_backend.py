@@ -56,6 +56,16 @@ class TorchBackend:
         logits, values, new_states = (output.cpu().numpy() for output in outputs)
         return logits, values, new_states
 
+    def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
+        """As `step`, for a turn that is not learned from: the network is in its evaluation mode."""
+        modes = [(module, module.training) for module in self._module.modules()]
+        self._module.eval()
+        try:
+            return self.step(features, states)
+        finally:
+            for module, is_training in modes:
+                module.training = is_training
+
     def train(
         self,
         batch: Batch,

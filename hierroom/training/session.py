@@ -73,7 +73,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
         stack.enter_context(folder.lock)
         folder.tidy()
         is_untrained = folder.is_untrained
-        trainer = Trainer(config if is_untrained else config.changed(warm_start=None))  # a checkpoint holds all weights
+        trainer = Trainer(config, begins=is_untrained)
         if not is_untrained:
             _load(trainer, folder)
         has_other_steps = config.steps != folder.config().steps
@@ -232,6 +232,7 @@ def _way_back(folder: RunFolder) -> str:
     """What to do with a run that has diverged; resuming it as it is would repeat the same numbers."""
     steps, path = folder.load_checkpoint()["steps"], shlex.quote(str(folder.path))
     begin_again = f"--config {path}/config.json" + (f" --warm-start {path}" if steps else "")
+    begin_again += trust_option(folder.config())
     return f"The checkpoint after {steps:,} steps is kept; begin again with {begin_again} and what is to change"
 
 

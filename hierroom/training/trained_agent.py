@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
+from hierroom.agents.trained_goals import TrainedGoals
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError, shown
 from hierroom.goals import graph_specs
+from hierroom.meta import MetaController
 from hierroom.options import CONTROLLER, META
-from hierroom.training.assembly import freeze, load_agents, make_turns, restore_agents
+from hierroom.training.assembly import freeze, load_agents, make_turns, meta_seed, restore_agents
 from hierroom.training.config import TrainConfig
 from hierroom.training.run_folder import RunFolder
 from hierroom.training.run_name import run_name
@@ -62,8 +65,11 @@ class TrainedAgent:
         Raises:
             InputError: if an entry is unknown or cannot be changed: ``drop_key`` and ``reward`` are the agent's own.
         """
-        refused = entries.keys() - {entry.name for entry in fields(EnvConfig)} | entries.keys() & {"drop_key", "reward"}
-        if refused:
+        names = [entry.name for entry in fields(EnvConfig)]
+        for name in sorted(entries.keys() - names - {*self.config.entries}):
+            near = get_close_matches(name, names, n=1)
+            raise InputError(f"environments have no entry {name}{f'; is it {near[0]}?' if near else ''}")
+        if refused := entries.keys() - names | entries.keys() & {"drop_key", "reward"}:
             raise InputError(f"a trained agent cannot be played with another {', '.join(sorted(refused))}")
         own = replace(self.config.env, levels=None)  # whatever it says: training uses its own part of the levels
         besides = () if "graph" in entries else graph_specs(own.exclude)
@@ -99,6 +105,20 @@ class TrainedAgent:
             seed: fixes the actions.
         """
         return freeze(self.meta, self.controller, num_envs, seed=seed, is_greedy=self.is_greedy)
+
+    def meta_controller(self, num_envs: int = 1, *, seed: int = 0) -> MetaController:
+        """The meta-controller alone, which plays: for an environment of any API, or another agent (`load`'s ``meta``).
+
+        Args:
+            num_envs: environments that it chooses goals in.
+            seed: fixes what it draws.
+
+        Raises:
+            InputError: if it reads what levels remember only in the environments of its own run.
+        """
+        if isinstance(self.meta, PPOAgent):
+            return TrainedGoals(self.meta, num_envs, meta_seed(seed))
+        return self.meta.frozen(num_envs, seed=meta_seed(seed)).meta
 
     def save(self, path: str | Path) -> None:
         """Write the agents to one small file, which `load` reads anywhere: their config and their weights.

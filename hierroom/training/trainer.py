@@ -37,6 +37,8 @@ class Trainer:
 
     Args:
         config: what to train.
+        begins: whether it begins, with the weights of a warm start if the config names one; False where a checkpoint
+            is to be loaded, which holds all weights.
 
     Attributes:
         agents: who acts and learns, by name, the meta-controller first.
@@ -52,7 +54,7 @@ class Trainer:
         InputError: if the config holds a value that cannot be used.
     """
 
-    def __init__(self, config: TrainConfig):
+    def __init__(self, config: TrainConfig, *, begins: bool = True):
         self.config = config
         self.turns = make_turns(config, config.num_envs, config.seed, levels="training")
         if config.stagger_clocks:
@@ -60,7 +62,7 @@ class Trainer:
         meta, controller = make_agents(config)
         self.agents = {META: meta, CONTROLLER: controller}
         self.controller = controller
-        if config.warm_start:
+        if config.warm_start and begins:
             self._warm_start(config.warm_start)
         self.log = EpisodeLog(self.turns.world.state.levels["steps"])
         self.steps = 0

@@ -94,6 +94,10 @@ class FusedBackend:
         self._each(work, self._workers[:n_parts], parts)
         return logits, values, new_states
 
+    def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
+        """As `step`, for a turn that is not learned from."""
+        return self.step(features, states)
+
     def train(
         self,
         batch: Batch,

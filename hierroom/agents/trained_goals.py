@@ -1,0 +1,57 @@
+"""A meta-controller that PPO has trained, in environments and beside controllers that it was not trained with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.agents.ppo_agent import PPOAgent
+from hierroom.errors import InputError
+from hierroom.situation import Situation
+
+
+class TrainedGoals:
+    """Chooses goals as the meta-controller that was trained, and learns no more: a `MetaController`.
+
+    Args:
+        trained: the meta-controller.
+        num_envs: environments that it chooses goals in.
+        seed: fixes what it draws.
+
+    Raises:
+        InputError: if it reads what levels remember only in the environments of its own run.
+    """
+
+    def __init__(self, trained: PPOAgent, num_envs: int, seed: int) -> None:
+        if memories := trained.features.memories:
+            raise InputError(
+                f"this meta-controller reads what only levels of its own run remember ({', '.join(memories)}): "
+                "it plays in the environments of TrainedAgent.turns alone"
+            )
+        self._trained, self._num_envs = trained, num_envs
+        self._agent = trained.frozen(num_envs, seed=seed)
+
+    def choose(
+        self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
+    ) -> NDArray[np.integer]:
+        """[M] a goal for each of the environments whose turn it is, drawn as in training."""
+        return self._agent.act(situation)
+
+    def reset(self, envs: NDArray[np.integer]) -> None:
+        """Forget the last episode of some environments [M].
+
+        Raises:
+            InputError: if there are more environments than it was made for.
+        """
+        if envs.max(initial=0) >= self._num_envs:
+            raise InputError(
+                f"this meta-controller was made for {self._num_envs} environments, but here is one of number "
+                f"{envs.max()}; say so: meta_controller(num_envs=...)"
+            )
+        self._agent.reset(envs)
+
+    def for_play(self, num_envs: int, *, seed: int) -> TrainedGoals:
+        """One for other environments."""
+        return TrainedGoals(self._trained, num_envs, seed)
