@@ -134,20 +134,6 @@ def test_kernels_are_left_alone_where_they_are_not_compiled(monkeypatch):
     assert isinstance(make_learner()._backend, TorchBackend)
 
 
-@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
-def test_a_learner_on_cuda_does_what_one_on_the_cpu_does():
-    learners = [
-        Learner(SPACE, 6, PPOConfig(sequence_length=5, minibatches=2, hidden_size=8), seed=1, device=device)
-        for device in ("cpu", "cuda")
-    ]
-    envs = [RandomEnvs(6, seed=1) for _ in learners]
-    for _ in range(10):
-        turns = [env.tick(learner) for env, learner in zip(envs, learners, strict=True)]
-        np.testing.assert_array_equal(turns[0][2], turns[1][2])
-        if turns[0][3]:
-            assert turns[0][3] == pytest.approx(turns[1][3], rel=1e-3, abs=1e-5)
-
-
 def test_turns_are_opened_and_closed_in_pairs():
     learner = make_learner()
     envs, features = np.arange(6), np.zeros((6, 4), np.uint8)

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 from same_run import differences, scalars
+from stopped_run import stop_at_update
 
 from hierroom.errors import InputError
 from hierroom.train import main as train
 from hierroom.training.provenance import FILE
 from hierroom.training.run_folder import RunFolder
-from hierroom.training.trainer import Trainer
 
 FLAGS = ["--size", "11", "--max-steps", "60", "--num-envs", "8", "--sequence-length", "16", "--minibatches", "2"]
 FLAGS += ["--epochs", "1", "--hidden-size", "8", "--evaluations", "3", "--evaluation-episodes", "8"]
@@ -50,29 +50,11 @@ def fixed(tmp_path_factory) -> Whole:
     return trained("fixed", tmp_path_factory)
 
 
-@pytest.fixture
-def stop(monkeypatch):
-    """A function that has the update of a number, counted over all sessions, stop this process by a signal."""
-
-    def stop(number: int, at: int) -> None:
-        advance, calls = Trainer.advance, []
-
-        def stopped(self):
-            calls.append(1)
-            if len(calls) == at:
-                os.kill(os.getpid(), number)
-            advance(self)
-
-        monkeypatch.setattr(Trainer, "advance", stopped)
-
-    return stop
-
-
 @pytest.mark.usefixtures("heeded_hangup")
 @pytest.mark.parametrize(("number", "at"), [(signal.SIGINT, 1), (signal.SIGHUP, 6), (signal.SIGTERM, 15)])
-def test_a_run_that_was_stopped_ends_with_every_file_equal(number, at, whole, stop, tmp_path):
+def test_a_run_that_was_stopped_ends_with_every_file_equal(number, at, whole, tmp_path, monkeypatch):
     options, folder = whole
-    stop(number, at)
+    stop_at_update(monkeypatch, number, at)
     out = str(tmp_path / "run")
     assert train([*options, "--out", out]) == 130
     assert train(["--resume", out]) == 0
@@ -94,9 +76,9 @@ def test_a_run_goes_on_from_any_checkpoint_whatever_was_written_after_it(checkpo
     assert differences(folder, out) == []
 
 
-def test_rows_of_a_learned_meta_controller_hold_its_last_update_after_a_resume(stop, tmp_path):
+def test_rows_of_a_learned_meta_controller_hold_its_last_update_after_a_resume(tmp_path, monkeypatch):
     out = tmp_path / "run"
-    stop(signal.SIGINT, 6)  # between two updates of the meta-controller
+    stop_at_update(monkeypatch, signal.SIGINT, 6)  # between two updates of the meta-controller
     train([*RUNS["learned"], *FLAGS, "--out", str(out)])
     train(["--resume", str(out)])
     entropies = [row["meta_entropy"] for row in RunFolder.open(out).metrics.numbers()]

@@ -1,0 +1,83 @@
+"""Steps per second of training with the learner on the CPU and on a GPU, by the size of the network.
+
+    python benchmarks/device_speed.py
+
+HiPPO on graph g with the settings of preset default, but for the number of hidden units and of environments. On the CPU
+the learner runs its compiled kernels; on a GPU it runs through torch, and the world stays on the CPU. Repeats take
+turns, so that a busy machine slows all alike.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from dataclasses import dataclass
+from statistics import median
+
+import torch
+import tyro
+
+from hierroom.env_config import EnvConfig
+from hierroom.errors import InputError
+from hierroom.training.config import TrainConfig
+from hierroom.training.trainer import Trainer
+
+
+@dataclass(frozen=True)
+class Options:
+    """Time training on each device."""
+
+    hidden_sizes: tuple[int, ...] = (64, 256, 1024)
+    """Hidden units of the network."""
+    num_envs: tuple[int, ...] = (64, 512)
+    """Environments side by side."""
+    repeats: int = 3
+    """Updates of each that are timed, after one that is not."""
+    threads: int = 2
+    """Threads of the compiled kernels, and of the world."""
+    device: str = "cuda"
+    """The device beside the CPU."""
+
+
+def main() -> None:
+    """The command."""
+    options = tyro.cli(Options, description=__doc__)
+    if not torch.cuda.is_available():
+        raise InputError("this machine has no GPU that torch can use")
+    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores; {torch.cuda.get_device_name()}")
+    print(f"torch {torch.__version__}; {options.repeats} updates after one to warm up: median (lowest to highest)\n")
+    print(f"{'hidden':>6} {'num_envs':>8} {'CPU steps/s':>26} {'GPU steps/s':>26} {'GPU / CPU':>10}")
+    for hidden_size in options.hidden_sizes:
+        for num_envs in options.num_envs:
+            config = TrainConfig(EnvConfig("g"), steps=10**9, num_envs=num_envs, threads=options.threads)
+            config = config.changed(hidden_size=hidden_size)
+            speeds = measured(
+                {device: Trainer(config.changed(device=device)) for device in ("cpu", options.device)}, options
+            )
+            cpu, gpu = speeds["cpu"], speeds[options.device]
+            print(
+                f"{hidden_size:6} {num_envs:8} {spread(cpu):>26} {spread(gpu):>26} {median(gpu) / median(cpu):10.2f}",
+                flush=True,
+            )
+
+
+def measured(trainers: dict[str, Trainer], options: Options) -> dict[str, list[float]]:
+    """Primitive steps per second of each update, by device."""
+    speeds: dict[str, list[float]] = {device: [] for device in trainers}
+    for repeat in range(options.repeats + 1):
+        for device, trainer in trainers.items():
+            started, steps = time.perf_counter(), trainer.steps
+            trainer.advance()  # ends with numbers that are on the CPU, so that nothing is left to wait for
+            if repeat:
+                speeds[device].append((trainer.steps - steps) / (time.perf_counter() - started))
+    return speeds
+
+
+def spread(values: list[float]) -> str:
+    """Median, lowest and highest."""
+    return f"{median(values):,.0f} ({min(values):,.0f} to {max(values):,.0f})"
+
+
+if __name__ == "__main__":
+    main()
