@@ -20,7 +20,7 @@ differs as follows:
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 
 import numpy as np
@@ -139,11 +139,15 @@ class RandomNetworkDistillation:
         return (self.predictor(rows, scale, shift) - self.target(rows, scale, shift)).square().mean(-1)
 
     def state_dict(self) -> dict:
-        """The complete state as tensors and plain types, so that a resumed run equals an uninterrupted one."""
+        """The complete state as tensors on the CPU and plain types; a resumed run then equals an uninterrupted one."""
+        adam = self._adam.state_dict()
         return {
-            "target": {name: tensor.clone() for name, tensor in self.target.state_dict().items()},
-            "predictor": {name: tensor.clone() for name, tensor in self.predictor.state_dict().items()},
-            "adam": deepcopy(self._adam.state_dict()),
+            "target": _copied(self.target.state_dict()),
+            "predictor": _copied(self.predictor.state_dict()),
+            "adam": {
+                "state": {n: _copied(moments) for n, moments in adam["state"].items()},
+                "param_groups": deepcopy(adam["param_groups"]),
+            },
             "counts": torch.from_numpy(self._counts.copy()),
             "has_learned": self._has_learned,
             "growing": self._growing,
@@ -190,6 +194,10 @@ class RandomNetworkDistillation:
                 "random": RANDOM_STATE,
             }
         )
+
+
+def _copied(tensors: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    return {name: tensor.detach().cpu().clone() for name, tensor in tensors.items()}
 
 
 class _Embedding(nn.Module):
