@@ -7,11 +7,21 @@ the hitting time. L is singular, and because the walk is directed, b is not in i
     hitting time = b' pinv(D - W) b                                                                              (1)
 
 (the sign of L is dropped; adding a constant to x so that x_t = 0 changes nothing, because b sums to zero). This is not
-the mean first-passage time: on graph a it is 8.36, while the mean is 28 steps. It also saturates: as the exit gets
-harder to reach, it tends to 1 / 0.01 = 100 on any graph, the inverse of the probability to leave the exit (98.7 for a
-chain of 8 rooms with a mean of 1,656 steps, 100.0 for one of 20 rooms with 6.7 million). With drop it exceeds 100, up
-to 113 with 7 rooms, and decreases again as graphs get harder (102.0 for a chain of 6 rooms, 100.5 for one of 7). Use
-the mean to compare hard graphs.
+the mean first-passage time: on graph a it is 8.36, while the mean is 28 steps.
+
+**What it measures.** The paper's exit has one edge, of weight r = 0.01, back to the start. Where the target's only edge
+is one to the source, row t of the least-squares equations is r (x_t - x_s) = -1 - pi_t (pi_s - pi_t) / |pi|^2, with pi
+the stationary distribution of the walk. Hence
+
+    hitting time = (1 / r) (1 - pi_t (pi_t - pi_s) / |pi|^2),        pi_t = 1 / (1 + r m),                       (2)
+
+with m the mean first-passage time: between two visits to the exit the walk takes m steps, and a visit lasts 1 / r. So
+the number tells two things of a walk, how long it takes and, by |pi|^2, on how few nodes it spends its time. With
+pi_s and |pi|^2 given it grows with m, but only until the walk spends half as much time at the exit as at the start.
+From m = (1 / pi_s - 1) / r on, where it spends less there than at the start, the number exceeds 1 / r = 100, and it
+tends to 100 on any graph as pi_t vanishes: it is 98.7 for a chain of 8 rooms with a mean of 1,656 steps and 100.0 for
+one of 20 rooms with 6.7 million. With drop it is up to 113 with 7 rooms, and 102.0 for a chain of 6 rooms, 100.5 for
+one of 7. Use the mean to compare hard graphs.
 
 **Sparse solution.** Let K = D - W. Its left null space is spanned by one vector y_c for each closed class c of the
 walk; y_c is zero outside the class, so these vectors are orthogonal. Its right null space is spanned by the vectors
