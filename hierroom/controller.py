@@ -21,7 +21,7 @@ class Observation:
         envs: [M] int, the environments' places in the batch.
         tiles: [M, 7, 7] uint8 tile codes of the view.
         levels: [M] records of `layout.LEVEL`.
-        goals: [M] int, the goal ids pursued, or -1; for the meta-controller those it gave last.
+        goals: [M] int, the goal ids pursued, or -1; for the meta-controller those of its last options that ended.
         previous_actions: [M] int, the controller's last action; the number of actions before the first, and where it
             was none of them.
         outcomes: [M] int, how the last option ended: ``NO_OUTCOME``, ``REACHED``, ``TIMED_OUT`` or ``OTHER``.

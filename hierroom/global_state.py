@@ -21,11 +21,12 @@ def state_space(size: int) -> spaces.Box:
     return spaces.Box(0, AGENT_ID, (size, size, 4), np.uint8)
 
 
-def global_state(turns: Turns) -> NDArray[np.uint8]:
+def global_state(turns: Turns, goal: int) -> NDArray[np.uint8]:
     """The level of one environment as it is now.
 
     Args:
         turns: of one environment.
+        goal: the id of the goal that is pursued, or -1.
 
     Returns:
         [size, size, 4] uint8 by row and column: MiniGrid's object id and colour id; 1 for an open door, and where the
@@ -41,6 +42,6 @@ def global_state(turns: Turns) -> NDArray[np.uint8]:
     state = np.zeros((*tiles.shape, 4), np.uint8)
     state[..., :3] = TRIPLES[tiles]
     state[level.row - MARGIN, level.col - MARGIN, :3] = AGENT_ID, 0, level.direction
-    for row, col in cells_of(int(turns.goals[0]), tiles):
+    for row, col in cells_of(goal, tiles):
         state[row, col, 3] = 1
     return state

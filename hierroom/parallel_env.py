@@ -135,7 +135,7 @@ class parallel_env(ParallelEnv):
 
     def state(self) -> NDArray[np.uint8]:
         """The whole grid [size, size, 4], as `global_state` lays it out."""
-        return global_state(self.single.turns)
+        return global_state(self.single.turns, self.single.goal)
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""

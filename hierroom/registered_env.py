@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError, shown
+from hierroom.goals import graph_specs
 from hierroom.options import CONTROLLER
 
 
@@ -42,18 +43,18 @@ class RegisteredEnv:
         """The id's description and the arguments, with ``max_steps`` as ``max_episode_steps``.
 
         Raises:
-            InputError: when it is set, if the id names a graph and another one was asked for.
+            InputError: when it is set, if the id names its graphs and others were asked for.
         """
         return self._spec
 
     @spec.setter
     def spec(self, spec: EnvSpec | None) -> None:
         known = None if spec is None else gymnasium.registry.get(spec.id)
-        named = {} if known is None else known.kwargs
-        if spec is not None and "graph" in named and spec.kwargs.get("graph") != named["graph"]:
-            raise InputError(
-                f"{spec.id} is one goal graph's: give the graph {spec.kwargs.get('graph')!r} to hierroom/EscapeRoom-v0"
-            )
+        if spec is not None and known is not None:
+            for name in [name for name in ("graph", "exclude") if name in known.kwargs]:
+                given = spec.kwargs.get(name, ())
+                if graph_specs(given) != graph_specs(known.kwargs[name]):
+                    raise InputError(f"{spec.id} has its own graphs: give {name} {given!r} to hierroom/EscapeRoom-v0")
         self._spec = spec and replace(spec, max_episode_steps=self.config.max_steps)
 
 

@@ -87,6 +87,12 @@ class SingleEnv:
         """Whether the meta-controller is to act next."""
         return bool(self.turns.ledger.is_meta_turn[0])
 
+    @property
+    def goal(self) -> int:
+        """The id of the goal that is pursued, or -1; after the episode's end of the one that was pursued last."""
+        *_, has_ended, last_goal = self._last()
+        return last_goal if has_ended else int(self.turns.ledger.goals[0])
+
     def observation(self, agent: str) -> Observation:
         """What an agent observes now, as a batch of one; the controller after the episode's end what it saw last."""
         step = self.turns.last_step
@@ -102,8 +108,7 @@ class SingleEnv:
         elif agent != CONTROLLER:
             raise InputError(f"the agents are {META} and {CONTROLLER}; there is no {agent!r}")
         else:
-            *_, has_ended, last_goal = self._last()
-            goal = last_goal if has_ended else int(ledger.goals[0])
+            goal = self.goal
         image, vector, keys, doors = parts = empty_parts()
         direction = compiled_one()(turns.world.outcomes, turns.world.state.levels, goal, TRIPLES, GOAL_VECTORS, *parts)
         observation = {

@@ -27,7 +27,7 @@ _BRANCHES = np.arange(N_COLOURS)
 class Situation(Observation):
     """What a meta-controller may know of M environments: an `Observation`, and besides it their exact state.
 
-    ``goals`` are the goals it gave last; ``masks`` [M, 14] the legal choices, 'no goal' the last.
+    ``goals`` are those of its last options that ended; ``masks`` [M, 14] the legal choices, 'no goal' the last.
 
     Args:
         grids: [M, side, side] uint8 tile codes of the levels, copied.

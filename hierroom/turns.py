@@ -121,9 +121,10 @@ class Turns:
             seed: one for all of them, or one or None for each of them.
             envs: [M] which; None: all.
         """
-        if envs is None:
-            envs, self.last_step = self._everywhere, None
+        is_of_all, envs = envs is None, self._everywhere if envs is None else envs
         self.world.reset(seed, envs)
+        if is_of_all:
+            self.last_step = None
         self.sampler.reset(envs)
         self._begin(envs)
 

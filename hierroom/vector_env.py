@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from hierroom.env_config import (
     fresh_seed,
     known_arguments,
 )
-from hierroom.errors import InputError, require_name, shown
+from hierroom.errors import InputError, require_name, require_number, shown
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta, show_step
 from hierroom.options import CONTROLLER
@@ -49,6 +50,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         exclude: graphs to leave out, given likewise and found however their rooms are numbered.
         size: cells of the grid's side, 11 to 63, outer walls included.
         max_steps: primitive steps after which an episode is truncated.
+        max_episode_steps: the same, as Gymnasium's specs call it; the smaller one counts.
         drop_key: whether the controller has a sixth action that drops a key.
         reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`), or
             one of your own, as `make_reward` takes it.
@@ -68,6 +70,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
     Attributes:
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
         have_ended: [N] bool, whose episode has ended and whose next one has not begun yet.
+        copies: whether observations are new arrays.
     """
 
     metadata = {  # noqa: RUF012 - Gymnasium reads it from the class
@@ -85,6 +88,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         exclude: GraphSpecs = (),
         size: int = 19,
         max_steps: int = 1000,
+        max_episode_steps: int | None = None,
         drop_key: bool = False,
         reward: RewardSpec = "extrinsic",
         novelty_bonus: float = NOVELTY_BONUS,
@@ -101,6 +105,10 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         render_mode: str | None = None,
     ):
         config = EnvConfig.of_arguments(locals())
+        if max_episode_steps is not None:
+            for name, value in (("max_steps", max_steps), ("max_episode_steps", max_episode_steps)):
+                require_number(name, value, 1, is_whole=True)
+            config = replace(config, max_steps=int(min(max_steps, max_episode_steps)))
         modes = [mode.value for mode in AutoresetMode]
         mode = getattr(autoreset_mode, "value", autoreset_mode)
         require_name("autoreset_mode must be one of", mode, modes)
@@ -115,6 +123,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.complexity = self.turns.complexity
         self.meta = make_meta(meta)
         self.config, self.num_envs, self.render_mode = config, num_envs, render_mode
+        self.copies = bool(copy)
         self._arrays = VectorArrays(self.turns, flat=flat, copy=copy)
         self.single_observation_space = self._arrays.space
         self.single_action_space = self.turns.action_space(CONTROLLER)
@@ -149,7 +158,9 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         observations, infos = self._arrays.at_reset(where)
         self._show_last_goals(observations)
         if options.get("complexity"):
-            infos["complexity"] = self.complexity.to_dict()
+            report = self.complexity.to_dict()
+            for env in np.flatnonzero(where).tolist():
+                infos = self._add_info(infos, {"complexity": report}, env)
         return observations, infos
 
     def step(self, actions: NDArray[np.integer]):

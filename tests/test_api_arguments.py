@@ -27,6 +27,7 @@ OWN = {
     "EscapeRoom": {"meta": "none", "render_mode": None},
     "EscapeRooms": {
         "num_envs": 1,
+        "max_episode_steps": None,
         "meta": "none",
         "threads": 1,
         "autoreset_mode": AutoresetMode.SAME_STEP,

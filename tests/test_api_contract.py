@@ -236,7 +236,7 @@ def test_reset_takes_any_options_and_tells_complexity_if_asked():
     assert env.unwrapped.complexity.exit_depth == 2
     env.step(13)
     assert "complexity" not in env.last()[-1]
-    for made in (hierroom.parallel_env(), EscapeRoom(), EscapeRooms(2)):
+    for made in (hierroom.parallel_env(), EscapeRoom()):
         _, info = made.reset(seed=1, options={"complexity": True, "colour": "mauve"})
         assert made.complexity.to_dict() in (info.get("complexity"), info.get("meta_0", {}).get("complexity"))
 

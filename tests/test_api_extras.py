@@ -98,9 +98,39 @@ def test_the_spec_tells_the_step_limit():
     assert ends == [(False, False)] * 76 + [(False, True)]
 
 
+def test_the_spec_of_one_environment_makes_many_and_the_smaller_limit_counts():
+    single = gymnasium.make(ID, max_steps=7)
+    many = gymnasium.make_vec(ID, 2, max_steps=7)
+    shorter = gymnasium.make_vec(ID, 2, max_episode_steps=7)
+    longer = gymnasium.make_vec(ID, 2, max_steps=7, max_episode_steps=9)
+    for envs in (gymnasium.make_vec(single.spec, 2), gymnasium.make_vec(many.spec), shorter, longer):
+        assert envs.spec.max_episode_steps == 7
+        envs.reset(seed=0)
+        assert [envs.step([1, 1])[3].all() for _ in range(7)] == [False] * 6 + [True]
+    for wrong in (0, "7", 7.0):
+        with pytest.raises(InputError, match="max_episode_steps must be"):
+            gymnasium.make_vec(ID, 2, max_episode_steps=wrong)
+
+
+@pytest.mark.parametrize("make", [hierroom.parallel_env, hierroom.env], ids=["parallel", "aec"])
+def test_at_the_end_of_an_episode_the_state_shows_the_goal_that_was_pursued(make):
+    env = make(graph="b", size=13, max_steps=2)
+    env.reset(seed=4)
+    goal = int(env.unwrapped.single.turns.world.state.levels[0].colours[0])
+    for actions in ((goal, 1), (13, 1)):
+        if make is hierroom.parallel_env:
+            env.step(dict(zip(env.possible_agents, actions, strict=True)))
+        else:
+            for action in actions:
+                if env.agent_selection == ("meta_0" if action == actions[0] else "controller_0"):
+                    env.step(action)
+        assert env.state()[..., 3].sum() == 1
+    assert all(env.truncations.values()) if make is hierroom.env else not env.agents
+
+
 @pytest.mark.parametrize("make", [gymnasium.make, gymnasium.make_vec])
 def test_an_id_of_one_graph_takes_no_other(make):
-    said = f"{ID} is one goal graph's: give the graph 'f' to hierroom/EscapeRoom-v0"
+    said = f"{ID} has its own graphs: give graph 'f' to hierroom/EscapeRoom-v0"
     with pytest.raises(InputError, match=f"^{re.escape(said)}$"):
         make(ID, graph="f")
     assert make(ID, graph="b").spec.id == ID

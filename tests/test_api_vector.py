@@ -3,9 +3,10 @@
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.vector import AutoresetMode
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from hierroom.errors import InputError
+from hierroom.gym_env import EscapeRoom
 from hierroom.turns import Turns
 from hierroom.vector_env import EscapeRooms
 from hierroom.world.oracle import shortest_actions
@@ -109,6 +110,30 @@ def test_without_autoreset_what_ended_must_be_reset():
     _, infos = env.reset(options={"reset_mask": truncated})
     assert infos["_length"].tolist() == truncated.tolist()
     env.step(np.ones(3, int))
+
+
+def test_a_reset_that_is_refused_leaves_everything_as_it_was():
+    envs = [EscapeRooms(2, autoreset_mode="Disabled", meta="fixed-dfs", **SMALL) for _ in range(2)]
+    told = []
+    for n, env in enumerate(envs):
+        env.reset(seed=0)
+        for _ in range(9):
+            env.step(np.ones(2, int))
+        if n:
+            with pytest.raises(InputError, match="seed"):
+                env.reset(seed=-1)
+        told.append(env.reset(options={"reset_mask": np.array([True, False])}))
+    same(told[0][0], told[1][0])
+    assert told[0][0]["goal"][1].any()
+
+
+def test_complexity_is_laid_out_as_gymnasium_lays_it_out():
+    ours = EscapeRooms(2, graph="b", size=11)
+    theirs = SyncVectorEnv([lambda: EscapeRoom("b", size=11)] * 2)
+    (_, told), (_, expected) = (envs.reset(seed=[1, 2], options={"complexity": True}) for envs in (ours, theirs))
+    assert told["_complexity"].tolist() == [True, True]
+    assert told.keys() == expected.keys()
+    assert repr(told["complexity"]) == repr(expected["complexity"])
 
 
 def test_in_next_step_mode_the_action_of_the_reset_is_ignored():

@@ -6,6 +6,7 @@ import warnings
 import gymnasium
 import numpy as np
 import pytest
+from gymnasium.envs.registration import EnvSpec
 
 import hierroom
 from hierroom import GoalGraph, InputError
@@ -46,6 +47,26 @@ def test_a_set_has_an_id_less_what_is_excluded():
     names = {graph.name for graph in env.unwrapped.single.turns.sampler.everything}
     assert len(names) == 8
     assert {"a", "d", "e", "f"} <= names
+
+
+@pytest.mark.parametrize("make", [gymnasium.make, gymnasium.make_vec])
+def test_an_id_keeps_its_graphs_and_what_they_exclude(make):
+    env_id = hierroom.register("three-rooms", "rooms:3", exclude="c")
+    for name, value in (("exclude", ()), ("graph", ["rooms:3", "d"])):
+        with pytest.raises(
+            InputError, match=rf"^{env_id} has its own graphs: give {name} .* to hierroom/EscapeRoom-v0$"
+        ):
+            make(env_id, **{name: value})
+    assert make(env_id, graph="rooms:3", exclude=["c"]).spec.id == env_id
+
+
+@pytest.mark.parametrize("graph", [FORK, GoalGraph((0, 1, 1), 3), ["a", FORK]])
+def test_a_spec_that_was_written_as_json_makes_the_same_again(graph):
+    env = gymnasium.make("hierroom/EscapeRoom-v0", graph=graph)
+    again = gymnasium.make(EnvSpec.from_json(env.spec.to_json()))
+    everything = [one.unwrapped.single.turns.sampler.everything for one in (env, again)]
+    assert everything[0] == everything[1]
+    assert [one.name for one in everything[0]] == [one.name for one in everything[1]]
 
 
 def test_a_module_that_registers_is_found_in_other_processes(tmp_path, monkeypatch):

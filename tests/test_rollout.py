@@ -5,6 +5,7 @@ import signal
 import threading
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import gymnasium
 import numpy as np
@@ -181,6 +182,7 @@ def test_in_any_environment_of_ours(run):
     envs += [gymnasium.make("hierroom/EscapeRoom-v0", **arguments)]
     envs += [gymnasium.make_vec("hierroom/EscapeRoom-v0", num_envs=3, **arguments)]
     envs += [hierroom.add_features(hierroom.parallel_env(**arguments), ["goal-place"])]
+    envs += [hierroom.minigrid_view(envs[2]), hierroom.sb3_view(envs[3])]
     for env in envs:
         assert [episode.to_dict() for episode in hierroom.rollout(agent, env, 4)] == expected
     assert {len(e.start.grids[0]) - 10 for e in hierroom.rollout(agent, None, 2)} == {11}  # where it was trained
@@ -206,6 +208,9 @@ def test_what_cannot_be_played_is_refused_at_once(run):
     ):
         with pytest.raises(InputError, match=message):
             hierroom.rollout(*arguments)
+    idle = SimpleNamespace(step=lambda turns: None)
+    with pytest.raises(InputError, match=r"^step of a player must return what turns\.step gave, a Step, not None$"):
+        list(hierroom.rollout(idle, EnvConfig("a")))
     for player in (agent, "random", "oracle"):
         with pytest.raises(InputError, match="seed must be at least 0, not -1"):
             hierroom.rollout(player, seed=-1)

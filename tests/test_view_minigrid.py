@@ -67,6 +67,13 @@ def test_it_is_what_minigrid_would_observe_and_what_the_environment_does(drop_ke
     assert (len(missions) > 3) == (meta != "none")
 
 
+def test_the_mission_stays_to_the_end_of_the_episode():
+    env = make(max_steps=5, meta="fixed-dfs")
+    missions = {env.reset(seed=np.int64(3))[0]["mission"], *(env.step(0)[0]["mission"] for _ in range(5))}
+    assert len(missions) == 1
+    assert missions <= {f"pick up the {colour} key" for colour in COLOURS}
+
+
 def test_pictures_are_the_same():
     env = make(render_mode="rgb_array")
     env.reset(seed=0)

@@ -8,6 +8,7 @@ import gymnasium
 import numpy as np
 import pytest
 import torch
+from gymnasium.wrappers.vector import RecordEpisodeStatistics
 from stable_baselines3 import DQN, PPO
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
@@ -69,6 +70,37 @@ def test_each_step_is_that_of_the_single_environments():
             else:
                 assert infos[n] == info
     assert n_ended >= 3 * N
+
+
+def test_pictures_and_texts_are_those_of_the_environments():
+    envs = make(render_mode="rgb_array")
+    envs.reset()
+    assert envs.render().shape[-1] == 3  # all in one
+    images = envs.get_images()
+    assert len(images) == N
+    np.testing.assert_array_equal(images[2], envs.envs.render()[2])
+    texts = make(render_mode="ansi")
+    texts.reset()
+    assert texts.render() is None
+    assert texts.env_method("render", indices=[1]) == [texts.envs.render()[1]]
+    assert texts.get_images() == [None] * N
+
+
+def test_what_a_wrapper_tells_of_episodes_is_told_where_they_end():
+    envs = hierroom.sb3_view(RecordEpisodeStatistics(gymnasium.make_vec("hierroom/EscapeRoom-b-v0", N, **SETTINGS)))
+    envs.set_options({"complexity": True})
+    envs.reset()
+    assert all(info["complexity"]["graph"] == "b" for info in envs.reset_infos)
+    lengths, n_ended, rng = np.zeros(N, int), 0, np.random.default_rng(0)
+    for _ in range(90):
+        _, _, dones, infos = envs.step(rng.integers(5, size=N))
+        lengths += 1
+        for n, info in enumerate(infos):
+            assert ("episode" in info) == dones[n] == ("terminal_observation" in info)
+            if dones[n]:
+                assert info["episode"]["l"] == info["length"] == lengths[n]
+                lengths[n], n_ended = 0, n_ended + 1
+    assert n_ended >= 2 * N
 
 
 @pytest.mark.usefixtures("_one_thread")
@@ -139,6 +171,7 @@ def test_no_library_is_one_clear_line(monkeypatch):
             lambda: hierroom.sb3_view(gymnasium.make_vec("CartPole-v1", 2)),
             "sb3_view takes what gymnasium.make_vec gives",
         ),
+        (lambda: make(copy=False), "sb3_view takes environments with copy=True: Stable-Baselines3 keeps observations"),
         (lambda: make().set_attr("graph", "c"), "the environments of the batch engine have no attributes of their own"),
     ],
 )

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import torch
 from gymnasium import make_vec
+from gymnasium.utils.env_checker import check_env
 from safetensors import safe_open
 from safetensors.torch import save_file
 
@@ -15,7 +16,7 @@ import hierroom
 from hierroom.agents.config import AgentsConfig
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
-from hierroom.meta import FixedDFS
+from hierroom.meta import FixedDFS, choose_goals
 from hierroom.training.assembly import make_agents
 from hierroom.training.config import TrainConfig
 from hierroom.training.evaluation import evaluate
@@ -65,11 +66,42 @@ def test_a_file_plays_as_its_run_does(tmp_path, meta):
     )
 
 
-def test_the_meta_controller_alone_plays_as_in_its_pair():
+def test_the_meta_controller_alone_thinks_as_in_its_pair():
     agent = hierroom.load("learned-g")
-    other = hierroom.load("learned-g", meta=agent.meta_controller())
-    assert played(other) == played(agent)
-    assert played(other) != played(hierroom.load("learned-g", meta="random"))
+    turns, alone, pair = agent.turns(8, seed=1), agent.meta_controller(8), agent.pair(8)
+    for _ in range(200):
+        situation = turns.situation(turns.due("meta_0"))
+        if len(situation):
+            choose_goals(alone, situation)
+        pair.choose(turns)
+        if len(situation):
+            logits = [one.decision.logits for one in (alone._policy, pair.agents["meta_0"])]
+            np.testing.assert_array_equal(*logits)
+        transitions = turns.advance()
+        for name, transition in transitions.items():
+            pair.agents[name].record(transition, turns)
+    played(hierroom.load("g", meta=agent.meta_controller()))
+
+
+def goals_of(meta, num_envs, env_index=0, seed=3):
+    """The goals that the first of some environments is given in an episode, shown after each step."""
+    settings = {"max_steps": 60, "subgoal_horizon": 4, "goal_mask": "existing", "env_index": env_index}
+    envs = make_vec(ROOM, num_envs, meta=meta, autoreset_mode="Disabled", **settings)
+    rng, goals = np.random.default_rng(0), [envs.reset(seed=seed)[0]["goal"][0].tolist()]
+    for _ in range(59):
+        goals.append(envs.step(np.full(num_envs, rng.integers(5)))[0]["goal"][0].tolist())
+    return goals
+
+
+def test_the_meta_controller_alone_is_fixed_by_the_seeds_of_the_environments_and_its_own():
+    agent = hierroom.load("learned-g")
+    meta = agent.meta_controller(3)
+    goals = goals_of(meta, 3)
+    assert goals == goals_of(meta, 3) == goals_of(agent.meta_controller(), 1)
+    assert len({tuple(goal) for goal in goals}) > 1
+    others = [goals_of(agent.meta_controller(seed=seed), 1) for seed in range(1, 6)]
+    assert any(other != goals for other in others)
+    check_env(gymnasium.make(ROOM, meta=agent.meta_controller()).unwrapped, skip_render_check=True)
 
 
 def test_the_meta_controller_alone_in_every_environment():

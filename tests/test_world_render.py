@@ -153,6 +153,21 @@ def test_window(world, monkeypatch):
     assert not pygame.display.get_init()
 
 
+def test_a_window_opens_again_where_another_was_closed(world, monkeypatch):
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    import pygame
+
+    one, other = Window(), Window()
+    frame = draw_level(world.state)
+    for window in (one, other, one):
+        window.show(frame)
+    one.close()
+    other.show(frame)
+    pygame.quit()
+    other.show(frame)
+    other.close()
+
+
 def test_a_window_without_a_screen(world, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "no such driver")
     with pytest.raises(InputError, match=r"cannot open a window \(.*\); render_mode 'rgb_array' needs none"):

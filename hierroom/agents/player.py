@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.errors import InputError
+from hierroom.errors import InputError, shown
 from hierroom.options import CONTROLLER, META, Transition
 from hierroom.step import Step
 from hierroom.turns import Turns
@@ -176,7 +176,7 @@ def play(
         each primitive step.
 
     Raises:
-        InputError: if fewer than one episode is asked for.
+        InputError: if fewer than one episode is asked for, or the player returns no step.
     """
     quota, played = quotas(episodes, len(turns)), np.zeros(len(turns), np.int64)
     envs, counted = np.arange(len(turns)), np.flatnonzero(quota)
@@ -186,6 +186,8 @@ def play(
             player, turns, envs = part, turns.part(counted), envs[counted]
             counted = np.arange(len(envs))
         step = player.step(turns)
+        if not isinstance(step, Step):
+            raise InputError(f"step of a player must return what turns.step gave, a Step, not {shown(step)}")
         ended = counted[step.episode_ended[counted]]
         yield PlayedStep(turns, step, envs, counted, ended, played[envs])
         if len(ended):

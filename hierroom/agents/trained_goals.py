@@ -18,7 +18,7 @@ class TrainedGoals:
     Args:
         trained: the meta-controller.
         num_envs: environments that it chooses goals in.
-        seed: fixes what it draws.
+        seed: fixes, together with the seeds of the environments, what it draws.
 
     Raises:
         InputError: if it reads what levels remember only in the environments of its own run.
@@ -31,13 +31,20 @@ class TrainedGoals:
                 "it plays in the environments of TrainedAgent.turns alone"
             )
         self._trained, self._num_envs = trained, num_envs
-        self._agent = trained.frozen(num_envs, seed=seed)
+        self._policy = trained.learner.policy(num_envs, seed=seed)
+        self._shift = np.random.default_rng(seed).random()
 
     def choose(
         self, observations: Mapping[str, NDArray], legal: NDArray[np.bool_], situation: Situation
     ) -> NDArray[np.integer]:
-        """[M] a goal for each of the environments whose turn it is, drawn as in training."""
-        return self._agent.act(situation)
+        """[M] a goal for each of the environments whose turn it is, drawn as in training.
+
+        This one's seed and an environment's seed, episode and turn fix what is drawn, whichever environments are asked
+        about together and whatever was played before.
+        """
+        uniforms = (situation.uniforms[:, 0] + self._shift) % 1.0
+        features = self._trained.features.encode(situation)
+        return self._policy.act_by(uniforms, situation.envs, features, situation.masks)
 
     def reset(self, envs: NDArray[np.integer]) -> None:
         """Forget the last episode of some environments [M].
@@ -50,7 +57,7 @@ class TrainedGoals:
                 f"this meta-controller was made for {self._num_envs} environments, but here is one of number "
                 f"{envs.max()}; say so: meta_controller(num_envs=...)"
             )
-        self._agent.reset(envs)
+        self._policy.reset(envs)
 
     def for_play(self, num_envs: int, *, seed: int) -> TrainedGoals:
         """One for other environments."""

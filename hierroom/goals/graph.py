@@ -168,17 +168,18 @@ class GoalGraph:
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> GoalGraph:
-        """The graph of a table such as `to_dict` gives, whose ``name`` may be missing.
+        """The graph of a table such as `to_dict` gives, whose ``name`` may be missing or called ``label``.
 
         Raises:
             InputError: if the table does not describe a goal graph.
         """
-        if {*table} - {"name"} != {"key_rooms", "exit_room"}:
+        names = [*({*table} & {"name", "label"})]  # Gymnasium writes a graph into a spec by the names of its fields
+        if {*table} - {*names} != {"key_rooms", "exit_room"} or len(names) > 1:
             raise InputError(
                 "a goal graph must hold key_rooms (a list of rooms), exit_room (a room) and, if it is to have one, a "
                 f"name, and nothing else; it holds {', '.join(sorted(map(str, table))) or 'nothing'}"
             )
-        return cls(table["key_rooms"], table["exit_room"], table.get("name"))
+        return cls(table["key_rooms"], table["exit_room"], table[names[0]] if names else None)
 
     def to_toml(self, path: str | Path | None = None) -> str:
         """Return the graph as TOML text, and write it to ``path`` if one is given.

@@ -60,9 +60,18 @@ class Policy:
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.int64]:
         """Sample actions [M] int64 as in training; arguments as in `Learner.act`."""
-        logits = self._logits(envs, features, masks)
         uniforms = self._random.random(len(envs) + self._n_left_out)[self._kept]
-        return sample_actions(logits, masks, uniforms)[0]
+        return self.act_by(uniforms, envs, features, masks)
+
+    def act_by(
+        self,
+        uniforms: NDArray[np.float64],
+        envs: NDArray[np.integer],
+        features: NDArray[np.uint8],
+        masks: NDArray[np.bool_],
+    ) -> NDArray[np.int64]:
+        """As `act`, by random numbers [M] in [0, 1) that are given instead of its own."""
+        return sample_actions(self._logits(envs, features, masks), masks, uniforms)[0]
 
     def act_greedily(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]

@@ -72,7 +72,8 @@ def rollout(
 def _config_of(env: Any) -> EnvConfig:
     if isinstance(env, EnvConfig):
         return env
-    inner = getattr(env, "unwrapped", None)
+    inner = getattr(env, "escape_room", getattr(env, "envs", env))  # what is behind minigrid_view and sb3_view
+    inner = getattr(inner, "unwrapped", None)
     turns = getattr(getattr(inner, "single", inner), "turns", None)
     if not isinstance(turns, Turns):
         raise InputError(f"env must be an EnvConfig or an environment of hierroom, not {env!r}")

@@ -107,11 +107,11 @@ class TrainedAgent:
         return freeze(self.meta, self.controller, num_envs, seed=seed, is_greedy=self.is_greedy)
 
     def meta_controller(self, num_envs: int = 1, *, seed: int = 0) -> MetaController:
-        """The meta-controller alone, which plays: for an environment of any API, or another agent (`load`'s ``meta``).
+        """The meta-controller alone, which plays: for Gymnasium's environments, or another agent (`load`'s ``meta``).
 
         Args:
             num_envs: environments that it chooses goals in.
-            seed: fixes what it draws.
+            seed: fixes, together with the seeds of the environments, what it draws.
 
         Raises:
             InputError: if it reads what levels remember only in the environments of its own run.

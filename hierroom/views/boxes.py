@@ -51,7 +51,8 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
     | whose it is | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
     | ``features``, one-hot | as many as they have values | all zero for an agent without; see `add_features` |
 
-    Both agents have 14 actions. Those that ``controller_0`` does not have only cost the step.
+    Both agents have 14 actions. Those that ``controller_0`` does not have only cost the step, whatever wrappers are
+    inside: wrappers belong outside this view.
 
     Args:
         env: a `hierroom.parallel_env` or a `hierroom.env`, which may have features.

@@ -70,7 +70,7 @@ class minigrid_view(MiniGridEnv):
         if not isinstance(env.observation_space, spaces.Dict) or "goal" not in env.observation_space.spaces:
             raise InputError("minigrid_view takes the environment without wrappers that change its observations")
         self.escape_room = env
-        self._turns = single.turns
+        self._single = single
         config = single.turns.config
         super().__init__(MissionSpace(_mission, [list(MISSIONS)]), grid_size=config.size, max_steps=config.max_steps)
         self.metadata = env.metadata
@@ -79,7 +79,7 @@ class minigrid_view(MiniGridEnv):
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None):
         """Begin an episode, as the environment does."""
-        gymnasium.Env.reset(self, seed=seed)
+        gymnasium.Env.reset(self, seed=None if seed is None else int(seed))  # Gymnasium takes no number of NumPy's
         observation, info = self.escape_room.reset(seed=seed, options=options)
         self.grid = Grid(self.width, self.height)
         self._tiles = np.full((self.height, self.width), constants.EMPTY, np.uint8)
@@ -109,7 +109,7 @@ class minigrid_view(MiniGridEnv):
 
     def _follow(self) -> None:
         """Bring MiniGrid's grid, agent and mission to where the level is."""
-        state: State = self._turns.world.state
+        state: State = self._single.turns.world.state
         level, tiles = state.levels[0], state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN]
         for row, col in np.argwhere(tiles != self._tiles):
             self.grid.set(int(col), int(row), minigrid_objects()[tiles[row, col]])
@@ -119,7 +119,7 @@ class minigrid_view(MiniGridEnv):
         self.step_count = int(level.steps)
         carried = int(level.carried)
         self.carrying = None if carried < 0 else minigrid_objects()[constants.KEY + level.colours[carried]]
-        self.mission = MISSIONS[int(self._turns.goals[0])]
+        self.mission = MISSIONS[self._single.goal]
 
     def _view(self, observation: dict[str, NDArray]) -> dict[str, Any]:
         image = observation["observation"]

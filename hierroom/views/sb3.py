@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from gymnasium.vector import AutoresetMode, VectorEnv
 
 from hierroom.errors import InputError
+from hierroom.vector_env import EscapeRooms
 
 if TYPE_CHECKING:
     from hierroom.views.sb3_vec_env import BatchVecEnv
@@ -24,14 +25,16 @@ def sb3_view(envs: VectorEnv) -> BatchVecEnv:
         ``is_success``; ``VecMonitor`` adds ``episode``. MaskablePPO finds ``action_masks``.
 
     Raises:
-        InputError: if it is another environment, one that does not begin the next episode in the step that ends one,
-            or Stable-Baselines3 is not installed.
+        InputError: if it is another environment, one that does not begin the next episode in the step that ends one
+            or overwrites its observations, or Stable-Baselines3 is not installed.
     """
     if not isinstance(envs, VectorEnv) or not hasattr(envs.unwrapped, "turns"):
         raise InputError(f"sb3_view takes what gymnasium.make_vec gives for an id of hierroom, not {envs!r}")
     mode = envs.metadata.get("autoreset_mode")
     if mode != AutoresetMode.SAME_STEP:
         raise InputError(f"sb3_view takes environments whose autoreset_mode is {AutoresetMode.SAME_STEP}, not {mode}")
+    if not cast(EscapeRooms, envs.unwrapped).copies:
+        raise InputError("sb3_view takes environments with copy=True: Stable-Baselines3 keeps observations for later")
     try:
         from hierroom.views.sb3_vec_env import BatchVecEnv
     except ModuleNotFoundError as error:

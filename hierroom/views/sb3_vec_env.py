@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 import numpy as np
@@ -14,8 +14,8 @@ from hierroom.errors import InputError
 from hierroom.options import CONTROLLER
 from hierroom.vector_env import EscapeRooms
 
-NOT_ARRAYS = ("final_obs", "final_info", "complexity")
-"""Entries of Gymnasium's infos that are no numbers, one for each environment."""
+FINAL = ("final_obs", "final_info")
+"""Entries of Gymnasium's infos that Stable-Baselines3 has in a form of its own."""
 
 
 class BatchVecEnv(VecEnv):
@@ -50,6 +50,7 @@ class BatchVecEnv(VecEnv):
             ended = np.flatnonzero(dones)
             for n, final in zip(ended, _by_environment(told["final_info"], ended), strict=True):
                 infos[n] = {
+                    **infos[n],
                     **final,
                     "is_success": bool(terminated[n]),
                     "terminal_observation": told["final_obs"][n],
@@ -61,6 +62,10 @@ class BatchVecEnv(VecEnv):
         """[N, A] bool, the legal actions."""
         turns = cast(EscapeRooms, self.envs.unwrapped).turns
         return np.array(turns.observe(CONTROLLER, turns.due(CONTROLLER)).masks)
+
+    def get_images(self) -> list[NDArray[np.uint8] | None]:
+        """A picture [H, W, 3] of each environment, or None where the ``render_mode`` is no picture."""
+        return list(self.envs.render() or ()) if self.render_mode == "rgb_array" else [None] * self.num_envs
 
     def close(self) -> None:
         """Close the environments."""
@@ -79,15 +84,18 @@ class BatchVecEnv(VecEnv):
         raise InputError(f"the environments of the batch engine have no attributes of their own to set, {attr_name}")
 
     def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
-        """What ``action_masks`` gives for each environment.
+        """What ``action_masks`` or ``render`` gives for each environment.
 
         Raises:
             AttributeError: for another method, which they do not have one by one.
         """
-        if method_name != "action_masks":
-            raise AttributeError(f"environments of the batch engine have the method action_masks, not {method_name}")
-        masks = self.action_masks()
-        return [masks[n] for n in self._get_indices(indices)]
+        methods: dict[str, Callable[[], Any]] = {"action_masks": self.action_masks, "render": self.envs.render}
+        if method_name not in methods:
+            raise AttributeError(
+                f"environments of the batch engine have the methods {', '.join(methods)}, not {method_name}"
+            )
+        results = methods[method_name]()
+        return [results if results is None else results[n] for n in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """False for each: environments of the batch engine are not wrapped one by one."""
@@ -96,6 +104,13 @@ class BatchVecEnv(VecEnv):
 
 def _by_environment(infos: Mapping[str, Any], envs: Any = slice(None)) -> list[dict[str, Any]]:
     """Infos in arrays, as Gymnasium lays them out, as a dict for each of some environments."""
-    names = [name for name in infos if not name.startswith("_") and name not in NOT_ARRAYS]
+    names = [name for name in infos if not name.startswith("_") and name not in FINAL]
+    tables = [name for name in names if isinstance(infos[name], Mapping)]  # what a wrapper tells, such as an episode
+    names = [name for name in names if name not in tables]
     columns = [infos[name][envs].tolist() for name in names]
-    return [dict(zip(names, row)) for row in zip(*columns)]  # noqa: B905 - all as long as the others, and it is faster
+    rows = [dict(zip(names, row)) for row in zip(*columns)]  # noqa: B905 - all as long as the others, and it is faster
+    for name in tables:
+        for row, is_told, entry in zip(rows, infos[f"_{name}"][envs], _by_environment(infos[name], envs), strict=True):
+            if is_told:
+                row[name] = entry
+    return rows

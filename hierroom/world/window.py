@@ -38,7 +38,9 @@ class Window:
         import pygame  # imported only when needed: it loads slowly, and servers have no screen
 
         height, width = frame.shape[:2]
-        if self._screen is None or self._screen.get_size() != (width, height):
+        # There is one screen for all windows of a process, and whoever closes it closes that of the others, too.
+        screen = pygame.display.get_surface()
+        if self._screen is None or self._screen is not screen or self._screen.get_size() != (width, height):
             try:
                 pygame.display.init()
                 self._screen = pygame.display.set_mode((width, height))
