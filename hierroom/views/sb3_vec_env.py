@@ -63,7 +63,7 @@ class BatchVecEnv(VecEnv):
         turns = cast(EscapeRooms, self.envs.unwrapped).turns
         return np.array(turns.observe(CONTROLLER, turns.due(CONTROLLER)).masks)
 
-    def get_images(self) -> list[NDArray[np.uint8] | None]:
+    def get_images(self) -> list[Any]:
         """A picture [H, W, 3] of each environment, or None where the ``render_mode`` is no picture."""
         return list(self.envs.render() or ()) if self.render_mode == "rgb_array" else [None] * self.num_envs
 
