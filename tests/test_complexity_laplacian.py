@@ -6,18 +6,23 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from hierroom.agents.player import RandomPlayer
 from hierroom.complexity import (
     AugmentedGraph,
     Walk,
     analyze,
+    expected_visits,
     laplacian,
     laplacian_hitting_time,
     laplacian_sensitivity,
     mean_first_passage_time,
 )
-from hierroom.complexity.measures import stationary_distribution
+from hierroom.complexity.walk import PAPER_WALK
+from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
+from hierroom.measure import measure
+from hierroom.turns import Turns
 
 TO_TWO_DIGITS = {
     False: (8.36, 12.05, 15.07, 15.10, 17.09, 22.44, 27.50),
@@ -115,29 +120,38 @@ def test_a_corridor_in_exact_fractions_however_its_nodes_are_numbered(n, ahead, 
         assert found == pytest.approx(float(x[0] - x[-1]), rel=1e-11)
 
 
+def by_visits(chain, restart):
+    visits = expected_visits(chain.weights, chain.source, chain.nodes_of("exit"))
+    squares = visits @ visits
+    return (visits[chain.source] + restart * squares) / (1 + restart**2 * squares)
+
+
 @pytest.mark.parametrize("walk", [Walk(), Walk(0.5, 0.3, 0.2), Walk(0.9, 0.0999, 0.0001)])
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("n_rooms", [2, 3, 4, 5])
-def test_it_follows_from_the_stationary_distribution_and_the_mean(n_rooms, drop_key, walk):
+def test_it_follows_from_the_visits_before_the_exit(n_rooms, drop_key, walk):
     """Equation (2) of `hierroom.complexity.laplacian`."""
     for graph in enumerate_graphs(n_rooms):
         report = analyze(graph, drop_key, walk)
-        chain, restart = report.chain, walk.restart
-        pi, exit_ = stationary_distribution(chain.weights), chain.nodes_of("exit")[0]
-        assert pi[exit_] == pytest.approx(1 / (1 + restart * report.expected_steps), rel=1e-9)
-        spread = pi[exit_] * (pi[exit_] - pi[chain.source]) / (pi @ pi)
-        assert report.hitting_time == pytest.approx((1 - spread) / restart, rel=1e-9)
+        assert report.hitting_time == pytest.approx(by_visits(report.chain, walk.restart), rel=1e-9)
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_it_exceeds_its_limit_where_the_walk_spends_less_time_at_the_exit_than_at_the_start(drop_key):
+def test_it_exceeds_its_limit_where_many_steps_are_spent_at_the_start(drop_key):
     above = 0
     for n_rooms in range(2, 13):
         report = analyze(GoalGraph(tuple(range(n_rooms - 1)), n_rooms - 1), drop_key)
-        is_rare = report.expected_steps > (1 / stationary_distribution(report.chain.weights)[0] - 1) / 0.01
-        assert (report.hitting_time > 100) == is_rare
-        above += is_rare
+        is_above = expected_visits(report.chain.weights, 0, report.chain.nodes_of("exit"))[0] > 100
+        assert (report.hitting_time > 100) == is_above
+        above += is_above
     assert 0 < above < 11
+
+
+def test_that_of_random_play_follows_from_its_visits_too():
+    turns = Turns(EnvConfig("a", size=11, max_steps=2000), 10, seed=0)
+    chain = measure(turns, RandomPlayer(np.random.default_rng(0)), 20).chain
+    assert chain.hitting_time == pytest.approx(by_visits(chain, PAPER_WALK.restart), rel=1e-9)
+    assert chain.hitting_time > 100
 
 
 def test_with_symmetric_weights_it_is_the_effective_resistance():

@@ -10,18 +10,17 @@ the hitting time. L is singular, and because the walk is directed, b is not in i
 the mean first-passage time: on graph a it is 8.36, while the mean is 28 steps.
 
 **What it measures.** The paper's exit has one edge, of weight r = 0.01, back to the start. Where the target's only edge
-is one to the source, row t of the least-squares equations is r (x_t - x_s) = -1 - pi_t (pi_s - pi_t) / |pi|^2, with pi
-the stationary distribution of the walk. Hence
+is one to the source, row t of the least-squares equations is r (x_t - x_s) = -1 - y_t (y_s - y_t) / |y|^2, with y the
+stationary distribution of the walk up to a factor. From one visit of the exit to the next the walk spends 1 / r steps
+there and v_i steps at each other node i, the `expected_visits` before the exit is reached, so y = (v, 1 / r) and
 
-    hitting time = (1 / r) (1 - pi_t (pi_t - pi_s) / |pi|^2),        pi_t = 1 / (1 + r m),                       (2)
+    hitting time = (v_s + r |v|^2) / (1 + r^2 |v|^2).                                                            (2)
 
-with m the mean first-passage time: between two visits to the exit the walk takes m steps, and a visit lasts 1 / r. So
-the number tells two things of a walk, how long it takes and, by |pi|^2, on how few nodes it spends its time. With
-pi_s and |pi|^2 given it grows with m, but only until the walk spends half as much time at the exit as at the start.
-From m = (1 / pi_s - 1) / r on, where it spends less there than at the start, the number exceeds 1 / r = 100, and it
-tends to 100 on any graph as pi_t vanishes: it is 98.7 for a chain of 8 rooms with a mean of 1,656 steps and 100.0 for
-one of 20 rooms with 6.7 million. With drop it is up to 113 with 7 rooms, and 102.0 for a chain of 6 rooms, 100.5 for
-one of 7. Use the mean to compare hard graphs.
+The sum of v is the mean first-passage time, while this number adds up squares: of two walks that take equally long, it
+is smaller for the one that spreads its time over more nodes. As |v|^2 grows, it tends to 1 / r = 100 on any graph: it
+is 98.7 for a chain of 8 rooms with a mean of 1,656 steps and 100.0 for one of 20 rooms with 6.7 million. It is above
+100 exactly where more than 100 steps are spent at the start, and falls again as graphs get harder: with drop it is up
+to 113 with 7 rooms, and 102.0 for a chain of 6 rooms, 100.5 for one of 7. Use the mean to compare hard graphs.
 
 **Sparse solution.** Let K = D - W. Its left null space is spanned by one vector y_c for each closed class c of the
 walk; y_c is zero outside the class, so these vectors are orthogonal. Its right null space is spanned by the vectors
