@@ -19,6 +19,7 @@ from statistics import median
 import torch
 import tyro
 
+from hierroom.cli import run
 from hierroom.env_config import EnvConfig
 from hierroom.errors import InputError
 from hierroom.training.config import TrainConfig
@@ -37,11 +38,9 @@ class Options:
     """Updates of each that are timed, after one that is not."""
     threads: int = 2
     """Threads of the compiled kernels, and of the world."""
-    device: str = "cuda"
-    """The device beside the CPU."""
 
 
-def main() -> None:
+def main() -> int:
     """The command."""
     options = tyro.cli(Options, description=__doc__)
     if not torch.cuda.is_available():
@@ -53,25 +52,23 @@ def main() -> None:
         for num_envs in options.num_envs:
             config = TrainConfig(EnvConfig("g"), steps=10**9, num_envs=num_envs, threads=options.threads)
             config = config.changed(hidden_size=hidden_size)
-            speeds = measured(
-                {device: Trainer(config.changed(device=device)) for device in ("cpu", options.device)}, options
-            )
-            cpu, gpu = speeds["cpu"], speeds[options.device]
+            cpu, gpu = measured([Trainer(config.changed(device=device)) for device in ("cpu", "cuda")], options.repeats)
             print(
                 f"{hidden_size:6} {num_envs:8} {spread(cpu):>26} {spread(gpu):>26} {median(gpu) / median(cpu):10.2f}",
                 flush=True,
             )
+    return 0
 
 
-def measured(trainers: dict[str, Trainer], options: Options) -> dict[str, list[float]]:
-    """Primitive steps per second of each update, by device."""
-    speeds: dict[str, list[float]] = {device: [] for device in trainers}
-    for repeat in range(options.repeats + 1):
-        for device, trainer in trainers.items():
+def measured(trainers: list[Trainer], repeats: int) -> list[list[float]]:
+    """Primitive steps per second of each update, by trainer."""
+    speeds: list[list[float]] = [[] for _ in trainers]
+    for repeat in range(repeats + 1):
+        for trainer, its_speeds in zip(trainers, speeds, strict=True):
             started, steps = time.perf_counter(), trainer.steps
             trainer.advance()  # ends with numbers that are on the CPU, so that nothing is left to wait for
             if repeat:
-                speeds[device].append((trainer.steps - steps) / (time.perf_counter() - started))
+                its_speeds.append((trainer.steps - steps) / (time.perf_counter() - started))
     return speeds
 
 
@@ -81,4 +78,4 @@ def spread(values: list[float]) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    run(main)
