@@ -2,8 +2,10 @@
 
     python -m benchmarks.study.interval_coverage
 
-Each table has 79 graphs of ten seeds: a measure that is standard normal, a difficulty that Pearson's correlation r ties
-to it, and normal noise of the seeds. The truth is Spearman's correlation over two hundred thousand graphs.
+Each table has 79 graphs: two measures and a difficulty that are standard normal. Pearson's correlation r ties each
+measure to the difficulty, and the seeds have normal noise. A share of the runs, those that would take longest, never
+arrives. The truth is Spearman's correlation over two hundred thousand graphs, and 0 for the difference of the two
+measures.
 """
 
 from __future__ import annotations
@@ -16,14 +18,25 @@ import tyro
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
+from scipy.stats import norm
 
 from benchmarks.result_table import ResultTable
 from benchmarks.study.correlations import interval, rank_correlations, resampled
 from benchmarks.study.trained import medians
 
-N_GRAPHS, N_SEEDS, N_POPULATION = 79, 10, 200_000
-CASES = ((0.95, 0.1), (0.85, 0.3), (0.85, 1.0), (0.5, 0.3))
-"""r, and the deviation of the seeds' noise, that of the graphs' difficulty being 1."""
+N_GRAPHS, N_POPULATION = 79, 200_000
+CASES = (
+    (0.95, 0.1, 10, 0.0),
+    (0.85, 0.3, 10, 0.0),
+    (0.85, 1.0, 10, 0.0),
+    (0.5, 0.3, 10, 0.0),
+    (0.85, 0.3, 3, 0.0),
+    (0.85, 1.0, 3, 0.0),
+    (0.85, 0.3, 10, 0.1),
+    (0.85, 0.3, 3, 0.1),
+)
+"""r, the deviation of the seeds' noise, that of the graphs' difficulty being 1, the number of seeds, and the share of
+runs that never arrive."""
 
 
 @dataclass(frozen=True)
@@ -38,39 +51,59 @@ class Options:
         out: a file that the table is written to as CSV.
     """
 
-    tables: int = 200
+    tables: int = 600
     resamples: int = 200
     level: float = 0.95
     seed: int = 0
     out: Path | None = None
 
 
-def draw(r: float, noise: float, n_graphs: int, rng: np.random.Generator) -> tuple[NDArray, NDArray]:
-    measure = rng.normal(size=n_graphs)
-    difficulty = r * measure + np.sqrt(1 - r**2) * rng.normal(size=n_graphs)
-    return measure, difficulty[:, None] + noise * rng.normal(size=(n_graphs, N_SEEDS))
+@dataclass(frozen=True)
+class Population:
+    """What tables are drawn from; see `CASES`."""
+
+    r: float
+    noise: float
+    n_seeds: int
+    never: float
+
+    def draw(self, n_graphs: int, rng: np.random.Generator) -> tuple[NDArray, NDArray]:
+        """Two measures of each graph, and the outcome of each of its seeds."""
+        difficulty = rng.normal(size=(n_graphs, 1))
+        measures = self.r * difficulty + np.sqrt(1 - self.r**2) * rng.normal(size=(n_graphs, 2))
+        outcomes = difficulty + self.noise * rng.normal(size=(n_graphs, self.n_seeds))
+        longest = norm.isf(self.never, scale=np.hypot(1, self.noise))
+        return measures, np.where(outcomes > longest, np.inf, outcomes)
 
 
-def rho(measure: NDArray, outcomes: NDArray) -> float:
-    return float(rank_correlations(np.column_stack([measure, medians(outcomes)]))[0, 1])
+def correlations(measures: NDArray, outcomes: NDArray) -> NDArray:
+    """That of the first measure, and by how much it is above that of the second."""
+    first, second = rank_correlations(np.column_stack([medians(outcomes), measures]))[0, 1:]
+    return np.array([first, first - second])
 
 
 def main(options: Options) -> None:
     rng, console = np.random.default_rng(options.seed), Console(stderr=True)
     rows = []
-    for r, noise in CASES:
-        truth, held, widths = rho(*draw(r, noise, N_POPULATION, rng)), 0, []
-        for _ in track(range(options.tables), f"r {r}, noise {noise}", console=console, transient=True):
-            measure, outcomes = draw(r, noise, N_GRAPHS, rng)
+    for case in CASES:
+        population = Population(*case)
+        truth = np.array([correlations(*population.draw(N_POPULATION, rng))[0], 0])
+        held, widths = np.zeros(2), []
+        for _ in track(range(options.tables), f"{population}", console=console, transient=True):
+            measures, outcomes = population.draw(N_GRAPHS, rng)
             resamples = []
             for _ in range(options.resamples):
                 graphs = rng.integers(N_GRAPHS, size=N_GRAPHS)
-                resamples.append(rho(measure[graphs], resampled(outcomes[graphs], rng)))
-            _, low, high = interval(rho(measure, outcomes), resamples, options.level)
-            held += low <= truth <= high
-            widths.append(high - low)
-        rows.append((f"{r}", f"{noise}", f"{truth:.3f}", f"{held / options.tables:.1%}", f"{np.mean(widths):.3f}"))
-    ResultTable(("r", "noise", "truth", "covered", "mean width"), tuple(rows)).publish(options.out)
+                resamples.append(correlations(measures[graphs], resampled(outcomes[graphs], rng)))
+            found = zip(correlations(measures, outcomes), np.transpose(resamples), strict=True)
+            _, low, high = np.transpose([interval(value, of_it, options.level) for value, of_it in found])
+            held += (low <= truth) & (truth <= high)
+            widths.append(high[0] - low[0])
+        covered, zero_held = (f"{share:.1%}" for share in held / options.tables)
+        told = (f"{population.r}", f"{population.noise}", f"{population.n_seeds}", f"{population.never:.0%}")
+        rows.append((*told, f"{truth[0]:.3f}", covered, f"{np.mean(widths):.3f}", zero_held))
+    headings = ("r", "noise", "seeds", "never arrive", "truth", "covered", "mean width", "difference holds 0")
+    ResultTable(headings, tuple(rows)).publish(options.out)
 
 
 if __name__ == "__main__":
