@@ -95,8 +95,9 @@ def main(options: Options) -> None:
             for _ in range(options.resamples):
                 graphs = rng.integers(N_GRAPHS, size=N_GRAPHS)
                 resamples.append(correlations(measures[graphs], resampled(outcomes[graphs], rng)))
-            found = zip(correlations(measures, outcomes), np.transpose(resamples), strict=True)
-            _, low, high = np.transpose([interval(value, of_it, options.level) for value, of_it in found])
+            pairs = zip(correlations(measures, outcomes), np.transpose(resamples), strict=True)
+            found = [interval(value, of_it, options.level) for value, of_it in pairs]
+            low, high = np.array([one.low for one in found]), np.array([one.high for one in found])
             held += (low <= truth) & (truth <= high)
             widths.append(high[0] - low[0])
         covered, zero_held = (f"{share:.1%}" for share in held / options.tables)
