@@ -8,7 +8,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from benchmarks.study import ratio_coverage
+from benchmarks.study import interval_coverage, ratio_coverage
 from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.paired import Paired
 from benchmarks.study.trend import sentence, trends
@@ -58,3 +58,12 @@ def test_intervals_of_ratios_of_equal_methods_hold_1(capsys):
     rows = capsys.readouterr().out.splitlines()[2:]
     assert [row.split(" | ")[0] for row in rows] == [f"| {n}" for n in (1, 1, 4, 12, 12, 79, 79, 4, 4, 12, 12, 79)]
     assert all(float(row.split(" | ")[-1].rstrip(" |%")) >= 80 for row in rows if row.startswith(("| 12", "| 79")))
+
+
+def test_intervals_of_correlations_hold_the_truth(capsys):
+    interval_coverage.main(interval_coverage.Options(tables=20, resamples=40))
+    rows = [[*map(str.strip, row.strip("|").split("|"))] for row in capsys.readouterr().out.splitlines()[2:]]
+    truths = [float(row[4]) for row in rows]
+    assert truths[0] > truths[1] > truths[2] > truths[3]
+    assert truths[5] < truths[2], "fewer seeds are noisier"
+    assert all(float(row[column].rstrip("%")) >= 80 for row in rows for column in (5, 7))

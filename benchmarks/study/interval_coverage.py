@@ -25,18 +25,6 @@ from benchmarks.study.correlations import interval, rank_correlations, resampled
 from benchmarks.study.trained import medians
 
 N_GRAPHS, N_POPULATION = 79, 200_000
-CASES = (
-    (0.95, 0.1, 10, 0.0),
-    (0.85, 0.3, 10, 0.0),
-    (0.85, 1.0, 10, 0.0),
-    (0.5, 0.3, 10, 0.0),
-    (0.85, 0.3, 3, 0.0),
-    (0.85, 1.0, 3, 0.0),
-    (0.85, 0.3, 10, 0.1),
-    (0.85, 0.3, 3, 0.1),
-)
-"""r, the deviation of the seeds' noise, that of the graphs' difficulty being 1, the number of seeds, and the share of
-runs that never arrive."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +48,14 @@ class Options:
 
 @dataclass(frozen=True)
 class Population:
-    """What tables are drawn from; see `CASES`."""
+    """What tables are drawn from.
+
+    Args:
+        r: Pearson's correlation of each measure with the difficulty.
+        noise: the deviation of the seeds' noise, that of the graphs' difficulty being 1.
+        n_seeds: seeds of each graph.
+        never: share of the runs that never arrive.
+    """
 
     r: float
     noise: float
@@ -76,6 +71,18 @@ class Population:
         return measures, np.where(outcomes > longest, np.inf, outcomes)
 
 
+POPULATIONS = (
+    Population(0.95, 0.1, 10, 0.0),
+    Population(0.85, 0.3, 10, 0.0),
+    Population(0.85, 1.0, 10, 0.0),
+    Population(0.5, 0.3, 10, 0.0),
+    Population(0.85, 0.3, 3, 0.0),
+    Population(0.85, 1.0, 3, 0.0),
+    Population(0.85, 0.3, 10, 0.1),
+    Population(0.85, 0.3, 3, 0.1),
+)
+
+
 def correlations(measures: NDArray, outcomes: NDArray) -> NDArray:
     """That of the first measure, and by how much it is above that of the second."""
     first, second = rank_correlations(np.column_stack([medians(outcomes), measures]))[0, 1:]
@@ -85,8 +92,7 @@ def correlations(measures: NDArray, outcomes: NDArray) -> NDArray:
 def main(options: Options) -> None:
     rng, console = np.random.default_rng(options.seed), Console(stderr=True)
     rows = []
-    for case in CASES:
-        population = Population(*case)
+    for population in POPULATIONS:
         truth = np.array([correlations(*population.draw(N_POPULATION, rng))[0], 0])
         held, widths = np.zeros(2), []
         for _ in track(range(options.tables), f"{population}", console=console, transient=True):
