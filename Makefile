@@ -10,7 +10,7 @@ $(VENV)/.installed: pyproject.toml constraints.txt
 	touch $@
 
 compile: $(VENV)/.installed ## all kernels, so that nothing after it compiles in silence
-	$(BIN)/python -m hierroom.compile
+	$(BIN)/python -m hierroom compile
 
 train: compile ## HiPPO with the fixed depth-first meta-controller on graph c
 	$(BIN)/python -m hierroom.train --meta fixed-dfs
@@ -29,8 +29,8 @@ test-random: $(VENV)/.installed ## the tests in random order and in parallel; th
 
 # Whose kernels no other test runs as plain Python, in which alone their lines are seen. Those of the measures are left
 # out: they take longer than all of these together.
-OF_KERNELS := tests/test_state_check.py tests/test_sampled_level.py tests/test_features.py \
-	tests/test_complexity_elimination.py tests/test_learner_gae.py tests/test_learner_kernels.py
+OF_KERNELS := tests/worlds/escape_room/test_state_check.py tests/lab/test_sampled_level.py tests/agents/test_features.py \
+	tests/complexity/test_complexity_elimination.py tests/learners/test_learner_gae.py tests/learners/test_learner_kernels.py
 
 coverage: $(VENV)/.installed ## which branches the tests take, of kernels as plain Python too; fails below 95%
 	$(BIN)/coverage erase

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import tyro
 
-from hierroom.files import write_atomically
+from hierroom.support.files import write_atomically
 
 ROOT = Path(__file__).resolve().parents[1]
 MARKS = "<!-- table: python benchmarks/clients.py -->\n", "<!-- end of table -->\n"

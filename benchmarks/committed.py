@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from hierroom.errors import InputError
-from hierroom.sweep.plan import Plan, PlannedRun, read_plan
-from hierroom.sweep.table import Row, SweepTable
+from hierroom.lab.sweep.plan import Plan, PlannedRun, read_plan
+from hierroom.lab.sweep.table import Row, SweepTable
+from hierroom.support.errors import InputError
 
 ROOT = Path(__file__).parents[1]
 

@@ -19,11 +19,11 @@ from statistics import median
 import torch
 import tyro
 
-from hierroom.cli import run
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
-from hierroom.training.config import TrainConfig
-from hierroom.training.trainer import Trainer
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.trainer import Trainer
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
 
 
 @dataclass(frozen=True)

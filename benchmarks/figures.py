@@ -3,9 +3,9 @@
     python -m benchmarks.figures            # draw what is not as its rows are
     python -m benchmarks.figures --check    # exit code 1 where one differs
 
-A picture is drawn as the command before it on its page says; of those that `hierroom.paper` draws, this command alone
-writes the digest of the points. By that a picture is drawn again when the points change, and not when a library draws
-them otherwise.
+A picture is drawn as the command before it on its page says; of those that `hierroom.lab.paper` draws, this command
+alone writes the digest of the points. By that a picture is drawn again when the points change, and not when a library
+draws them otherwise.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from benchmarks.study import figure as scatter
 from benchmarks.study import forest
 from benchmarks.study.picture import ENTRY, digest, write
 from benchmarks.tables import PAGES
-from hierroom.cli import run
-from hierroom.compare.style import STYLE
-from hierroom.errors import InputError
-from hierroom.paper.figures import Figure3, Figure4, Figure5
+from hierroom.lab.compare.style import STYLE
+from hierroom.lab.paper.figures import Figure3, Figure4, Figure5
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
 
 PLACE = re.compile(
     r"`python -m (benchmarks\.study\.(?:figure|forest)|hierroom\.paper figure\d) ([^`]+)`[^`]*?!\[[^]]*\]\((\S+)\)"
@@ -56,7 +56,7 @@ class Picture:
 
     Args:
         path: of the file.
-        program: what draws it, such as `hierroom.paper figure3`.
+        program: what draws it, such as `hierroom.lab.paper figure3`.
         arguments: of the program.
     """
 

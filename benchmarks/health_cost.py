@@ -25,8 +25,8 @@ from rich.progress import track
 from rich.table import Table
 
 from hierroom.learners import ppo
-from hierroom.training.presets import find_preset
-from hierroom.training.trainer import Trainer
+from hierroom.runs.config.presets import find_preset
+from hierroom.runs.trainer import Trainer
 
 WARM_UP, RESAMPLES = 5, 2000
 

@@ -6,10 +6,10 @@ import numpy as np
 
 from hierroom.goals import EXIT_GOAL, NO_GOAL
 from hierroom.meta import MetaController
-from hierroom.options import META
-from hierroom.step import Step
-from hierroom.turns import Turns
-from hierroom.world.oracle import shortest_actions
+from hierroom.turns.ledger import META
+from hierroom.turns.step import Step
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 
 class Informed:

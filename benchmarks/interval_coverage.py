@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.progress import track
 
 from benchmarks.result_table import ResultTable
-from hierroom.compare.estimates import estimate, interquartile_mean, mean
+from hierroom.lab.compare.estimates import estimate, interquartile_mean, mean
 
 EXPERIMENTS, RESAMPLES = 1000, 500
 DISTRIBUTIONS = {

@@ -19,10 +19,10 @@ from statistics import median, quantiles
 import numpy as np
 import tyro
 
-from hierroom.cli import run
-from hierroom.env_config import EnvConfig
 from hierroom.meta import FixedDFS, LevelMeta, choose_goals
-from hierroom.turns import Turns
+from hierroom.support.cli import run
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.turns import Turns
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "examples"))
 from own_meta_controller import NearestKeyFirst, nearest

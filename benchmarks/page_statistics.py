@@ -22,9 +22,9 @@ from benchmarks.study.statistics import study
 from benchmarks.study.tables import MEASURES_PATH, known_measures, read_rows
 from benchmarks.study.trained import Milestone
 from benchmarks.tables import PAGES, PLACE
-from hierroom.cli import run
-from hierroom.files import write_atomically
-from hierroom.sweep.table import SweepTable
+from hierroom.lab.sweep.table import SweepTable
+from hierroom.support.cli import run
+from hierroom.support.files import write_atomically
 
 
 @dataclass(frozen=True)

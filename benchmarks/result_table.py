@@ -7,9 +7,9 @@ import io
 from dataclasses import dataclass
 from pathlib import Path
 
-from hierroom.errors import InputError
-from hierroom.files import write_atomically
-from hierroom.runtime.markdown_table import markdown_table
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
+from hierroom.support.markdown_table import markdown_table
 
 
 @dataclass(frozen=True)

@@ -18,15 +18,15 @@ from rich.progress import track
 from benchmarks.informed import Informed
 from benchmarks.result_table import ResultTable
 from benchmarks.searching import Searching
-from hierroom.cli import run
-from hierroom.errors import InputError
 from hierroom.goals import spec_names
 from hierroom.meta import make_meta
-from hierroom.training.assembly import evaluation_seed, make_turns
-from hierroom.training.config import TrainConfig
-from hierroom.training.evaluation import evaluate
-from hierroom.training.presets import find_preset
-from hierroom.training.trainer import MAX_EVALUATION_ENVS
+from hierroom.runs.assembly import evaluation_seed, make_turns
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.presets import find_preset
+from hierroom.runs.evaluation import evaluate
+from hierroom.runs.trainer import MAX_EVALUATION_ENVS
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
 
 
 @dataclass(frozen=True)

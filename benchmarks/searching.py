@@ -11,13 +11,23 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NO_GOAL
 from hierroom.meta import MetaController
-from hierroom.step import Step
-from hierroom.turns import Turns
-from hierroom.world import constants, view_kernels
-from hierroom.world.constants import COL_STEP, EMPTY, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, UNSEEN, VIEW
+from hierroom.support.errors import InputError
+from hierroom.turns.step import Step
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room import constants, view_kernels
+from hierroom.worlds.escape_room.constants import (
+    COL_STEP,
+    EMPTY,
+    EXIT,
+    KEY,
+    LOCKED_DOOR,
+    OPEN_DOOR,
+    ROW_STEP,
+    UNSEEN,
+    VIEW,
+)
 
 # What an unseen cell may turn out to be, as tile codes that `view_kernels.look` tells apart and lets light pass.
 IDLE, FAINT, HOPEFUL = EMPTY, EXIT, KEY

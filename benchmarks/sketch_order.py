@@ -24,12 +24,12 @@ from scipy.stats import ttest_ind
 
 from benchmarks.committed import ROOT, done_rows, plan_of
 from benchmarks.result_table import ResultTable
-from hierroom.cli import run
-from hierroom.paper.cells import table_3
-from hierroom.paper.published import PAPER_TABLE_3
-from hierroom.paper.reached import values_at
-from hierroom.paper.runs import PaperRuns, cell
-from hierroom.sweep.table import SweepTable
+from hierroom.lab.paper.cells import table_3
+from hierroom.lab.paper.published import PAPER_TABLE_3
+from hierroom.lab.paper.reached import values_at
+from hierroom.lab.paper.runs import PaperRuns, cell
+from hierroom.lab.sweep.table import SweepTable
+from hierroom.support.cli import run
 
 SWEEP, SIZE = "sketch_size25", 25
 PAPER_SEEDS, DRAWS = 5, 100_000

@@ -37,9 +37,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 import hierroom
-from hierroom.training.presets import find_preset
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trainer import Trainer
+from hierroom.runs.config.presets import find_preset
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trainer import Trainer
 
 N_ROWS = 10
 MAX_GROWTH, MAX_SLOWDOWN = 0.05, 0.1

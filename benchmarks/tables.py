@@ -45,14 +45,14 @@ from benchmarks.study.page_tables import (
     study_table,
     tuning_table,
 )
-from hierroom.cli import run
-from hierroom.errors import InputError
-from hierroom.files import write_atomically
-from hierroom.paper.cells import table_3
-from hierroom.paper.published import METHODS
-from hierroom.paper.runs import PaperRuns
-from hierroom.paper.table3 import Compared, markdown
-from hierroom.sweep.summary import summarise
+from hierroom.lab.paper.cells import table_3
+from hierroom.lab.paper.published import METHODS
+from hierroom.lab.paper.runs import PaperRuns
+from hierroom.lab.paper.table3 import Compared, markdown
+from hierroom.lab.sweep.summary import summarise
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
 
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 PLACE = re.compile(r"^(<!-- (\w+) ([^>\n]+) -->\n)(?:(?!<!--).)*(<!-- end of \2 -->\n)", re.DOTALL | re.MULTILINE)
@@ -85,7 +85,7 @@ def sweep_table(name: str, n_seeds: str | None = None) -> str:
     runs = plan.runs()
     rows = done_rows(name, runs)
     only = "" if n_seeds is None else f" --seeds {n_seeds}"
-    command = f"python -m hierroom.sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
+    command = f"python -m hierroom sweep benchmarks/sweeps/{name}.toml{only} --out benchmarks/results/{name}"
     summary = summarise(runs, rows, plan.metas)
     return f"\n`{command}` ({summary.caption()}):\n\n{summary.markdown()}\n\n"
 
@@ -106,7 +106,7 @@ def paper_table(size: str, n_seeds: str) -> str:
     rows = done_rows("paper", sweep.plan.runs())
     curves = sweep.table.curves()
     compared = Compared.of_rows(table_3(rows, curves, paper.sizes), rows, curves)
-    command = f"python -m hierroom.paper table3 --sizes {size} --seeds {n_seeds} --out {out} --markdown"
+    command = f"python -m hierroom paper table3 --sizes {size} --seeds {n_seeds} --out {out} --markdown"
     return f"\n`{command}`:\n\n{markdown(compared, paper.steps)}\n\n"
 
 

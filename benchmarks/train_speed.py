@@ -31,10 +31,10 @@ from sb3_contrib import RecurrentPPO
 from stable_baselines3.common.vec_env import DummyVecEnv
 
 import hierroom  # noqa: F401 - registers the environments
-from hierroom.env_config import EnvConfig
 from hierroom.learners.config import PPOConfig
-from hierroom.training.config import TrainConfig
-from hierroom.training.trainer import Trainer
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.trainer import Trainer
+from hierroom.turns.env_config import EnvConfig
 
 NUM_ENVS, LENGTH, EPOCHS, MINIBATCHES = 128, 128, 4, 4
 THEIRS = "sb3-contrib RecurrentPPO"

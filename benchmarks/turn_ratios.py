@@ -21,14 +21,14 @@ from rich.progress import Progress
 
 from benchmarks.result_table import ResultTable
 from hierroom.agents.ppo_agent import PPOAgent
-from hierroom.cli import run
-from hierroom.errors import InputError
 from hierroom.learners.ppo import Learner
 from hierroom.learners.rollout import Batch
 from hierroom.learners.sampling import log_probabilities
-from hierroom.options import META
-from hierroom.training.presets import find_preset
-from hierroom.training.trainer import Trainer
+from hierroom.runs.config.presets import find_preset
+from hierroom.runs.trainer import Trainer
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
+from hierroom.turns.ledger import META
 
 
 @dataclass(frozen=True)

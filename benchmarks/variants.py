@@ -12,9 +12,9 @@ from torch.nn import functional
 
 from hierroom.agents.features import Features
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
-from hierroom.rewards import Bonus, Intrinsic
-from hierroom.step import Step
-from hierroom.world.tiles import TRIPLES
+from hierroom.turns.rewards import Bonus, Intrinsic
+from hierroom.turns.step import Step
+from hierroom.worlds.escape_room.tiles import TRIPLES
 
 _VIEW = 49
 

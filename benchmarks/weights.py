@@ -11,9 +11,9 @@ import argparse
 from pathlib import Path
 
 import hierroom
-from hierroom.training.config import TrainConfig
-from hierroom.training.session import begin, resume, run_session
-from hierroom.training.weights import FOLDER, SHIPPED, SUFFIX
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.weights import FOLDER, SHIPPED, SUFFIX
+from hierroom.runs.session import begin, resume, run_session
 
 
 def config_of(name: str) -> TrainConfig:

@@ -10,9 +10,9 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
-from hierroom.errors import InputError
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.networks.recurrent import lstm_cell
+from hierroom.support.errors import InputError
 
 Part = Callable[..., tuple[Tensor, ...]]
 

@@ -22,15 +22,15 @@ from torch.distributions import Categorical
 
 from hierroom.agents.features import Features
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.cli import run
 from hierroom.controller import Observation
-from hierroom.env_config import EnvConfig, LevelsName
-from hierroom.errors import InputError
 from hierroom.goals import N_GOALS
 from hierroom.meta import make_meta
-from hierroom.options import CONTROLLER, META, Transition
-from hierroom.step import Step
-from hierroom.turns import N_META_ACTIONS, Turns
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig, LevelsName
+from hierroom.turns.ledger import CONTROLLER, META, Transition
+from hierroom.turns.step import Step
+from hierroom.turns.turns import N_META_ACTIONS, Turns
 
 
 @dataclass(frozen=True)

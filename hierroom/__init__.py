@@ -30,19 +30,19 @@ import gymnasium  # noqa: E402 - it takes its time, in which Ctrl-C may come
 if TYPE_CHECKING:
     from hierroom import complexity
     from hierroom.aec_env import env, raw_env
-    from hierroom.env_config import EnvConfig
-    from hierroom.errors import InputError
     from hierroom.goals import GoalGraph, GraphSpecs, enumerate_graphs
     from hierroom.parallel_env import parallel_env
+    from hierroom.runs.config.config import TrainConfig
+    from hierroom.runs.config.presets import find_preset
+    from hierroom.runs.rollout import rollout
+    from hierroom.runs.trained_agent import TrainedAgent, load
+    from hierroom.support.errors import InputError
     from hierroom.train import train
-    from hierroom.training.config import TrainConfig
-    from hierroom.training.presets import find_preset
-    from hierroom.training.rollout import rollout
-    from hierroom.training.trained_agent import TrainedAgent, load
-    from hierroom.views.boxes import box_view
-    from hierroom.views.minigrid import minigrid_view
-    from hierroom.views.sb3 import sb3_view
-    from hierroom.wrappers import add_features
+    from hierroom.turns.env_config import EnvConfig
+    from hierroom.wrappers.boxes import box_view
+    from hierroom.wrappers.features import add_features
+    from hierroom.wrappers.minigrid import minigrid_view
+    from hierroom.wrappers.sb3 import sb3_view
 
 __all__ = [
     "EnvConfig",
@@ -72,22 +72,22 @@ except PackageNotFoundError:  # a copy of the source that nobody has installed
 
 _LETTERS = tuple("abcdefg")
 _HOMES = {
-    "EnvConfig": "env_config",
+    "EnvConfig": "turns.env_config",
     "GoalGraph": "goals",
-    "InputError": "errors",
-    "TrainConfig": "training.config",
-    "TrainedAgent": "training.trained_agent",
-    "add_features": "wrappers",
-    "box_view": "views.boxes",
+    "InputError": "support.errors",
+    "TrainConfig": "runs.config.config",
+    "TrainedAgent": "runs.trained_agent",
+    "add_features": "wrappers.features",
+    "box_view": "wrappers.boxes",
     "enumerate_graphs": "goals",
     "env": "aec_env",
-    "find_preset": "training.presets",
-    "load": "training.trained_agent",
-    "minigrid_view": "views.minigrid",
+    "find_preset": "runs.config.presets",
+    "load": "runs.trained_agent",
+    "minigrid_view": "wrappers.minigrid",
     "parallel_env": "parallel_env",
     "raw_env": "aec_env",
-    "rollout": "training.rollout",
-    "sb3_view": "views.sb3",
+    "rollout": "runs.rollout",
+    "sb3_view": "wrappers.sb3",
     "train": "train",
 }
 
@@ -153,8 +153,8 @@ def register(name: str, graph: GraphSpecs, exclude: GraphSpecs = ()) -> str:
     Raises:
         InputError: if the name cannot be used, or a graph cannot be read.
     """
-    from hierroom.errors import InputError
     from hierroom.goals import plain_specs
+    from hierroom.support.errors import InputError
 
     if not isinstance(name, str) or not re.fullmatch(r"\w[\w.-]*", name, re.ASCII) or name in _LETTERS:
         raise InputError(

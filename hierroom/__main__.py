@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import shlex
+import importlib
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +11,7 @@ from typing import Annotated
 import tyro
 
 import hierroom
-from hierroom.cli import COMMANDS, one_line_usage, run
-from hierroom.errors import InputError
+from hierroom.support.cli import COMMANDS, one_line_usage, run
 
 
 @dataclass(frozen=True)
@@ -30,10 +29,12 @@ def main() -> int:
     """The command.
 
     Raises:
-        InputError: if it is given the name of a command, or what is no option of its own.
+        InputError: if it is given what is no option of its own.
     """
     if sys.argv[1:2] and sys.argv[1] in COMMANDS:
-        raise InputError(f"{sys.argv[1]} is a command of its own: python -m hierroom.{shlex.join(sys.argv[1:])}")
+        name = sys.argv.pop(1)
+        home = "hierroom.train" if name == "train" else f"hierroom.commands.{name}"
+        return importlib.import_module(home).main()
     with one_line_usage():
         called = "hierroom" if Path(sys.argv[0]).stem == "hierroom" else "python -m hierroom"
         arguments = tyro.cli(ListArguments, prog=called)
@@ -42,7 +43,7 @@ def main() -> int:
         return 0
     print(f"hierroom {hierroom.__version__}: {ListArguments.__doc__.splitlines()[0]}\n")  # pyright: ignore[reportOptionalMemberAccess]
     for name, purpose in COMMANDS.items():
-        print(f"  python -m hierroom.{name:<11} {purpose}")
+        print(f"  python -m hierroom {name:<11} {purpose}")
     print("\nEach explains itself with --help, and is also there as hierroom-train, hierroom-evaluate and so on, whose")
     print('options a shell completes after, for instance, eval "$(hierroom-train --tyro-print-completion bash)".')
     return 0

@@ -30,7 +30,11 @@ from pettingzoo import AECEnv
 from pettingzoo.utils.env import AECIterable
 from pettingzoo.utils.wrappers import AssertOutOfBoundsWrapper, OrderEnforcingWrapper
 
-from hierroom.env_config import (
+from hierroom.envs.global_state import global_state, state_space
+from hierroom.envs.single_env import SingleEnv
+from hierroom.goals import GraphSpecs
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import (
     FRAMES_PER_SECOND,
     NOVELTY_BONUS,
     EnvConfig,
@@ -39,13 +43,9 @@ from hierroom.env_config import (
     P,
     known_arguments,
 )
-from hierroom.errors import InputError
-from hierroom.global_state import global_state, state_space
-from hierroom.goals import GraphSpecs
-from hierroom.options import AGENTS, CONTROLLER, META
-from hierroom.rewards import RewardSpec
-from hierroom.single_env import SingleEnv
-from hierroom.world.render import RENDER_MODES
+from hierroom.turns.ledger import AGENTS, CONTROLLER, META
+from hierroom.turns.rewards import RewardSpec
+from hierroom.worlds.escape_room.render import RENDER_MODES
 
 
 class raw_env(AECEnv):

@@ -9,8 +9,8 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.world.constants import VIEW
-from hierroom.world.tiles import encode
+from hierroom.worlds.escape_room.constants import VIEW
+from hierroom.worlds.escape_room.tiles import encode
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,11 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.env_config import (
+from hierroom.envs.registered_env import PlayableEnv
+from hierroom.envs.single_env import SingleEnv
+from hierroom.goals import GraphSpecs
+from hierroom.meta import MetaSpec, make_meta
+from hierroom.turns.env_config import (
     FRAMES_PER_SECOND,
     NOVELTY_BONUS,
     EnvConfig,
@@ -18,13 +22,9 @@ from hierroom.env_config import (
     LevelsName,
     known_arguments,
 )
-from hierroom.goals import GraphSpecs
-from hierroom.meta import MetaSpec, make_meta
-from hierroom.options import CONTROLLER
-from hierroom.registered_env import PlayableEnv
-from hierroom.rewards import RewardSpec
-from hierroom.single_env import SingleEnv
-from hierroom.world.render import RENDER_MODES
+from hierroom.turns.ledger import CONTROLLER
+from hierroom.turns.rewards import RewardSpec
+from hierroom.worlds.escape_room.render import RENDER_MODES
 
 
 class EscapeRoom(PlayableEnv, gymnasium.Env):

@@ -10,17 +10,17 @@ from typing import Any, Protocol, TypeGuard, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError, in_one_line, own_code, shown
 from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL
-from hierroom.meta_check import checked_meta
-from hierroom.options import Transition
-from hierroom.plugins import load_plugin
-from hierroom.situation import Situation
-from hierroom.step import Step
-from hierroom.world import batch_kernels
-from hierroom.world.layout import OUTCOME, State
-from hierroom.world.level import Goal, Level
-from hierroom.world.oracle import shortest_actions
+from hierroom.support.errors import InputError, in_one_line, own_code, shown
+from hierroom.support.plugins import load_plugin
+from hierroom.turns.ledger import Transition
+from hierroom.turns.meta_check import checked_meta
+from hierroom.turns.situation import Situation
+from hierroom.turns.step import Step
+from hierroom.worlds.escape_room import batch_kernels
+from hierroom.worlds.escape_room.layout import OUTCOME, State
+from hierroom.worlds.escape_room.level import Goal, Level
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 ENTRY_POINT_GROUP = "hierroom.meta_controllers"
 LEARNED = "learned"

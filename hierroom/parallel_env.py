@@ -17,14 +17,21 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from hierroom.env_config import FRAMES_PER_SECOND, NOVELTY_BONUS, EnvConfig, GoalMaskName, LevelsName, known_arguments
-from hierroom.errors import InputError, shown
-from hierroom.global_state import global_state, state_space
+from hierroom.envs.global_state import global_state, state_space
+from hierroom.envs.single_env import SingleEnv, as_action
 from hierroom.goals import GraphSpecs
-from hierroom.options import AGENTS, META
-from hierroom.rewards import RewardSpec
-from hierroom.single_env import SingleEnv, as_action
-from hierroom.world.render import RENDER_MODES
+from hierroom.support.errors import InputError, shown
+from hierroom.turns.env_config import (
+    FRAMES_PER_SECOND,
+    NOVELTY_BONUS,
+    EnvConfig,
+    GoalMaskName,
+    LevelsName,
+    known_arguments,
+)
+from hierroom.turns.ledger import AGENTS, META
+from hierroom.turns.rewards import RewardSpec
+from hierroom.worlds.escape_room.render import RENDER_MODES
 
 
 class parallel_env(ParallelEnv):

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from hierroom.cli import one_line_usage, program, run, words
-from hierroom.errors import InputError
-from hierroom.training.config import TrainConfig
-from hierroom.training.config_file import read_config
-from hierroom.training.presets import find_preset, implied_preset
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.config_file import read_config
+from hierroom.runs.config.presets import find_preset, implied_preset
+from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.errors import InputError
 
 if TYPE_CHECKING:
-    from hierroom.training.trained_agent import TrainedAgent
+    from hierroom.runs.trained_agent import TrainedAgent
 
 _CODE = ("meta", "network", "reward")
 """Options that may name code of the user's own."""
@@ -106,9 +106,9 @@ def train(
     """
     import torch
 
-    from hierroom.training.logs import logger_names
-    from hierroom.training.session import begin, run_session
-    from hierroom.training.trained_agent import load
+    from hierroom.runs.logs.logs import logger_names
+    from hierroom.runs.session import begin, run_session
+    from hierroom.runs.trained_agent import load
 
     start = config
     if not isinstance(start, TrainConfig | None):
@@ -130,8 +130,8 @@ def train(
 def main(argv: list[str] | None = None) -> int:
     """The command."""
     arguments = parse(argv)
-    from hierroom.training.logs import logger_names
-    from hierroom.training.session import begin, resume, run_session  # torch takes its time, and --help needs none
+    from hierroom.runs.logs.logs import logger_names
+    from hierroom.runs.session import begin, resume, run_session  # torch takes its time, and --help needs none
 
     loggers = logger_names(arguments.log)
     if arguments.resume:
@@ -139,7 +139,7 @@ def main(argv: list[str] | None = None) -> int:
     trainer, folder = begin(arguments.config, arguments.out)
     _warn_of_what_does_nothing(arguments.config)
     if arguments.config_file is not None and arguments.config_file.name == "config.json":
-        from hierroom.training.provenance import warn_of_changed_modules
+        from hierroom.runs.folder.provenance import warn_of_changed_modules
 
         warn_of_changed_modules(arguments.config_file.parent, arguments.config)
     return run_session(trainer, folder, loggers)
@@ -148,8 +148,8 @@ def main(argv: list[str] | None = None) -> int:
 def _warn_of_what_does_nothing(config: TrainConfig) -> None:
     """Graphs that another one stands for, and entries that the method does not read."""
     from hierroom.complexity.graph_set import GraphSet
-    from hierroom.training.output import warn
-    from hierroom.training.unread_entries import unread_note
+    from hierroom.runs.config.unread_entries import unread_note
+    from hierroom.runs.logs.output import warn
 
     unread = unread_note(config)
     for note in [
@@ -160,8 +160,8 @@ def _warn_of_what_does_nothing(config: TrainConfig) -> None:
 
 
 def _config_of(path: str, trust: bool, named: Mapping[str, str]) -> TrainConfig:
-    from hierroom.training.run_folder import RunFolder  # it brings torch along
-    from hierroom.training.trust import require_trust
+    from hierroom.runs.folder.run_folder import RunFolder  # it brings torch along
+    from hierroom.runs.folder.trust import require_trust
 
     config = RunFolder.open(path).config()
     require_trust(Path(path), config, trust=trust, named=named)

@@ -10,7 +10,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from hierroom.env_config import (
+from hierroom.envs.registered_env import RegisteredEnv, checked_options
+from hierroom.envs.vector_arrays import VectorArrays
+from hierroom.goals import GraphSpecs
+from hierroom.meta import MetaSpec, make_meta, show_step
+from hierroom.support.errors import InputError, require_name, require_number, shown
+from hierroom.turns.env_config import (
     FRAMES_PER_SECOND,
     NOVELTY_BONUS,
     EnvConfig,
@@ -19,16 +24,11 @@ from hierroom.env_config import (
     fresh_seed,
     known_arguments,
 )
-from hierroom.errors import InputError, require_name, require_number, shown
-from hierroom.goals import GraphSpecs
-from hierroom.meta import MetaSpec, make_meta, show_step
-from hierroom.options import CONTROLLER
-from hierroom.registered_env import RegisteredEnv, checked_options
-from hierroom.rewards import RewardSpec
-from hierroom.turns import Turns
-from hierroom.vector_arrays import VectorArrays
-from hierroom.world.render import Screen
-from hierroom.world.world import Seeds, is_list
+from hierroom.turns.ledger import CONTROLLER
+from hierroom.turns.rewards import RewardSpec
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.render import Screen
+from hierroom.worlds.escape_room.world import Seeds, is_list
 
 VECTOR_RENDER_MODES = ("ansi", "rgb_array")
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hierroom.env_config import EnvConfig
-from hierroom.turns import Turns
-from hierroom.world.oracle import shortest_actions
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 META_NONSENSE, NONSENSE = (-7, 14, 99), (-1, 6, 77)  # what neither agent has among its actions
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hierroom.complexity.episodes import EpisodeCounts, counts_of
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 def count_transitions(trajectories: Iterable[ArrayLike], n_nodes: int, start: int, exit_node: int) -> EpisodeCounts:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
 
 STEPS = (0, *(round(s) for s in np.geomspace(0.01, 1, 20) * 1_000_000))
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
-from hierroom.options import reset_values
-from hierroom.step import OTHER, REACHED, TIMED_OUT
+from hierroom.turns.ledger import reset_values
+from hierroom.turns.step import OTHER, REACHED, TIMED_OUT
 
 
 class LedgerTwin:

@@ -6,8 +6,8 @@ from minigrid.core.world_object import Door, Goal, Key, Wall
 from minigrid.minigrid_env import MiniGridEnv
 
 from hierroom.goals import COLOURS
-from hierroom.world import constants
-from hierroom.world.layout import State
+from hierroom.worlds.escape_room import constants
+from hierroom.worlds.escape_room.layout import State
 
 
 class MiniGridLevel(MiniGridEnv):

@@ -16,14 +16,14 @@ from scipy.stats import binomtest
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from hierroom.agents.playback import MOST_IN_GIF, film
-from hierroom.options import CONTROLLER
-from hierroom.training import results
-from hierroom.training.config import TrainConfig
-from hierroom.training.episode_log import WINDOW
-from hierroom.training.learning_curve import MILESTONES, LearningCurve, evaluation_points
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.scalars import tag
-from hierroom.training.trained_agent import load
+from hierroom.runs import results
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.logs.episode_log import WINDOW
+from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve, evaluation_points
+from hierroom.runs.logs.scalars import tag
+from hierroom.runs.trained_agent import load
+from hierroom.turns.ledger import CONTROLLER
 
 Rows = list[dict[str, float]]
 

@@ -9,7 +9,7 @@ from typing import Any
 from same_state import equal
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from hierroom.training.run_folder import RunFolder
+from hierroom.runs.folder.run_folder import RunFolder
 
 CLOCKS = ("seconds", "compile_seconds", "steps_per_second")
 OF_COMMANDS = ("provenance.json", ".lock")

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.complexity.weights import Targets, Weights, as_moves, as_node, as_targets, n_nodes, row_sums
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 NEVER = -1
 """The passage time of a walk that had not reached a target when it was given up."""

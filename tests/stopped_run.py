@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from hierroom.training.trainer import Trainer
+from hierroom.runs.trainer import Trainer
 
 
 def stop_at_update(monkeypatch: pytest.MonkeyPatch, number: int, at: int) -> None:

@@ -1,6 +1,6 @@
 """Sweeps of runs that take no time."""
 
-from hierroom.sweep.plan import Plan, read_plan
+from hierroom.lab.sweep.plan import Plan, read_plan
 
 TINY = ("num_envs=4", "steps=300", "sequence_length=16", "sequences_per_update=4", "evaluations=2", "size=11")
 

@@ -1,10 +1,10 @@
 """Small batches of turns, and ways to play in them."""
 
-from hierroom.env_config import EnvConfig
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
-from hierroom.turns import Turns
-from hierroom.world.layout import MEMORIES
-from hierroom.world.oracle import shortest_actions
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.layout import MEMORIES
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 
 def make(

@@ -3,7 +3,17 @@
 import numpy as np
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
-from hierroom.world.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, UNSEEN, VIEW, WALL
+from hierroom.worlds.escape_room.constants import (
+    COL_STEP,
+    EXIT,
+    KEY,
+    LOCKED_DOOR,
+    OPEN_DOOR,
+    ROW_STEP,
+    UNSEEN,
+    VIEW,
+    WALL,
+)
 
 
 def in_view(level, view):

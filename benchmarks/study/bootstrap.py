@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError, require_number
+from hierroom.support.errors import InputError, require_number
 
 
 @dataclass(frozen=True)

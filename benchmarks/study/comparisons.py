@@ -23,10 +23,10 @@ from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.factors import RATIO_HEADER, Factor, compare_methods, ratio_cells
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, milestone_of
-from hierroom.cli import run
-from hierroom.errors import InputError
-from hierroom.files import read_toml
-from hierroom.runtime.markdown_table import markdown_table
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
+from hierroom.support.files import read_toml
+from hierroom.support.markdown_table import markdown_table
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,9 @@ from benchmarks.study.hierarchy import ENOUGH, QUARTILES
 from benchmarks.study.paired import graphs_of_equal_runs, pair
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import Milestone, method_names
-from hierroom.cli import run
-from hierroom.errors import InputError
-from hierroom.runtime.markdown_table import markdown_table
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
+from hierroom.support.markdown_table import markdown_table
 
 RATIO_HEADER = ("compared by", "steps / reference's", "verdict", "slower on")
 HEADER = ("method", *RATIO_HEADER, "success", f"above {ENOUGH:.0%} on")

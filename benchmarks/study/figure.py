@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from benchmarks.study.picture import write
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import MEASURES, Milestone, Trained, measures_of, medians, read_trained
-from hierroom.cli import run
-from hierroom.compare.style import COLOURS
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS
+from hierroom.lab.compare.style import COLOURS
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
 
 MARKS = "osD^v"
 FEW = 12

@@ -24,9 +24,9 @@ from benchmarks.study.factors import Factor
 from benchmarks.study.figure import MARKS
 from benchmarks.study.picture import write
 from benchmarks.study.tables import known_measures, read_rows
-from hierroom.cli import run
-from hierroom.compare.style import COLOURS
-from hierroom.errors import InputError
+from hierroom.lab.compare.style import COLOURS
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
 
 MARGIN = 1.6
 """The edge is this factor beyond the last finite number."""

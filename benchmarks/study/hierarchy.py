@@ -27,11 +27,11 @@ from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measu
 from benchmarks.study.trained import Milestone, measures_of
 from benchmarks.study.trend import sentence as trend_sentence
 from benchmarks.study.trend import trends
-from hierroom.cli import run
-from hierroom.errors import InputError
-from hierroom.files import write_atomically
-from hierroom.runtime.markdown_table import markdown_table
-from hierroom.sweep.summary import steps_text
+from hierroom.lab.sweep.summary import steps_text
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
+from hierroom.support.markdown_table import markdown_table
 
 Grouping = Literal["exit_depth", "width", "rooms"]
 QUARTILES: tuple[tuple[float, Literal["lower"]], tuple[float, Literal["higher"]]] = ((0.25, "lower"), (0.75, "higher"))

@@ -17,9 +17,9 @@ import tyro
 from benchmarks.study import factors
 from benchmarks.study.factors import Factor
 from benchmarks.study.tables import Row, known_measures, read_rows
-from hierroom.cli import run
-from hierroom.errors import InputError
-from hierroom.runtime.markdown_table import markdown_table
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
+from hierroom.support.markdown_table import markdown_table
 
 
 @dataclass(frozen=True)

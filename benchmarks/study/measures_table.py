@@ -23,15 +23,15 @@ from rich.progress import track
 from benchmarks.study.graphs import study_graphs, twins
 from benchmarks.study.tables import MEASURES_PATH, Row, read_measures
 from hierroom.agents.player import make_player
-from hierroom.cli import run
 from hierroom.complexity import analyze
 from hierroom.complexity.measures import graph_mdp, measure_mdp, measure_walk
-from hierroom.env_config import EnvConfig
-from hierroom.files import write_atomically
 from hierroom.goals import GoalGraph
-from hierroom.measure import MAX_ENVS, measure
-from hierroom.measure.levels import GORP_RUNS, LEVEL_POLICIES, MAX_LEVEL_STATES, level_mdp
-from hierroom.turns import Turns
+from hierroom.lab.measure import MAX_ENVS, measure
+from hierroom.lab.measure.levels import GORP_RUNS, LEVEL_POLICIES, MAX_LEVEL_STATES, level_mdp
+from hierroom.support.cli import run
+from hierroom.support.files import write_atomically
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.turns import Turns
 
 
 @dataclass(frozen=True)

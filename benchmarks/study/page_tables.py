@@ -10,7 +10,7 @@ from benchmarks.committed import ROOT, checked_path, done_rows, plan_of
 from benchmarks.study import comparisons, factors, hierarchy, levels, result, tuning
 from benchmarks.study.tables import MEASURES_PATH, Row, known_measures, read_rows
 from benchmarks.study.trained import Milestone
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 def study_table(name: str, *shown: str) -> str:

@@ -12,7 +12,7 @@ from benchmarks.study.bootstrap import Bootstrap
 from benchmarks.study.correlations import Estimate, resampled
 from benchmarks.study.tables import Row
 from benchmarks.study.trained import Milestone, Trained, by_rule, medians, method_names, read_trained
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 TELLING = ("area_under_curve", "length", "greedy_length", "achieved_", "steps_to_")
 """Prefixes of result columns; two different runs that learned something never agree in all of them."""

@@ -16,9 +16,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 from numpy.typing import ArrayLike
 
-from hierroom.compare.style import STYLE
-from hierroom.errors import InputError
-from hierroom.files import write_atomically
+from hierroom.lab.compare.style import STYLE
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
 
 ENTRY = "Points"
 """Of the PNG's text that holds the digest."""

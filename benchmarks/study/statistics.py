@@ -3,7 +3,7 @@
     python -m benchmarks.study.statistics TABLE.csv
 
 TABLE.csv is a tidy table of training runs, one a row: graph, method, seed, steps_to_95 and the like (empty: never
-reached), as `python -m hierroom.sweep` writes it. `python -m benchmarks.study.measures_table` makes the measures.
+reached), as `python -m hierroom sweep` writes it. `python -m benchmarks.study.measures_table` makes the measures.
 `benchmarks/study/correlations.py` says what each number is, docs/study-rules.md what would refute which claim.
 """
 
@@ -22,9 +22,9 @@ from benchmarks.study.correlations import Estimate, estimates, noise_of_twins, s
 from benchmarks.study.result import HALVES, NEVER, TWIN_FACTOR, TWINS, Result, csv_text, markdown
 from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measures, read_rows
 from benchmarks.study.trained import FEWEST_GRAPHS, Outcome, Trained, among, by_rule, measures_of, read_trained
-from hierroom.cli import run
-from hierroom.errors import InputError
-from hierroom.files import write_atomically
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import dropwhile
 from pathlib import Path
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 MEASURES_PATH = Path("benchmarks/results/study/measures.csv")
 NEEDED = {"graph", "twin_of", "rooms", "goals", "settings"}

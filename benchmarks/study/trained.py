@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.study.tables import Row
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 Milestone = Literal["steps_to_50", "steps_to_90", "steps_to_95", "steps_to_99"]
 Outcome = Milestone | Literal["success_rate"]

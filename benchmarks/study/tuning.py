@@ -2,7 +2,7 @@
 
     python -m benchmarks.study.tuning TABLE.csv ...
 
-Each TABLE.csv is a table of training runs as `python -m hierroom.sweep` writes it, every setting of a method on the
+Each TABLE.csv is a table of training runs as `python -m hierroom sweep` writes it, every setting of a method on the
 same goal graphs. A setting's area is the mean over its runs of `area_under_curve`, 0 to 1. A value that all runs of
 a method have in common is not shown.
 """
@@ -16,9 +16,9 @@ from pathlib import Path
 import tyro
 
 from benchmarks.study.tables import Row, read_rows
-from hierroom.cli import run
-from hierroom.errors import InputError
-from hierroom.runtime.markdown_table import markdown_table
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
+from hierroom.support.markdown_table import markdown_table
 
 TUNED = ("learning_rate", "novelty_bonus", "curiosity_weight", "gamma")
 """What may be tuned, columns of the tables."""

@@ -1,6 +1,7 @@
 """Write what `docs/environments.md` and `docs/concepts.md` show of the package: the table of ids, and pictures.
 
-``python docs/scripts/environments.py`` from the root of the repository; `tests/test_docs_environments.py` compares.
+``python docs/scripts/environments.py`` from the root of the repository;
+`tests/docs/test_docs_environments.py` compares.
 """
 
 from __future__ import annotations
@@ -17,9 +18,9 @@ from PIL import Image
 import hierroom
 from hierroom.complexity import analyze
 from hierroom.complexity.draw import draw_graph
-from hierroom.files import write_atomically
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.world.render import draw_level
+from hierroom.support.files import write_atomically
+from hierroom.worlds.escape_room.render import draw_level
 
 DOCS = Path(__file__).parents[1]
 PICTURES = DOCS / "pictures"

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from hierroom.agents.player import Pair
 from hierroom.learners.decision import Decision
-from hierroom.step import Step
-from hierroom.turns import Turns
+from hierroom.turns.step import Step
+from hierroom.turns.turns import Turns
 
 
 @dataclass(frozen=True, eq=False)

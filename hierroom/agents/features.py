@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from hierroom.agents.config import require_features
 from hierroom.agents.frontier import nearest_frontiers
-from hierroom.compile.kernel import njit
 from hierroom.controller import Observation
-from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
-from hierroom.options import CONTROLLER
-from hierroom.step import N_OUTCOMES, NO_OUTCOME
-from hierroom.world.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
-from hierroom.world.tiles import TRIPLES
+from hierroom.support.compile.kernel import njit
+from hierroom.support.errors import InputError
+from hierroom.turns.ledger import CONTROLLER
+from hierroom.turns.step import N_OUTCOMES, NO_OUTCOME
+from hierroom.worlds.escape_room.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
+from hierroom.worlds.escape_room.tiles import TRIPLES
 
 N_CELLS = VIEW * VIEW
 CLASS_STARTS = np.array([1, 2, 3, 4, 8, 16])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.compile.kernel import njit
-from hierroom.world.constants import MARGIN, MAX_SIZE, ONE
+from hierroom.support.compile.kernel import njit
+from hierroom.worlds.escape_room.constants import MARGIN, MAX_SIZE, ONE
 
 
 @njit(cache=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import torch
 from torch import Tensor, nn
 
-from hierroom.errors import InputError
 from hierroom.goals import N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.networks.encoder import FeatureEncoder
 from hierroom.learners.networks.recurrent import ResetLSTM
+from hierroom.support.errors import InputError
 
 _PARTS = N_COLOURS + 1
 """A colour has a key and a door, and the exit stands for itself."""

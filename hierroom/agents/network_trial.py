@@ -8,8 +8,8 @@ from typing import cast
 import torch
 from torch import Tensor, nn
 
-from hierroom.errors import InputError, own_code
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork
+from hierroom.support.errors import InputError, own_code
 
 _N_TURNS = 3
 _TOLERANCE = 1e-3

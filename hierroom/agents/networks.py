@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from torch import nn
 
 from hierroom.agents.network_trial import try_network
-from hierroom.errors import InputError, in_one_line, shown
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
-from hierroom.plugins import load_plugin
+from hierroom.support.errors import InputError, in_one_line, shown
+from hierroom.support.plugins import load_plugin
 
 ENTRY_POINT_GROUP = "hierroom.networks"
 Vectors = Sequence[NDArray | None] | None

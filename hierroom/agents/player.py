@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.errors import InputError, shown
-from hierroom.options import CONTROLLER, META, Transition
-from hierroom.step import Step
-from hierroom.turns import Turns
-from hierroom.world.oracle import shortest_actions
+from hierroom.support.errors import InputError, shown
+from hierroom.turns.ledger import CONTROLLER, META, Transition
+from hierroom.turns.step import Step
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 
 class Player(Protocol):

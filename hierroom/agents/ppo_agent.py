@@ -12,14 +12,14 @@ from hierroom.agents.curiosity import Curiosity
 from hierroom.agents.features import Features
 from hierroom.agents.warm_up import WarmUp
 from hierroom.controller import Observation
-from hierroom.errors import InputError, shown
 from hierroom.learners.decision import Decision
 from hierroom.learners.policy import Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
-from hierroom.options import Transition
-from hierroom.runtime.schema import AnyMapping, Exactly, Real, Table
-from hierroom.situation import Situation
-from hierroom.turns import Turns
+from hierroom.support.errors import InputError, shown
+from hierroom.support.schema import AnyMapping, Exactly, Real, Table
+from hierroom.turns.ledger import Transition
+from hierroom.turns.situation import Situation
+from hierroom.turns.turns import Turns
 
 
 class PPOAgent:

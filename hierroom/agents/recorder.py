@@ -8,9 +8,9 @@ import numpy as np
 
 from hierroom.agents.episode import Episode
 from hierroom.agents.player import PlayedStep, Player, play
-from hierroom.step import NO_OUTCOME
-from hierroom.turns import Turns
-from hierroom.world.layout import State
+from hierroom.turns.step import NO_OUTCOME
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.layout import State
 
 STEP = np.dtype(
     [

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.errors import InputError, in_one_line
 from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, choose_goals, running, show_step
-from hierroom.meta_check import checked_meta
-from hierroom.options import Transition
-from hierroom.situation import Situation
-from hierroom.turns import Turns
+from hierroom.support.errors import InputError, in_one_line
+from hierroom.turns.ledger import Transition
+from hierroom.turns.meta_check import checked_meta
+from hierroom.turns.situation import Situation
+from hierroom.turns.turns import Turns
 
 
 class ScriptedAgent:

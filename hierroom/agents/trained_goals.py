@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.ppo_agent import PPOAgent
-from hierroom.errors import InputError
-from hierroom.situation import Situation
+from hierroom.support.errors import InputError
+from hierroom.turns.situation import Situation
 
 
 class TrainedGoals:

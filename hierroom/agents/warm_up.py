@@ -7,12 +7,12 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
 from hierroom.goals import N_GOALS
 from hierroom.meta import random_choice
-from hierroom.options import Transition
-from hierroom.runtime.schema import Flag, Items, Table
-from hierroom.situation import GOAL_MASKS, Situation
+from hierroom.support.errors import InputError
+from hierroom.support.schema import Flag, Items, Table
+from hierroom.turns.ledger import Transition
+from hierroom.turns.situation import GOAL_MASKS, Situation
 
 WINDOW = 100
 """Episodes whose success decides whether the warm-up ends."""

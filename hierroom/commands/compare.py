@@ -1,4 +1,4 @@
-"""Compare training runs: ``python -m hierroom.compare RUNS --by meta``."""
+"""Compare training runs: ``python -m hierroom compare RUNS --by meta``."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import tyro
 from rich.console import Console
 from rich.progress import Progress
 
-from hierroom.cli import one_line_usage, program, run
-from hierroom.compare.metric import METRICS, MetricName
-from hierroom.errors import InputError, require_number
-from hierroom.files import to_json, write_atomically
-from hierroom.runtime.printed_table import print_table
+from hierroom.lab.compare.metric import METRICS, MetricName
+from hierroom.support.cli import one_line_usage, program, run
+from hierroom.support.errors import InputError, require_number
+from hierroom.support.files import to_json, write_atomically
+from hierroom.support.printed_table import print_table
 
 if TYPE_CHECKING:
-    from hierroom.compare.comparison import Comparison
-    from hierroom.compare.evaluated_run import EvaluatedRun
+    from hierroom.lab.compare.comparison import Comparison
+    from hierroom.lab.compare.evaluated_run import EvaluatedRun
 
 REPORT = "comparison.json"
 """The file by which the folder of an earlier comparison is known."""
@@ -83,12 +83,12 @@ def _check_out(out: Path) -> None:
 def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     """The comparison and the lines that go with it."""
     # These bring torch, scipy and matplotlib along, and --help needs none of them.
-    from hierroom.compare.caveats import caveats
-    from hierroom.compare.comparison import compare, n_estimates
-    from hierroom.compare.evaluated_run import find_runs, read_run, refuse_without_overlap
-    from hierroom.compare.figure import MAX_GROUPS
-    from hierroom.compare.grouping import differing_entries, entry_names, group_runs
-    from hierroom.compare.tasks import Tasks
+    from hierroom.lab.compare.caveats import caveats
+    from hierroom.lab.compare.comparison import compare, n_estimates
+    from hierroom.lab.compare.evaluated_run import find_runs, read_run, refuse_without_overlap
+    from hierroom.lab.compare.figure import MAX_GROUPS
+    from hierroom.lab.compare.grouping import differing_entries, entry_names, group_runs
+    from hierroom.lab.compare.tasks import Tasks
 
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
@@ -113,7 +113,7 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
 
 
 def _report(comparison: Comparison, notes: Sequence[str], arguments: CompareArguments) -> dict[str, Any]:
-    from hierroom.compare.tables import improvement_rows, summary_rows
+    from hierroom.lab.compare.tables import improvement_rows, summary_rows
 
     return {
         "by": list(comparison.by),
@@ -133,8 +133,8 @@ def _report(comparison: Comparison, notes: Sequence[str], arguments: CompareArgu
 
 
 def _write(comparison: Comparison, report: dict[str, Any], out: Path) -> list[Path]:
-    from hierroom.compare.figure import draw_comparison
-    from hierroom.compare.tables import curve_rows, improvement_rows, summary_rows, to_csv
+    from hierroom.lab.compare.figure import draw_comparison
+    from hierroom.lab.compare.tables import curve_rows, improvement_rows, summary_rows, to_csv
 
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -155,7 +155,7 @@ def _write(comparison: Comparison, report: dict[str, Any], out: Path) -> list[Pa
 
 
 def _print(comparison: Comparison, notes: Sequence[str], written: Sequence[Path]) -> None:
-    from hierroom.compare.tables import MAX_PAIRS, improvement_table, summary_table
+    from hierroom.lab.compare.tables import MAX_PAIRS, improvement_table, summary_table
 
     console = Console()
     print_table(summary_table(comparison), console)

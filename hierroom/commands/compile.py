@@ -1,4 +1,4 @@
-"""Compile every kernel ahead of its first use: ``python -m hierroom.compile``."""
+"""Compile every kernel ahead of its first use: ``python -m hierroom compile``."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ import tyro
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
-from hierroom.cli import one_line_usage, program, run, words
-from hierroom.errors import InputError
-from hierroom.files import write_atomically
+from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
 
 PACKAGE = Path(__file__).parents[1]
 STAMP = "hierroom-compiled.json"
@@ -42,7 +42,7 @@ def main() -> int:
     if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
         raise InputError("NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it")
     started = time.perf_counter()
-    from hierroom.world import step_kernels  # any module of kernels: all are kept in the same place
+    from hierroom.worlds.escape_room import step_kernels  # any module of kernels: all are kept in the same place
 
     if step_kernels.advance.stats.cache_path is None:
         raise InputError("there is no folder to keep compiled code in; set NUMBA_CACHE_DIR to one that can be written")
@@ -65,8 +65,8 @@ def compile_all(console: Console) -> int:
     import torch
     from numba.core import event
 
-    from hierroom.compile.clock import COMPILE_EVENT, compiling
-    from hierroom.compile.kernel import KERNELS, NOTICE
+    from hierroom.support.compile.clock import COMPILE_EVENT, compiling
+    from hierroom.support.compile.kernel import KERNELS, NOTICE
 
     torch.set_num_threads(1)  # as in training
     NOTICE.is_due = False  # the bar says it
@@ -105,14 +105,14 @@ def _plays() -> Iterator[Callable[[], object]]:
     from hierroom.complexity.measures.graphs import measure_graphs
     from hierroom.complexity.report import analyze
     from hierroom.gym_env import EscapeRoom
+    from hierroom.lab.measure import measure_named
+    from hierroom.lab.measure.levels import measure_levels
+    from hierroom.lab.measure.sampled_level import SampledLevel
     from hierroom.learners.config import PPOConfig
-    from hierroom.measure import measure_named
-    from hierroom.measure.levels import measure_levels
-    from hierroom.measure.sampled_level import SampledLevel
-    from hierroom.rewards import REWARDS
-    from hierroom.training.trainer import Trainer
+    from hierroom.runs.trainer import Trainer
+    from hierroom.turns.rewards import REWARDS
     from hierroom.vector_env import EscapeRooms
-    from hierroom.world.world import World
+    from hierroom.worlds.escape_room.world import World
 
     small: Mapping[str, Any] = {"graph": "d", "size": 11, "max_steps": 30}
 
@@ -179,7 +179,7 @@ def _is_complete(stamp: Path) -> bool:
 
 
 def _write_stamp(stamp: Path) -> None:
-    from hierroom.compile.kernel import KERNELS
+    from hierroom.support.compile.kernel import KERNELS
 
     folders = sorted({kernel.stats.cache_path for kernel in KERNELS})
     files = [str(path) for folder in folders for path in sorted(Path(folder).glob("*.nb[ci]"))]

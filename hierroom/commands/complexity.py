@@ -10,7 +10,6 @@ from typing import Annotated
 
 import tyro
 
-from hierroom.cli import one_line_usage, program, run, words
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.tables import (
@@ -23,11 +22,12 @@ from hierroom.complexity.tables import (
     report_cells,
 )
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
-from hierroom.env_config import GRAPHS
-from hierroom.errors import InputError
-from hierroom.files import to_json
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, graph_specs, is_graph_set
-from hierroom.runtime.markdown_table import markdown_table
+from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.errors import InputError
+from hierroom.support.files import to_json
+from hierroom.support.markdown_table import markdown_table
+from hierroom.turns.env_config import GRAPHS
 
 MAX_LISTED_ROOMS = 8
 """There are 612 goal graphs of 8 rooms. The 1,747 of 9 rooms would take most of a minute."""
@@ -188,7 +188,7 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
             "--from-play measures one goal graph and allows only --graph, --drop, --walk, --reading, --json, --draw, "
             "--size, --max-steps, --episodes, --seed and --trust-run"
         )
-    from hierroom.measure import measure_named  # imported here, because it loads the world and the learners
+    from hierroom.lab.measure import measure_named  # imported here, because it loads the world and the learners
 
     report = measure_named(
         player,
@@ -225,7 +225,7 @@ def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...], 
     drop = "with" if options.drop else "without"
     what = f"{_counted(graphs)}, {drop} drop, horizon {horizon}"
     if options.levels:
-        from hierroom.measure.levels import measure_levels  # it loads the world
+        from hierroom.lab.measure.levels import measure_levels  # it loads the world
 
         measured = measure_levels(graphs, options.levels, horizon, options.drop, options.seed)
         title = f"levels of {what}"
@@ -251,7 +251,7 @@ def _print_table(reports: list[ComplexityReport]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from hierroom.runtime.printed_table import print_table
+    from hierroom.support.printed_table import print_table
 
     table = Table(
         title=f"{_counted(reports)}, {'with' if reports[0].drop_key else 'without'} drop",

@@ -1,4 +1,4 @@
-"""Evaluate a trained agent: ``python -m hierroom.evaluate RUN``."""
+"""Evaluate a trained agent: ``python -m hierroom evaluate RUN``."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from rich.markup import escape
 from rich.progress import Progress
 from rich.table import Table
 
-from hierroom.cli import one_line_usage, program, run, words
-from hierroom.env_config import GRAPHS
-from hierroom.errors import require_number
-from hierroom.files import to_json
 from hierroom.goals import GraphSpecs
-from hierroom.runtime.printed_table import print_table
+from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.errors import require_number
+from hierroom.support.files import to_json
+from hierroom.support.printed_table import print_table
+from hierroom.turns.env_config import GRAPHS
 
 if TYPE_CHECKING:
-    from hierroom.training.evaluation import Evaluation
+    from hierroom.runs.evaluation import Evaluation
 
 
 @dataclass(frozen=True)
@@ -71,11 +71,11 @@ def main() -> int:
     import torch  # it takes its time, and --help needs none of it
 
     from hierroom.complexity.graph_set import GraphSet
-    from hierroom.training.evaluation import evaluate
-    from hierroom.training.output import warn
-    from hierroom.training.provenance import warn_of_changed_modules
-    from hierroom.training.trained_agent import load
-    from hierroom.training.unread_entries import entries_without_effect
+    from hierroom.runs.config.unread_entries import entries_without_effect
+    from hierroom.runs.evaluation import evaluate
+    from hierroom.runs.folder.provenance import warn_of_changed_modules
+    from hierroom.runs.logs.output import warn
+    from hierroom.runs.trained_agent import load
 
     torch.set_num_threads(1)  # as in training
     agent = load(arguments.run, checkpoint=arguments.checkpoint, meta=arguments.meta, trust=arguments.trust_run)

@@ -1,4 +1,4 @@
-"""The paper's tables and figures: ``python -m hierroom.paper table3``."""
+"""The paper's tables and figures: ``python -m hierroom paper table3``."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import sys
 
 import tyro
 
-from hierroom.cli import one_line_usage, program, run, words
+from hierroom.support.cli import one_line_usage, program, run, words
 
 
 def main() -> int:
     """The command."""
-    from hierroom.paper.table2 import Table2
+    from hierroom.lab.paper.table2 import Table2
 
     commands: dict[str, type] = {"table2": Table2}
     if sys.argv[1:2] != ["table2"]:  # which trains nothing, and need not wait for what trains
-        from hierroom.paper.figures import All, Figure3, Figure4, Figure5
-        from hierroom.paper.table3 import Table3
+        from hierroom.lab.paper.figures import All, Figure3, Figure4, Figure5
+        from hierroom.lab.paper.table3 import Table3
 
         commands |= {"table3": Table3, "figure3": Figure3, "figure4": Figure4, "figure5": Figure5, "all": All}
     description = "The paper's tables and figures, ours beside its own numbers."

@@ -1,4 +1,4 @@
-"""Play a level yourself: ``python -m hierroom.play --graph f``."""
+"""Play a level yourself: ``python -m hierroom play --graph f``."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from hierroom.cli import one_line_usage, program, run, words
-from hierroom.env_config import GRAPHS
-from hierroom.errors import InputError, require_number
 from hierroom.goals import GraphSpecs
+from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.errors import InputError, require_number
+from hierroom.turns.env_config import GRAPHS
 
 if TYPE_CHECKING:
-    from hierroom.play.game import Game
+    from hierroom.lab.play.game import Game
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def main(argv: list[str] | None = None) -> int:
     game = make_game(arguments)
     game.has_fog = arguments.fog
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-    from hierroom.play.app import App
+    from hierroom.lab.play.app import App
 
     App(game).run()
     return 0
@@ -70,10 +70,10 @@ def make_game(arguments: PlayArguments) -> Game:
     Raises:
         InputError: if an argument cannot be used, or there is no such run.
     """
-    from hierroom.env_config import EnvConfig  # these bring torch along, and --help needs none of it
-    from hierroom.play.game import Game
-    from hierroom.training.trained_agent import load
-    from hierroom.turns import Turns
+    from hierroom.lab.play.game import Game
+    from hierroom.runs.trained_agent import load
+    from hierroom.turns.env_config import EnvConfig  # these bring torch along, and --help needs none of it
+    from hierroom.turns.turns import Turns
 
     named = {name: getattr(arguments, name) for name in ("graph", "size", "max_steps")}
     chosen: dict[str, Any] = {name: value for name, value in named.items() if value not in (None, ())}

@@ -1,4 +1,4 @@
-"""Write a report on training runs: ``python -m hierroom.report RUN [RUN ...]``."""
+"""Write a report on training runs: ``python -m hierroom report RUN [RUN ...]``."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import tyro
 from rich.console import Console
 from rich.progress import Progress
 
-from hierroom.cli import one_line_usage, program, run
-from hierroom.errors import InputError, require_number
-from hierroom.files import write_atomically
+from hierroom.support.cli import one_line_usage, program, run
+from hierroom.support.errors import InputError, require_number
+from hierroom.support.files import write_atomically
 
 if TYPE_CHECKING:
-    from hierroom.report.curves import Curves
-    from hierroom.report.runs import ReportedRun
+    from hierroom.lab.report.curves import Curves
+    from hierroom.lab.report.runs import ReportedRun
 
 
 _DASHES = ("solid", "dash", "dot", "dashdot")
@@ -85,14 +85,14 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     import torch  # it takes its time, as does what follows, and --help needs none of it
 
     from hierroom import __version__
-    from hierroom.compare.metric import METRICS
-    from hierroom.compare.style import line_style
-    from hierroom.report.curves import compare_runs, curve_rows, run_rows
-    from hierroom.report.difficulty import MEASURES, complexities, learning_points
-    from hierroom.report.page import render_page
-    from hierroom.report.replay import TILES
-    from hierroom.report.runs import read_runs
-    from hierroom.report.texts import page_texts
+    from hierroom.lab.compare.metric import METRICS
+    from hierroom.lab.compare.style import line_style
+    from hierroom.lab.report.curves import compare_runs, curve_rows, run_rows
+    from hierroom.lab.report.difficulty import MEASURES, complexities, learning_points
+    from hierroom.lab.report.page import render_page
+    from hierroom.lab.report.replay import TILES
+    from hierroom.lab.report.runs import read_runs
+    from hierroom.lab.report.texts import page_texts
 
     torch.set_num_threads(1)  # as in training
     console = Console(stderr=True)
@@ -171,11 +171,11 @@ def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
 
 def _play(one: ReportedRun, arguments: ReportArguments, notes: list[str]) -> tuple[dict[str, Any], list[Any]] | None:
     """What a run's agents achieve, and episodes of theirs; None, and a line that says why, if they cannot play."""
-    from hierroom.report.goals import goal_row, training_goals
-    from hierroom.report.replay import replays
-    from hierroom.training.evaluation import evaluate
-    from hierroom.training.run_folder import RunFolder
-    from hierroom.training.trained_agent import load
+    from hierroom.lab.report.goals import goal_row, training_goals
+    from hierroom.lab.report.replay import replays
+    from hierroom.runs.evaluation import evaluate
+    from hierroom.runs.folder.run_folder import RunFolder
+    from hierroom.runs.trained_agent import load
 
     try:
         agent = load(one.path, greedy=arguments.greedy, trust=arguments.trust_run)

@@ -1,4 +1,4 @@
-"""Train many runs: ``python -m hierroom.sweep method=hippo,ppo-bonus --graphs a b c --seeds 5 --out OUT``."""
+"""Train many runs: ``python -m hierroom sweep method=hippo,ppo-bonus --graphs a b c --seeds 5 --out OUT``."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from typing import Annotated
 import tyro
 from rich.console import Console
 
-from hierroom.cli import one_line_usage, program, run, words
-from hierroom.errors import InputError
-from hierroom.runtime.printed_table import print_table
-from hierroom.sweep.plan import Plan, PlannedRun, read_plan
-from hierroom.sweep.summary import summarise
-from hierroom.sweep.sweep import Shard, Sweep
-from hierroom.training.output import warn
-from hierroom.training.unread_entries import entries_without_effect
+from hierroom.lab.sweep.plan import Plan, PlannedRun, read_plan
+from hierroom.lab.sweep.summary import summarise
+from hierroom.lab.sweep.sweep import Shard, Sweep
+from hierroom.runs.config.unread_entries import entries_without_effect
+from hierroom.runs.logs.output import warn
+from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.errors import InputError
+from hierroom.support.printed_table import print_table
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
 _FLAGS = ("--list", "--markdown", "--help", "-h")
@@ -79,7 +79,7 @@ class SweepArguments:
             value = getattr(self, name)
             if value not in (None, ()):
                 words += [f"--{name}", *map(str, value if isinstance(value, tuple) else (value,))]
-        return shlex.join(["python", "-m", "hierroom.sweep", *words])
+        return shlex.join(["python", "-m", "hierroom", "sweep", *words])
 
 
 def main() -> int:
@@ -120,7 +120,7 @@ def main() -> int:
         again = f"to train again, delete the rows from {table}, and the folders in {sweep.out / 'runs'}"
         warn(f"own code has changed since {_first_of(changed)} was trained; {again}")
     if outcome.is_interrupted:
-        again = shlex.join(["python", "-m", "hierroom.sweep", *sys.argv[1:]])
+        again = shlex.join(["python", "-m", "hierroom", "sweep", *sys.argv[1:]])
         console.print(f"stopped and saved; go on with:\n{again}", markup=False, highlight=False, soft_wrap=True)
         return 130
     console.print(f"{len(rows)} of {len(runs)} runs are in {table}", markup=False, soft_wrap=True)

@@ -1,4 +1,4 @@
-"""Watch a trained agent: ``python -m hierroom.watch RUN``."""
+"""Watch a trained agent: ``python -m hierroom watch RUN``."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ import tyro
 from rich.console import Console
 from rich.progress import Progress
 
-from hierroom.cli import one_line_usage, program, run, words
-from hierroom.env_config import GRAPHS
-from hierroom.errors import InputError, require_number
 from hierroom.goals import GraphSpecs
+from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.errors import InputError, require_number
+from hierroom.turns.env_config import GRAPHS
 
 if TYPE_CHECKING:
     from hierroom.agents.episode import Episode
-    from hierroom.training.trained_agent import TrainedAgent
+    from hierroom.runs.trained_agent import TrainedAgent
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,8 @@ def main(argv: list[str] | None = None) -> int:
     import torch  # it takes its time, and --help needs none of it
 
     from hierroom.agents.playback import require_file, save_episodes
-    from hierroom.training.provenance import warn_of_changed_modules
-    from hierroom.training.trained_agent import load
+    from hierroom.runs.folder.provenance import warn_of_changed_modules
+    from hierroom.runs.trained_agent import load
 
     torch.set_num_threads(1)  # as in training
     if arguments.out is not None:
@@ -112,7 +112,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _play(agent: TrainedAgent, arguments: WatchArguments) -> tuple[list[Episode], int]:
     """The episodes to show, and how many were played in all."""
-    from hierroom.training.rollout import rollout
+    from hierroom.runs.rollout import rollout
 
     named = {name: getattr(arguments, name) for name in ("graph", "exclude", "size", "goal_mask")}
     other = {name: value for name, value in named.items() if value not in (None, ())}
@@ -144,7 +144,7 @@ def _count(n_failures: int, n_played: int) -> str:
 
 def _print(episodes: Sequence[Episode]) -> None:
     from hierroom.agents.playback import description
-    from hierroom.world.render import without_colours
+    from hierroom.worlds.escape_room.render import without_colours
 
     words = "\n\n\n".join(description(episode) for episode in episodes)
     print(words if sys.stdout.isatty() else without_colours(words))
@@ -159,8 +159,8 @@ def _has_screen() -> bool:
 def _show(episodes: Sequence[Episode]) -> None:
     """Show the episodes in a window, or as text if none can be opened."""
     from hierroom.agents.playback import film
-    from hierroom.world.render import default_tile_size
-    from hierroom.world.window import Window
+    from hierroom.worlds.escape_room.render import default_tile_size
+    from hierroom.worlds.escape_room.window import Window
 
     window = Window()
     try:

@@ -17,8 +17,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+from hierroom.support.errors import InputError
 
 if TYPE_CHECKING:
     import networkx as nx

@@ -23,7 +23,7 @@ from hierroom.complexity.html import html_table
 from hierroom.complexity.laplacian import laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.reach import expected_states, reach_probability
 from hierroom.complexity.weights import Weights, as_moves, as_node, as_weights, n_nodes
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 if TYPE_CHECKING:
     import networkx as nx

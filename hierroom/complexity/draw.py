@@ -16,9 +16,9 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, kinds_of_nodes
 from hierroom.complexity.drawn_places import PADDING, SPACING, Box, Place, Point, limits, place_augmented, place_goals
-from hierroom.errors import InputError
-from hierroom.files import write_atomically
 from hierroom.goals import GoalGraph
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
 
 MAX_DRAWN_NODES = 250
 PICTURE_FORMATS = (".png", ".pdf", ".svg")

@@ -20,8 +20,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.linalg import splu
 
-from hierroom.compile.kernel import njit
-from hierroom.errors import InputError
+from hierroom.support.compile.kernel import njit
+from hierroom.support.errors import InputError
 
 LEAST_RATE = 1e-290
 """Least rate at which a node may be left: below, rates would underflow, and means overflow."""

@@ -10,7 +10,7 @@ import gymnasium
 
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.trajectories import check_start, measure_trajectories, missed
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 def measure_env(

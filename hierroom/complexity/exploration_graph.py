@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from hierroom.complexity.weights import as_weights, row_sums
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 if TYPE_CHECKING:
     import networkx as nx

@@ -11,7 +11,6 @@ import numpy as np
 
 from hierroom.complexity.report import analyze
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
-from hierroom.errors import InputError
 from hierroom.goals import (
     MAX_GRID_ROOMS,
     GoalGraph,
@@ -22,6 +21,7 @@ from hierroom.goals import (
     is_graph_set,
     spec_names,
 )
+from hierroom.support.errors import InputError
 
 _INTERVAL = re.compile(r"(hitting_time|expected_steps):(\d+(?:\.\d+)?)\.\.(\d+(?:\.\d+)?)", re.ASCII)
 _Assumed: TypeAlias = tuple[bool, Walk, Reading]

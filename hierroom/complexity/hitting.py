@@ -30,7 +30,7 @@ from hierroom.complexity.weights import (
     n_nodes,
     row_sums,
 )
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 EPSILON = np.finfo(float).eps
 

@@ -54,7 +54,7 @@ from hierroom.complexity.weights import (
     n_nodes,
     row_sums,
 )
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 RARE = 1e-3
 """A node that is visited less than so often as another one of its class is rare."""

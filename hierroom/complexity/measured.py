@@ -28,7 +28,7 @@ from hierroom.complexity.played_chain import PlayedChain, summary
 from hierroom.complexity.report import REPORT_TIMES, ComplexityReport
 from hierroom.complexity.text import text_table
 from hierroom.complexity.weights import row_sums
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 class MoveDifference(NamedTuple):

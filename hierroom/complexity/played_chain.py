@@ -26,7 +26,7 @@ from hierroom.complexity.observed import (
 from hierroom.complexity.text import text_table
 from hierroom.complexity.walk import PAPER_WALK
 from hierroom.complexity.weights import row_sums
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 @dataclass(frozen=True, eq=False, repr=False)

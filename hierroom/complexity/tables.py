@@ -13,8 +13,8 @@ from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.observed import Interval
 from hierroom.complexity.played_chain import PlayedChain
 from hierroom.complexity.report import ComplexityReport
-from hierroom.errors import InputError, shown
-from hierroom.runtime.markdown_table import markdown_table
+from hierroom.support.errors import InputError, shown
+from hierroom.support.markdown_table import markdown_table
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-not-found]

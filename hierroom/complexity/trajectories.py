@@ -11,7 +11,7 @@ from hierroom.complexity.chain import EXIT
 from hierroom.complexity.episodes import counts_of
 from hierroom.complexity.exploration_graph import node_labels
 from hierroom.complexity.played_chain import PlayedChain
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 NO_STEP = "a trajectory must have at least one step, from a node that is not the target"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hierroom.errors import InputError, require_number
+from hierroom.support.errors import InputError, require_number
 
 
 @dataclass(frozen=True)

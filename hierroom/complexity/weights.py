@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 Weights: TypeAlias = ArrayLike | sp.sparray | sp.spmatrix
 Targets: TypeAlias = int | Iterable[int]

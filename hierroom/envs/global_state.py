@@ -6,11 +6,11 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
-from hierroom.turns import Turns
-from hierroom.world.constants import MARGIN
-from hierroom.world.render import cells_of
-from hierroom.world.tiles import TRIPLES
+from hierroom.support.errors import InputError
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.constants import MARGIN
+from hierroom.worlds.escape_room.render import cells_of
+from hierroom.worlds.escape_room.tiles import TRIPLES
 
 AGENT_ID = 10
 """MiniGrid's object id of the agent."""

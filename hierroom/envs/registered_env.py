@@ -11,10 +11,10 @@ import numpy as np
 from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
 
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError, shown
 from hierroom.goals import graph_specs
-from hierroom.options import CONTROLLER
+from hierroom.support.errors import InputError, shown
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.ledger import CONTROLLER
 
 
 def checked_options(options: Any) -> dict[str, Any]:

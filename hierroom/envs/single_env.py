@@ -10,19 +10,19 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.controller import Observation
-from hierroom.env_config import EnvConfig, fresh_seed
-from hierroom.errors import InputError, shown
+from hierroom.envs.registered_env import checked_options
 from hierroom.goals import GOAL_VECTORS, NO_GOAL
 from hierroom.meta import MetaController, show_step
-from hierroom.options import AGENTS, CONTROLLER, META
-from hierroom.registered_env import checked_options
-from hierroom.runtime.schema import Whole
-from hierroom.step import STEP, Step
-from hierroom.turns import Turns
-from hierroom.world.observations import compiled_one, empty_parts
-from hierroom.world.render import Screen
-from hierroom.world.tiles import TRIPLES
-from hierroom.world.world import whole_numbers
+from hierroom.support.errors import InputError, shown
+from hierroom.support.schema import Whole
+from hierroom.turns.env_config import EnvConfig, fresh_seed
+from hierroom.turns.ledger import AGENTS, CONTROLLER, META
+from hierroom.turns.step import STEP, Step
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.observations import compiled_one, empty_parts
+from hierroom.worlds.escape_room.render import Screen
+from hierroom.worlds.escape_room.tiles import TRIPLES
+from hierroom.worlds.escape_room.world import whole_numbers
 
 _ONLY = np.zeros(1, np.int64)
 _INT64 = tuple(np.int64(i) for i in range(4))

@@ -10,17 +10,17 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.compile.kernel import compiled, njit
 from hierroom.controller import Observation
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.options import CONTROLLER, LEDGER
-from hierroom.step import STEP, Step
-from hierroom.turn_kernels import write_results
-from hierroom.turns import Turns
-from hierroom.world.array_pool import ArrayPool
-from hierroom.world.layout import LEVEL, OUTCOME
-from hierroom.world.observations import IMAGE, N_DIRECTIONS, N_NUMBERS, write_batch, write_flat
-from hierroom.world.tiles import TRIPLES
+from hierroom.support.compile.kernel import compiled, njit
+from hierroom.turns.kernels import write_results
+from hierroom.turns.ledger import CONTROLLER, LEDGER
+from hierroom.turns.step import STEP, Step
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.array_pool import ArrayPool
+from hierroom.worlds.escape_room.layout import LEVEL, OUTCOME
+from hierroom.worlds.escape_room.observations import IMAGE, N_DIRECTIONS, N_NUMBERS, write_batch, write_flat
+from hierroom.worlds.escape_room.tiles import TRIPLES
 
 INFOS = ("success", "goal_event", "elapsed", "illegal_actions", "length", "shortest_length")
 _GOAL_SIZE = GOAL_VECTORS.shape[1]

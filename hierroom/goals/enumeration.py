@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from hierroom.errors import InputError
 from hierroom.goals.canonical import canonical_rooms
 from hierroom.goals.graph import GoalGraph
+from hierroom.support.errors import InputError
 
 
 def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:

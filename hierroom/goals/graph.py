@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.errors import InputError
-from hierroom.files import read_toml, write_atomically
 from hierroom.goals.canonical import canonical_rooms, child_rooms
 from hierroom.goals.drawing import tree_svg
 from hierroom.goals.reachable import open_goals
+from hierroom.support.errors import InputError
+from hierroom.support.files import read_toml, write_atomically
 
 if TYPE_CHECKING:
     import networkx as nx

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hierroom.errors import InputError, shown
 from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, is_graph_set
+from hierroom.support.errors import InputError, shown
 
 GraphSpec = GoalGraph | str | Path | Mapping[str, Any]
 """How one goal graph, or a set of them, is given: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a path

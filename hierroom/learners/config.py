@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hierroom.errors import InputError, require_number
-from hierroom.runtime.python_numbers import use_python_numbers
+from hierroom.support.errors import InputError, require_number
+from hierroom.support.python_numbers import use_python_numbers
 
 MOST = {"sequence_length": 2**20, "minibatches": 2**20, "epochs": 2**20, "hidden_size": 2**16}
 """The largest whole numbers: beyond any use, and small enough for what is computed with them to fit into 64 bits."""

@@ -29,10 +29,10 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
-from hierroom.errors import InputError
 from hierroom.learners.health import check_health
 from hierroom.learners.seeding import seeded_weights
-from hierroom.runtime.schema import RANDOM_STATE, Array, Exactly, Flag, Items, Table, Whole, like
+from hierroom.support.errors import InputError
+from hierroom.support.schema import RANDOM_STATE, Array, Exactly, Flag, Items, Table, Whole, like
 
 EPOCHS, MINIBATCHES, SHARE, LEARNING_RATE, CLIP = 4, 4, 0.25, 1e-4, 5.0
 _NETWORKS = ("target", "predictor")

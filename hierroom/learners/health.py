@@ -9,10 +9,10 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from hierroom.errors import DivergenceError, InputError
 from hierroom.learners.policy import Stepper
 from hierroom.learners.rollout import Batch
 from hierroom.learners.torch_backend import STATISTICS
+from hierroom.support.errors import DivergenceError, InputError
 
 LIMIT = 1e15
 """The size from which on a number counts as diverged: its square, which the losses take, soon leaves float32."""

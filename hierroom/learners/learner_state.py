@@ -9,7 +9,7 @@ import numpy as np
 from torch import nn
 
 from hierroom.learners.networks.actor_critic import AgentSpace
-from hierroom.runtime.schema import RANDOM_STATE, Array, Items, Schema, Table, Whole, like, require
+from hierroom.support.schema import RANDOM_STATE, Array, Items, Schema, Table, Whole, like, require
 
 _MOST = 2**31
 

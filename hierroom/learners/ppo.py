@@ -59,7 +59,6 @@ from numba.core import config as numba_config
 from numpy.typing import NDArray
 from torch import nn
 
-from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
@@ -71,6 +70,7 @@ from hierroom.learners.rollout import Batch, Rollout
 from hierroom.learners.sampling import log_probabilities, sample_actions
 from hierroom.learners.seeding import seeded_weights
 from hierroom.learners.torch_backend import STATISTICS, TorchBackend
+from hierroom.support.errors import InputError
 
 UPDATE_STATISTICS = (*STATISTICS, "explained_variance", "learning_rate", "turns")
 """Names of the entries that `Learner.update` returns: means over the minibatches, then three numbers about the whole

@@ -11,10 +11,10 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from hierroom.errors import own_code
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import PolicyNetwork
 from hierroom.learners.rollout import Batch
+from hierroom.support.errors import own_code
 
 STATISTICS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm")
 """Names of the values that `TorchBackend.train` averages over the minibatches of an update, in this order."""

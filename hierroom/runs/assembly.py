@@ -19,18 +19,18 @@ from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.warm_up import WarmUp
-from hierroom.env_config import LevelsName
-from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.ppo import Learner
 from hierroom.meta import LEARNED, make_meta
-from hierroom.options import CONTROLLER, META
-from hierroom.situation import N_META_ACTIONS
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trust import require_trust
-from hierroom.turns import Turns
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.trust import require_trust
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import LevelsName
+from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.situation import N_META_ACTIONS
+from hierroom.turns.turns import Turns
 
 
 def make_turns(

@@ -10,18 +10,18 @@ from rich.table import Table
 
 from hierroom.agents.episode import Episode
 from hierroom.agents.playback import save_episodes
-from hierroom.options import META
-from hierroom.runtime.printed_table import print_table
-from hierroom.training.config import TrainConfig
-from hierroom.training.episode_log import WINDOW
-from hierroom.training.learning_curve import MILESTONES, LearningCurve
-from hierroom.training.output import warn
-from hierroom.training.plots import plot_learning_curve
-from hierroom.training.rollout import rollout
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trained_agent import TrainedAgent
-from hierroom.training.trainer import Trainer
-from hierroom.training.trust import trust_option
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.trust import trust_option
+from hierroom.runs.logs.episode_log import WINDOW
+from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
+from hierroom.runs.logs.output import warn
+from hierroom.runs.logs.plots import plot_learning_curve
+from hierroom.runs.rollout import rollout
+from hierroom.runs.trained_agent import TrainedAgent
+from hierroom.runs.trainer import Trainer
+from hierroom.support.printed_table import print_table
+from hierroom.turns.ledger import META
 
 MANY_ILLEGAL = 0.1
 """A meta-controller whose share of illegal goals is above that may not do what it is meant to."""
@@ -53,8 +53,8 @@ def write_results(trainer: Trainer, folder: RunFolder, console: Console) -> None
     failures = "" if episode.success else " --failures"
     console.print(f"learning curve  {picture}", soft_wrap=True, markup=False)
     console.print(f"{f'one {name}':<15} {folder.path / f'{name}.gif'}{none}", soft_wrap=True, markup=False)
-    console.print(f"watch it        python -m hierroom.watch {quoted}{failures}", soft_wrap=True, markup=False)
-    console.print(f"evaluate it     python -m hierroom.evaluate {quoted}", soft_wrap=True, markup=False)
+    console.print(f"watch it        python -m hierroom watch {quoted}{failures}", soft_wrap=True, markup=False)
+    console.print(f"evaluate it     python -m hierroom evaluate {quoted}", soft_wrap=True, markup=False)
 
 
 def telling_episode(agent: TrainedAgent, seed: int, episodes: int = N_PICTURED) -> Episode:

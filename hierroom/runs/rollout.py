@@ -11,10 +11,10 @@ import numpy as np
 from hierroom.agents.episode import Episode
 from hierroom.agents.player import Player, make_player
 from hierroom.agents.recorder import record
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError, require_number
-from hierroom.training.trained_agent import TrainedAgent
-from hierroom.turns import Turns
+from hierroom.runs.trained_agent import TrainedAgent
+from hierroom.support.errors import InputError, require_number
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.turns import Turns
 
 
 def rollout(

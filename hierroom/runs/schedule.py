@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hierroom.training.learning_curve import evaluation_points
+from hierroom.runs.logs.learning_curve import evaluation_points
 
 ROWS, CHECKPOINTS = 500, 10
 

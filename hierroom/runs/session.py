@@ -14,23 +14,23 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
-from hierroom.errors import DivergenceError, InputError
-from hierroom.files import to_json
-from hierroom.options import META
-from hierroom.training import checkpoint
-from hierroom.training.assembly import evaluation_seed
-from hierroom.training.config import TrainConfig
-from hierroom.training.interrupt import Interrupt
-from hierroom.training.learning_curve import LearningCurve, evaluation_rows
-from hierroom.training.logs import DEFAULT, NONE, Logs
-from hierroom.training.output import lasting_output, warn
-from hierroom.training.provenance import record_session
-from hierroom.training.results import write_results
-from hierroom.training.run_folder import RunFolder, claim_folder
-from hierroom.training.run_name import run_name
-from hierroom.training.schedule import Schedule
-from hierroom.training.trainer import Trainer
-from hierroom.training.trust import trust_option
+from hierroom.runs.assembly import evaluation_seed
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.run_name import run_name
+from hierroom.runs.folder import checkpoint
+from hierroom.runs.folder.provenance import record_session
+from hierroom.runs.folder.run_folder import RunFolder, claim_folder
+from hierroom.runs.folder.trust import trust_option
+from hierroom.runs.interrupt import Interrupt
+from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_rows
+from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
+from hierroom.runs.logs.output import lasting_output, warn
+from hierroom.runs.results import write_results
+from hierroom.runs.schedule import Schedule
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import DivergenceError, InputError
+from hierroom.support.files import to_json
+from hierroom.turns.ledger import META
 
 
 def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Trainer, RunFolder]:

@@ -12,18 +12,18 @@ from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.trained_goals import TrainedGoals
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError, shown
 from hierroom.goals import graph_specs
 from hierroom.meta import MetaController
-from hierroom.options import CONTROLLER, META
-from hierroom.training.assembly import freeze, load_agents, make_turns, meta_seed, restore_agents
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.run_name import run_name
-from hierroom.training.trust import require_trust
-from hierroom.training.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
-from hierroom.turns import Turns
+from hierroom.runs.assembly import freeze, load_agents, make_turns, meta_seed, restore_agents
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.run_name import run_name
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.trust import require_trust
+from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
+from hierroom.support.errors import InputError, shown
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.turns import Turns
 
 
 @dataclass(frozen=True, eq=False, repr=False)

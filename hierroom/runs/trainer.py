@@ -11,22 +11,22 @@ import torch
 from hierroom.agents.player import Pair
 from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.compile.clock import compile_clock
-from hierroom.errors import DivergenceError, InputError, shown
-from hierroom.files import to_json
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta
-from hierroom.options import CONTROLLER, META
-from hierroom.runtime.schema import as_array
-from hierroom.training.assembly import evaluation_seed, freeze, make_agents, make_turns
-from hierroom.training.config import TrainConfig
-from hierroom.training.episode_log import EpisodeLog
-from hierroom.training.evaluation import Evaluation, evaluate
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.weights import SavedAgent, weights_file
-from hierroom.turns import Turns
-from hierroom.world.layout import LEVEL
-from hierroom.world.state_check import level_schema
+from hierroom.runs.assembly import evaluation_seed, freeze, make_agents, make_turns
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.evaluation import Evaluation, evaluate
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.weights import SavedAgent, weights_file
+from hierroom.runs.logs.episode_log import EpisodeLog
+from hierroom.support.compile.clock import compile_clock
+from hierroom.support.errors import DivergenceError, InputError, shown
+from hierroom.support.files import to_json
+from hierroom.support.schema import as_array
+from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.layout import LEVEL
+from hierroom.worlds.escape_room.state_check import level_schema
 
 MAX_EVALUATION_ENVS = 100
 """Environments that are evaluated in side by side, at most."""

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
-from hierroom.errors import InputError, RunError, one_line
+from hierroom.support.errors import InputError, RunError, one_line
 
 COMMANDS: Mapping[str, str] = {
     "train": "train an agent and write a run folder",
@@ -53,8 +53,7 @@ def program(name: str) -> str:
     Args:
         name: of the command, in `COMMANDS`.
     """
-    script = f"hierroom-{name}"
-    return script if Path(sys.argv[0]).stem == script else f"python -m hierroom.{name}"
+    return f"hierroom {name}" if Path(sys.argv[0]).stem == "hierroom" else f"python -m hierroom {name}"
 
 
 def words(argv: Sequence[str] | None = None) -> list[str]:

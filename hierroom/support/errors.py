@@ -156,5 +156,5 @@ def in_one_line(error: BaseException) -> str:
 
 
 _LIBRARIES = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
-_NOT_OWN = ("<", *(f"{folder}{os.sep}" for folder in (Path(__file__).parent, *_LIBRARIES)))
+_NOT_OWN = ("<", *(f"{folder}{os.sep}" for folder in (Path(__file__).parents[1], *_LIBRARIES)))
 """How the names of files begin that are not a user's own: this package's, Python's, and what is installed."""

@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 _UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 

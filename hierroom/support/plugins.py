@@ -9,7 +9,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
-from hierroom.errors import InputError, in_one_line
+from hierroom.support.errors import InputError, in_one_line
 
 
 def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds: str = "Class") -> Any:

@@ -15,7 +15,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from hierroom.errors import InputError, shown, text_of
+from hierroom.support.errors import InputError, shown, text_of
 
 
 class Schema(Protocol):

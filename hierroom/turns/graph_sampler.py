@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.complexity.graph_set import GraphSet
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, GraphSpecs
-from hierroom.runtime.schema import Array, Whole
+from hierroom.support.errors import InputError
+from hierroom.support.schema import Array, Whole
 
 EPISODES_PER_STAGE = 200
 """Least number of episodes of a stage by which the curriculum decides about the next one."""

@@ -6,7 +6,7 @@ compiler. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
 
 import numpy as np
 
-from hierroom.compile.kernel import njit
+from hierroom.support.compile.kernel import njit
 
 NO_GOAL, FIRST_DOOR_GOAL, EXIT_GOAL, N_GOALS = -1, 6, 12, 13
 """As in `hierroom.goals`."""

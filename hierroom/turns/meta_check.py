@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hierroom.errors import InputError, shown
+from hierroom.support.errors import InputError, shown
 
 
 def checked_meta(meta: Any, name: str) -> Any:

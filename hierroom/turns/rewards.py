@@ -9,11 +9,11 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.env_config import NOVELTY_BONUS, RewardName
-from hierroom.errors import InputError, in_one_line, own_code, raise_told, shown
-from hierroom.plugins import load_plugin
-from hierroom.step import Step
-from hierroom.world.layout import MEMORIES
+from hierroom.support.errors import InputError, in_one_line, own_code, raise_told, shown
+from hierroom.support.plugins import load_plugin
+from hierroom.turns.env_config import NOVELTY_BONUS, RewardName
+from hierroom.turns.step import Step
+from hierroom.worlds.escape_room.layout import MEMORIES
 
 ENTRY_POINT_GROUP = "hierroom.rewards"
 

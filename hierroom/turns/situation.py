@@ -9,13 +9,13 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.compile.kernel import compiled
 from hierroom.controller import Observation
-from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL, GoalGraph
-from hierroom.turn_kernels import ALL, EXISTING, REACHABLE, SEEN, write_masks
-from hierroom.world.layout import LEVEL, State
-from hierroom.world.level import Level
+from hierroom.support.compile.kernel import compiled
+from hierroom.support.errors import InputError
+from hierroom.turns.kernels import ALL, EXISTING, REACHABLE, SEEN, write_masks
+from hierroom.worlds.escape_room.layout import LEVEL, State
+from hierroom.worlds.escape_room.level import Level
 
 NO_GOAL_ACTION = N_GOALS
 """The meta-controller's 14th action: no goal. While it is not its turn, this is the one it may take: wait."""

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
-from hierroom.turn_kernels import NO_GOAL, NO_OUTCOME, OTHER, REACHED, TIMED_OUT
-from hierroom.world.layout import State
+from hierroom.support.errors import InputError
+from hierroom.turns.kernels import NO_GOAL, NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+from hierroom.worlds.escape_room.layout import State
 
 N_OUTCOMES = len((NO_OUTCOME, REACHED, TIMED_OUT, OTHER))
 

@@ -11,22 +11,22 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.curriculum import GraphSampler
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.controller import Observation, observation_spaces
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.goals import NO_GOAL
 from hierroom.meta import MetaController, NoGoals, choose_goals
-from hierroom.options import META, Ledger, Transition, reset_values, transitions
-from hierroom.rewards import make_reward
-from hierroom.situation import GOAL_MASKS, N_META_ACTIONS, NO_GOAL_ACTION, Situation
-from hierroom.step import N_OUTCOMES, Step
-from hierroom.turn_kernels import KERNEL_REWARDS, OWN_REWARD
-from hierroom.world.layout import State
-from hierroom.world.oracle import shortest_lengths
-from hierroom.world.random_kernels import turn_uniforms
-from hierroom.world.world import Seeds, World, whole_numbers
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.graph_sampler import GraphSampler
+from hierroom.turns.kernels import KERNEL_REWARDS, OWN_REWARD
+from hierroom.turns.ledger import META, Ledger, Transition, reset_values, transitions
+from hierroom.turns.rewards import make_reward
+from hierroom.turns.situation import GOAL_MASKS, N_META_ACTIONS, NO_GOAL_ACTION, Situation
+from hierroom.turns.step import N_OUTCOMES, Step
+from hierroom.worlds.escape_room.layout import State
+from hierroom.worlds.escape_room.oracle import shortest_lengths
+from hierroom.worlds.escape_room.random_kernels import turn_uniforms
+from hierroom.worlds.escape_room.world import Seeds, World, whole_numbers
 
 
 class Turns:

@@ -12,12 +12,12 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import BaseParallelWrapper
 from pettingzoo.utils.wrappers import BaseWrapper
 
-from hierroom.errors import InputError
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.options import META
-from hierroom.situation import N_META_ACTIONS
-from hierroom.step import N_OUTCOMES
-from hierroom.world.constants import VIEW
+from hierroom.support.errors import InputError
+from hierroom.turns.ledger import META
+from hierroom.turns.situation import N_META_ACTIONS
+from hierroom.turns.step import N_OUTCOMES
+from hierroom.worlds.escape_room.constants import VIEW
 
 SIZES = {
     "observation": VIEW * VIEW * 3,

@@ -24,9 +24,9 @@ from pettingzoo.utils.wrappers import BaseWrapper
 from hierroom.agents.config import require_features
 from hierroom.agents.features import Features
 from hierroom.controller import Observation
-from hierroom.errors import InputError
-from hierroom.options import AGENTS, CONTROLLER
-from hierroom.turns import Turns
+from hierroom.support.errors import InputError
+from hierroom.turns.ledger import AGENTS, CONTROLLER
+from hierroom.turns.turns import Turns
 
 Env = TypeVar("Env", AECEnv, ParallelEnv, gymnasium.Env, VectorEnv)
 

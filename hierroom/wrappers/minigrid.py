@@ -13,14 +13,14 @@ from minigrid.core.mission import MissionSpace
 from minigrid.minigrid_env import MiniGridEnv
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
+from hierroom.envs.single_env import as_action
 from hierroom.goals import COLOURS
-from hierroom.single_env import as_action
-from hierroom.world import constants
-from hierroom.world.constants import MARGIN
-from hierroom.world.layout import State
-from hierroom.world.render import minigrid_objects
-from hierroom.world.tiles import DOOR_ID
+from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room import constants
+from hierroom.worlds.escape_room.constants import MARGIN
+from hierroom.worlds.escape_room.layout import State
+from hierroom.worlds.escape_room.render import minigrid_objects
+from hierroom.worlds.escape_room.tiles import DOOR_ID
 
 MISSIONS = (
     *(f"pick up the {colour} key" for colour in COLOURS),

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, cast
 
 from gymnasium.vector import AutoresetMode, VectorEnv
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 from hierroom.vector_env import EscapeRooms
 
 if TYPE_CHECKING:
-    from hierroom.views.sb3_vec_env import BatchVecEnv
+    from hierroom.wrappers.sb3_vec_env import BatchVecEnv
 
 
 def sb3_view(envs: VectorEnv) -> BatchVecEnv:
@@ -36,7 +36,7 @@ def sb3_view(envs: VectorEnv) -> BatchVecEnv:
     if not cast(EscapeRooms, envs.unwrapped).copies:
         raise InputError("sb3_view takes environments with copy=True: Stable-Baselines3 keeps observations for later")
     try:
-        from hierroom.views.sb3_vec_env import BatchVecEnv
+        from hierroom.wrappers.sb3_vec_env import BatchVecEnv
     except ModuleNotFoundError as error:
         if error.name is None or error.name.split(".")[0] != "stable_baselines3":
             raise

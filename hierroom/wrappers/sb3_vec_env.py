@@ -10,8 +10,8 @@ from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
-from hierroom.errors import InputError
-from hierroom.options import CONTROLLER
+from hierroom.support.errors import InputError
+from hierroom.turns.ledger import CONTROLLER
 from hierroom.vector_env import EscapeRooms
 
 FINAL = ("final_obs", "final_info")

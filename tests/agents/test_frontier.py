@@ -8,7 +8,7 @@ from views import in_view
 from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE
 from hierroom.agents.frontier import nearest_frontiers
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
-from hierroom.world.constants import LOCKED_DOOR, MARGIN, WALL
+from hierroom.worlds.escape_room.constants import LOCKED_DOOR, MARGIN, WALL
 
 N_ENVS = 8
 

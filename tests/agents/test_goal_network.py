@@ -8,10 +8,10 @@ from hierroom.agents.features import FEATURES, Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
-from hierroom.options import META
-from hierroom.step import NO_OUTCOME
-from hierroom.training.presets import find_preset
-from hierroom.world.oracle import shortest_actions
+from hierroom.runs.config.presets import find_preset
+from hierroom.turns.ledger import META
+from hierroom.turns.step import NO_OUTCOME
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 
 def test_permuting_colours_permutes_what_the_network_says():

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from hierroom.env_config import EnvConfig
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GoalGraph
 from hierroom.meta import make_meta
-from hierroom.turns import Turns
-from hierroom.world.oracle import shortest_actions, shortest_lengths
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 
 SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)
 GRAPHS = [*map(GoalGraph.named, "acdefg"), SEVEN_ROOMS]

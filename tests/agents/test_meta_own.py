@@ -12,11 +12,11 @@ from turns_helpers import make
 
 from hierroom import InputError
 from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
-from hierroom.env_config import EnvConfig
 from hierroom.gym_env import EscapeRoom
 from hierroom.meta import META_CONTROLLERS, MetaController, make_meta
-from hierroom.training.config import TrainConfig
-from hierroom.training.session import begin, run_session
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.session import begin, run_session
+from hierroom.turns.env_config import EnvConfig
 from hierroom.vector_env import EscapeRooms
 
 MINE = """
@@ -343,9 +343,9 @@ def check_watched(seen, n_envs, n_steps):
 
 def test_one_that_watches_sees_every_step_in_training():
     from hierroom.agents.scripted_agent import ScriptedAgent
-    from hierroom.options import META
-    from hierroom.training.config import TrainConfig
-    from hierroom.training.trainer import Trainer
+    from hierroom.runs.config.config import TrainConfig
+    from hierroom.runs.trainer import Trainer
+    from hierroom.turns.ledger import META
 
     trainer = Trainer(TrainConfig(num_envs=4, steps=400).changed(size=11, max_steps=9, meta="random"))
     trainer.turns.reset(0)  # without the staggered clocks

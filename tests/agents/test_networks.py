@@ -11,15 +11,15 @@ from run_contents import check_run, weights
 
 import hierroom
 from hierroom.agents.networks import make_network
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.torch_backend import TorchBackend
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trainer import Trainer
+from hierroom.turns.env_config import EnvConfig
 
 SPACE = AgentSpace((5, 3), 4)
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512)

@@ -9,22 +9,22 @@ from same_state import equal
 from turns_helpers import goal_ids, make
 
 from hierroom.agents.ppo_agent import FrozenAgent, PPOAgent
-from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, N_GOALS
 from hierroom.gym_env import EscapeRoom
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
-from hierroom.options import CONTROLLER, META, transitions
-from hierroom.step import OTHER, REACHED, TIMED_OUT
+from hierroom.runs.assembly import make_agents, make_turns
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.presets import find_preset
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trained_agent import load
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.train import parse
-from hierroom.training.assembly import make_agents, make_turns
-from hierroom.training.config import TrainConfig
-from hierroom.training.presets import find_preset
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trained_agent import load
-from hierroom.training.trainer import Trainer
-from hierroom.world.oracle import shortest_actions
+from hierroom.turns.ledger import CONTROLLER, META, transitions
+from hierroom.turns.step import OTHER, REACHED, TIMED_OUT
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 META_PPO = PPOConfig(sequence_length=4, sequences_per_update=4, minibatches=2, epochs=2, hidden_size=8)
 PRESET = find_preset("learned")

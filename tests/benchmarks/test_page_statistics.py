@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from benchmarks import committed, page_statistics  # noqa: E402

@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hierroom.errors import InputError
 from hierroom.meta import make_meta
-from hierroom.training.assembly import make_turns
-from hierroom.training.evaluation import evaluate
-from hierroom.training.presets import find_preset
-from hierroom.world.constants import EMPTY, KEY, OPEN_DOOR, UNSEEN, WALL
-from hierroom.world.oracle import shortest_lengths
+from hierroom.runs.assembly import make_turns
+from hierroom.runs.config.presets import find_preset
+from hierroom.runs.evaluation import evaluate
+from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room.constants import EMPTY, KEY, OPEN_DOOR, UNSEEN, WALL
+from hierroom.worlds.escape_room.oracle import shortest_lengths
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 BENCHMARKS = ROOT / "benchmarks"
 sys.path.insert(0, str(ROOT))
 

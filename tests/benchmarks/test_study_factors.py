@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from study_tables import measured_rows, run_rows, write_tables
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from benchmarks.study import factors, forest, trained  # noqa: E402

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from study_tables import write_tables
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 STEPS = {"a": [100, 300, 200], "b": [400, 500, 900], "own": [800, None, None], "c": [600, 700, None]}
 
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from study_tables import write_tables
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 STEPS = {
     "easy": {"hippo": [100_000, 110_000, 120_000], "ppo-bonus": [100_000, 115_000, 125_000]},
     "middle": {"hippo": [200_000, 210_000, 220_000], "ppo-bonus": [400_000, 420_000, 900_000]},

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from hierroom.complexity import analyze
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+from hierroom.support.errors import InputError
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture

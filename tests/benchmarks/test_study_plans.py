@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from hierroom.complexity import GraphSet
-from hierroom.sweep.plan import read_plan
-from hierroom.training.presets import PRESETS
+from hierroom.lab.sweep.plan import read_plan
+from hierroom.runs.config.presets import PRESETS
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from benchmarks.study import tuning  # noqa: E402

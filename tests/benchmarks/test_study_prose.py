@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 NUMBER = r"-?(?:\d+(?:\.\d+)?|∞)"
 ESTIMATE = re.compile(rf"({NUMBER})\s+\[({NUMBER}),\s+({NUMBER})\]")
 TABLE = re.compile(r"<!-- (\w+) [^>]*-->\n.*?<!-- end of \1 -->\n", re.DOTALL)

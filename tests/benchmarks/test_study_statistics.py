@@ -8,9 +8,9 @@ import pytest
 from scipy.stats import pearsonr, rankdata, spearmanr
 from study_tables import measured_rows, run_rows
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from benchmarks import committed, figures, hindsight, tables  # noqa: E402
@@ -213,7 +213,7 @@ def test_pictures_of_other_points_or_colours_or_names_are_told_apart():
 
 def test_a_picture_is_not_drawn_of_unfinished_runs():
     def picture(*arguments):
-        return figures.Picture(ROOT / "x.png", "hierroom.paper figure4", arguments)
+        return figures.Picture(ROOT / "x.png", "hierroom.lab.paper figure4", arguments)
 
     with pytest.raises(InputError, match=r"0 of 8 runs of x\.png are done"):
         picture("--seeds", "2", "--out", "nowhere").draw()

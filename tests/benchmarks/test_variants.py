@@ -9,11 +9,11 @@ import torch
 from torch import nn
 
 from hierroom.agents.features import Features
+from hierroom.lab.sweep.plan import read_plan
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
-from hierroom.sweep.plan import read_plan
-from hierroom.world.constants import DROP, FORWARD, LEFT, PICKUP, RIGHT
+from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP, RIGHT
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
 import variants  # noqa: E402

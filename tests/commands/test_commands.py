@@ -13,13 +13,13 @@ import tyro
 import hierroom
 from hierroom.agents.config import METHODS, FeatureName, MethodName
 from hierroom.agents.features import FEATURES
-from hierroom.cli import COMMANDS, one_line_usage
-from hierroom.env_config import GoalMaskName, RewardName
-from hierroom.errors import InputError
-from hierroom.rewards import REWARDS
-from hierroom.situation import GOAL_MASKS
-from hierroom.training.config import PresetName
-from hierroom.training.presets import PRESETS
+from hierroom.runs.config.config import PresetName
+from hierroom.runs.config.presets import PRESETS
+from hierroom.support.cli import COMMANDS, one_line_usage
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import GoalMaskName, RewardName
+from hierroom.turns.rewards import REWARDS
+from hierroom.turns.situation import GOAL_MASKS
 
 
 def run(*arguments, env=None):

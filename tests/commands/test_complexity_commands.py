@@ -9,10 +9,10 @@ from typing import get_args
 
 import pytest
 
-from hierroom.complexity.__main__ import ComplexityArguments, show
+from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity.tables import COLUMNS, ColumnName
 from hierroom.goals import GoalGraph
-from hierroom.paper import PAPER_TABLE_2, table_2
+from hierroom.lab.paper import PAPER_TABLE_2, table_2
 
 
 def command(*arguments, module="hierroom.complexity"):
@@ -43,7 +43,7 @@ def test_the_paper_rounds_to_one_digit():
 
 
 def test_table2_prints_both_and_says_what_is_open():
-    done = command("table2", module="hierroom.paper")
+    done = command("table2", module="hierroom.lab.paper")
     assert done.returncode == 0, done.stderr
     rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in done.stdout.splitlines() if "│" in line]
     assert ["HT, no drop", "paper", "8.4", "12.1", "15.1", "13.1", "13.9", "29.2", "27.5"] in rows

@@ -1,4 +1,4 @@
-"""What ``python -m hierroom.complexity --measures`` prints."""
+"""What ``python -m hierroom complexity --measures`` prints."""
 
 import csv
 import io
@@ -8,9 +8,9 @@ import sys
 
 import pytest
 
+from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity import Walk, analyze
-from hierroom.complexity.__main__ import ComplexityArguments, show
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 @pytest.fixture

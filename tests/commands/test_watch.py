@@ -9,17 +9,17 @@ import pictures
 import pytest
 
 import hierroom
-from hierroom import watch
 from hierroom.agents.playback import description, film, legible_tile_size, save_episodes
 from hierroom.agents.playback import pictures as drawn
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trainer import Trainer
-from hierroom.world.animation import animate
-from hierroom.world.render import draw_level, without_colours
-from hierroom.world.window import Window
+from hierroom.commands import watch
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.escape_room.animation import animate
+from hierroom.worlds.escape_room.render import draw_level, without_colours
+from hierroom.worlds.escape_room.window import Window
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def test_failures_alone(watched, run, tmp_path):
 
 
 def test_where_nothing_failed_it_says_so_with_the_interval_and_writes_nothing(watched, tmp_path, monkeypatch):
-    from hierroom.training import rollout
+    from hierroom.runs import rollout
 
     escape = episode_of("oracle")
 
@@ -193,7 +193,7 @@ def test_in_a_window(run, monkeypatch, capsys):
             super().show(frame)
 
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.setattr("hierroom.world.window.Window", Screen)
+    monkeypatch.setattr("hierroom.worlds.escape_room.window.Window", Screen)
     assert watch.main([str(run), "--episodes", "2"]) == 0
     episodes = list(hierroom.rollout(hierroom.load(run), None, 2))
     assert len(shown) == sum(len(episode) + 1 + 9 for episode in episodes)
@@ -249,7 +249,7 @@ def test_the_keys_of_the_window(monkeypatch):
 
 
 def test_the_command_as_a_user_calls_it(run, tmp_path):
-    command = [sys.executable, "-m", "hierroom.watch", str(run), "--text", "--failures", "--most", "20"]
+    command = [sys.executable, "-m", "hierroom", "watch", str(run), "--text", "--failures", "--most", "20"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert "in the first" in done.stdout

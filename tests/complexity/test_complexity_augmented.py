@@ -6,8 +6,8 @@ import pytest
 
 from hierroom.complexity import AugmentedGraph, Reading, Walk, analyze, count_nodes
 from hierroom.complexity.augmented import MAX_NODES, alike_nodes
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
+from hierroom.support.errors import InputError
 
 STAR_10 = GoalGraph((0,) * 9, 1)
 

@@ -5,7 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 from hierroom.complexity import Chain, analyze
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 W = sp.csr_array(np.array([[0.0, 0.5, 0.0], [0.1, 0.0, 0.2], [0.0, 0.0, 0.0]]))
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hierroom.complexity import Curriculum, GraphSet
-from hierroom.complexity.curriculum import EPISODES_PER_STAGE, GraphSampler
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+from hierroom.support.errors import InputError
+from hierroom.turns.graph_sampler import EPISODES_PER_STAGE, GraphSampler
 
 EASY = GraphSet("rooms:3")
 N_ENVS = 8

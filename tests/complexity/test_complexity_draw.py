@@ -20,8 +20,8 @@ from hierroom.complexity.draw import (
     draw_graph,
 )
 from hierroom.complexity.drawn_places import place_augmented, place_goals
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
+from hierroom.support.errors import InputError
 
 
 @pytest.fixture

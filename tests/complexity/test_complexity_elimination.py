@@ -19,8 +19,8 @@ from hierroom.complexity import (
 )
 from hierroom.complexity import elimination as module
 from hierroom.complexity.elimination import Elimination, solve_several
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+from hierroom.support.errors import InputError
 
 
 @st.composite

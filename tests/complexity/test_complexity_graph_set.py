@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hierroom.complexity import GraphSet, Reading, Walk, analyze
-from hierroom.errors import InputError
 from hierroom.goals import MAX_GRID_ROOMS, NAMED_GRAPHS, GoalGraph, enumerate_graphs
+from hierroom.support.errors import InputError
 
 FORK = GoalGraph((0, 1, 1), 3)
 """Two rooms behind one: no graph of the paper."""

@@ -14,8 +14,8 @@ from hierroom.complexity import (
     mean_first_passage_time,
     passage_time_sensitivity,
 )
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS
+from hierroom.support.errors import InputError
 
 FORMS = pytest.mark.parametrize("form", [np.asarray, sp.csr_array, sp.csc_matrix, sp.coo_array])
 

@@ -18,11 +18,11 @@ from hierroom.complexity import (
     mean_first_passage_time,
 )
 from hierroom.complexity.walk import PAPER_WALK
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
-from hierroom.measure import measure
-from hierroom.turns import Turns
+from hierroom.lab.measure import measure
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.turns import Turns
 
 TO_TWO_DIGITS = {
     False: (8.36, 12.05, 15.07, 15.10, 17.09, 22.44, 27.50),

@@ -10,7 +10,7 @@ from hierroom.complexity import analyze
 from hierroom.complexity.markov_order import markov_test
 from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.observed import observed, wilson_interval
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 def walk_episodes(report, n_episodes, max_steps, rng):

@@ -13,8 +13,8 @@ from hierroom.complexity import (
     reach_probability,
 )
 from hierroom.complexity import reach as reach_module
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
+from hierroom.support.errors import InputError
 
 TIMES = np.array([0, 1, 2, 3, 10, 100, 999, 1000, 4097, 10**5, 10**6])
 

@@ -15,8 +15,8 @@ import pytest
 
 from hierroom import complexity
 from hierroom.complexity import Walk, analyze, mean_first_passage_time
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
+from hierroom.support.errors import InputError
 
 
 def test_depth_and_width_of_table_2():
@@ -110,7 +110,7 @@ def test_no_module_of_the_package_knows_a_learner():
         "import importlib, pkgutil, sys, hierroom.complexity as package\n"
         "for module in pkgutil.iter_modules(package.__path__, package.__name__ + '.'):\n"
         "    importlib.import_module(module.name)\n"
-        "learners = ('torch', 'hierroom.agents.player', 'hierroom.learners', 'hierroom.training.trainer')\n"
+        "learners = ('torch', 'hierroom.agents.player', 'hierroom.learners', 'hierroom.runs.trainer')\n"
         "print([name for name in learners if name in sys.modules])"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -120,15 +120,20 @@ def test_no_module_of_the_package_knows_a_learner():
 def test_the_package_knows_no_world():
     """Only the command line knows more: how commands end and graphs are given, and in a function what measures play."""
     allowed = {
-        "hierroom.compile.kernel",
-        "hierroom.errors",
-        "hierroom.files",
+        "hierroom.support.compile.kernel",
+        "hierroom.support.errors",
+        "hierroom.support.files",
         "hierroom.goals",
-        "hierroom.runtime.markdown_table",
-        "hierroom.runtime.printed_table",
-        "hierroom.runtime.schema",
+        "hierroom.support.markdown_table",
+        "hierroom.support.printed_table",
+        "hierroom.support.schema",
     }
-    of_command = {"hierroom.cli", "hierroom.env_config", "hierroom.measure", "hierroom.measure.levels"}
+    of_command = {
+        "hierroom.support.cli",
+        "hierroom.turns.env_config",
+        "hierroom.lab.measure",
+        "hierroom.lab.measure.levels",
+    }
     found = set()
     for path in Path(complexity.__file__).parent.rglob("*.py"):
         tree = ast.parse(path.read_text())
@@ -140,7 +145,7 @@ def test_the_package_knows_no_world():
                 module = node.module
                 if module.startswith("hierroom") and not module.startswith("hierroom.complexity"):
                     assert module in allowed or (path.name == "__main__.py" and module in of_command), (path, module)
-                    assert not module.startswith("hierroom.measure") or node not in tree.body
+                    assert not module.startswith("hierroom.lab.measure") or node not in tree.body
                     found.add(module)
     assert found == allowed | of_command
 

@@ -8,14 +8,14 @@ from counted_walks import count_transitions
 from matplotlib.figure import Figure
 from pictures import pixels
 
+from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity import analyze, measure_trajectories, to_frame
-from hierroom.complexity.__main__ import ComplexityArguments, show
 from hierroom.complexity.draw_reach import draw_measured_reach, draw_played_reach, draw_reach, save_reach
 from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.measures.graphs import measure_graphs
 from hierroom.complexity.tables import COLUMNS, csv_text, latex_table, latex_text, markdown_text, rows_of
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+from hierroom.support.errors import InputError
 
 REPORTS = [
     analyze("a"),

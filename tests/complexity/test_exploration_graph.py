@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hierroom.complexity import Chain, analyze, measure_env, measure_trajectories
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 class Corridor(gymnasium.Env):

@@ -31,8 +31,8 @@ from hierroom.complexity.measures import (
 from hierroom.complexity.measures.covering import _union_bound
 from hierroom.complexity.measures.effective_horizon import samples_of
 from hierroom.complexity.measures.gorp_kernels import choice_probabilities
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS
+from hierroom.support.errors import InputError
 
 
 def minigrid_state(env):

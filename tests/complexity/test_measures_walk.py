@@ -22,7 +22,7 @@ from hierroom.complexity.measures import (
     spectral_gap,
     stationary_distribution,
 )
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 LONG_RUN = [stationary_distribution, spectral_gap, mixing_time]
 

@@ -9,7 +9,7 @@ from doc_pages import ROOT, commands
 from fuzz.commands import SMALL_OPTIONS, end_of, train_quietly
 
 HEAD = ("python", "-m")
-LEFT_OUT = ("hierroom.paper",)  # test_paper.py runs them from nothing, small; table2 trains nothing
+LEFT_OUT = ("hierroom.lab.paper",)  # test_paper.py runs them from nothing, small; table2 trains nothing
 COMMANDS = sorted(
     {
         command
@@ -64,9 +64,9 @@ def test_it_ends_well(command, folder, tmp_path, monkeypatch):
         shutil.rmtree(SET)
     words = [named for word in words if (named := NAMES.get(word, word)) is not None]
     words = [one for word in words for one in (sorted(map(str, Path().glob(word))) if "*" in word else [word])]
-    if "--out" in words and module != "hierroom.compare":  # which the page has made before, or will
+    if "--out" in words and module != "hierroom.lab.compare":  # which the page has made before, or will
         shutil.rmtree(words[words.index("--out") + 1], ignore_errors=True)
-    if module == "hierroom.watch":
+    if module == "hierroom.commands.watch":
         words.append("--text")
     code, told = end_of(module.partition(".")[2], words)
     assert code == 0, told

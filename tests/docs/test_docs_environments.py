@@ -14,7 +14,7 @@ from PIL import Image
 import hierroom
 from hierroom.gym_env import EscapeRoom
 
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "environments.md").read_text()
 _spec = importlib.util.spec_from_file_location("environments", DOCS / "scripts" / "environments.py")
 script = importlib.util.module_from_spec(_spec)

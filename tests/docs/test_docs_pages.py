@@ -20,12 +20,12 @@ import tyro.extras
 from doc_pages import BLOCKS, PAGES, ROOT, commands, lines_of
 
 import hierroom
-from hierroom.complexity.__main__ import main as complexity
-from hierroom.sweep.plan import read_plan
+from hierroom.commands.complexity import main as complexity
+from hierroom.lab.sweep.plan import read_plan
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.config_file import read_config
+from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.train import parse
-from hierroom.training.config import TrainConfig
-from hierroom.training.config_file import read_config
-from hierroom.training.run_folder import RunFolder
 
 COMMANDS = [(page, command) for page, found in commands().items() for command in found]
 PYTHON = [
@@ -171,7 +171,7 @@ def _stop_after(read):
         for before, block in pairwise(BLOCKS)
         if block.language == "text"
         and before.page == block.page
-        and before.text.startswith("python -m hierroom.complexity")
+        and before.text.startswith("python -m hierroom complexity")
     ],
 )
 def test_what_follows_a_command_is_what_it_prints(before, block, capsys, monkeypatch):

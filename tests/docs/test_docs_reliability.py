@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 ROW = re.compile(r"^\| (`[^|]+\.py`) \| (\d+) \| (\d+) \|[^|]*\| (\d+)", re.MULTILINE)
 """Modules, mutants, killed, (by new tests,) explained."""
 

@@ -12,17 +12,17 @@ from turns_helpers import achieve, goal_ids, make
 
 from hierroom.agents.player import Pair, play
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.env_config import EnvConfig
 from hierroom.meta import choose_goals, make_meta
-from hierroom.options import CONTROLLER, META
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trainer import Trainer
-from hierroom.turns import Turns
-from hierroom.world.constants import EXIT, KEY, LOCKED_DOOR
-from hierroom.world.oracle import shortest_actions
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trainer import Trainer
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 SHORT = ["--size", "11", "--num-envs", "16", "--evaluations", "2", "--evaluation-episodes", "20"]
 SAYS = {
     "aec.py": "turns: {'meta_0': ",
@@ -44,7 +44,7 @@ def run(*arguments):
 def test_every_example_is_run():
     own = {"own_meta_controller.py", "own_learning_meta.py", "own_watching_meta.py", "own_network.py", "own_reward.py"}
     own |= {"policy_sketches.py"}
-    elsewhere = {"single_file.py"}  # tests/test_single_file.py
+    elsewhere = {"single_file.py"}  # tests/docs/test_single_file.py
     assert {path.name for path in EXAMPLES.glob("*.py")} == {*SAYS, *own, *elsewhere}
 
 
@@ -73,7 +73,7 @@ def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp
     door_without_key, door_with_key = (2 * kind + 1 for kind in (1, 2))  # both seen
     assert counts["tried"].sum() > 1000
     assert rates[door_without_key] < 0.2 < rates[door_with_key]
-    assert "success" in run("-m", "hierroom.evaluate", str(tmp_path / "run"), "--episodes", "20", "--trust-run")
+    assert "success" in run("-m", "hierroom", "evaluate", str(tmp_path / "run"), "--episodes", "20", "--trust-run")
 
 
 @pytest.mark.parametrize("meta", ["own_learning_meta:ReachedMostOften", "own_watching_meta:OthersFirst"])
@@ -135,7 +135,7 @@ def test_the_reward_of_ones_own_trains_and_is_known_to_evaluate_and_resume(rewar
     out = str(tmp_path / "run")
     run("-m", "hierroom.train", "--reward", f"own_reward:{reward}", *settings, "--out", out)
     assert RunFolder.open(out).config().env.reward == f"own_reward:{reward}"
-    assert "success" in run("-m", "hierroom.evaluate", out, "--episodes", "20", "--trust-run")
+    assert "success" in run("-m", "hierroom", "evaluate", out, "--episodes", "20", "--trust-run")
     run("-m", "hierroom.train", "--resume", out, "--steps", "6000", "--reward", f"own_reward:{reward}")
 
 

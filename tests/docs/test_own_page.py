@@ -4,12 +4,12 @@ import re
 from dataclasses import fields
 from pathlib import Path
 
-from hierroom.situation import Situation
-from hierroom.step import STEP
-from hierroom.world.constants import MARGIN
-from hierroom.world.layout import LEVEL, MEMORIES
+from hierroom.turns.situation import Situation
+from hierroom.turns.step import STEP
+from hierroom.worlds.escape_room.constants import MARGIN
+from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES
 
-PAGE = (Path(__file__).parents[1] / "docs" / "own.md").read_text()
+PAGE = (Path(__file__).parents[2] / "docs" / "own.md").read_text()
 
 
 def told(heading: str) -> set[str]:

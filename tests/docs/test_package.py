@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 USE = """
-import hierroom, hierroom.report
+import hierroom, hierroom.lab.report
 agent = hierroom.load("learned-g")
 print(hierroom.__file__, hierroom.__version__, agent.steps, sep="\\n")
 """

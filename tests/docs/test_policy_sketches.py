@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 import torch
 
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.goals import N_GOALS
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.ppo import Learner
-from hierroom.options import CONTROLLER, META
-from hierroom.training.config import TrainConfig
-from hierroom.training.trainer import Trainer
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.ledger import CONTROLLER, META
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))
 from policy_sketches import PolicySketches
 
 N_SYMBOLS, HIDDEN = 4, 8

@@ -10,11 +10,11 @@ import pytest
 from hierroom.agents.features import FEATURES
 from hierroom.complexity import analyze
 from hierroom.goals import NAMED_GRAPHS
+from hierroom.lab.sweep.plan import read_plan
 from hierroom.learners.config import PPOConfig
-from hierroom.sweep.plan import read_plan
-from hierroom.training.presets import PRESETS
+from hierroom.runs.config.presets import PRESETS
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
 PRESETS_PAGE = (ROOT / "docs" / "presets.md").read_text()
 PYTHON = re.findall(r"```python\n(.*?)```", README, re.DOTALL)

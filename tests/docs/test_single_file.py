@@ -11,9 +11,9 @@ import pytest
 import torch
 
 from hierroom.learners.gae import generalized_advantages
-from hierroom.options import CONTROLLER, META
+from hierroom.turns.ledger import CONTROLLER, META
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
+EXAMPLES = Path(__file__).parents[2] / "examples"
 FILE = EXAMPLES / "single_file.py"
 
 
@@ -49,8 +49,8 @@ def test_nothing_that_learns_is_imported():
     assert others == {"hierroom", "numpy", "torch"}
     code = "import sys, single_file; print([n for n in sys.modules if n.startswith('hierroom.')])"
     loaded = ast.literal_eval(subprocess.check_output([sys.executable, "-c", code], cwd=EXAMPLES, text=True))
-    assert "hierroom.turns" in loaded
-    assert not [name for name in loaded if name.startswith(("hierroom.learners", "hierroom.training"))]
+    assert "hierroom.turns.turns" in loaded
+    assert not [name for name in loaded if name.startswith(("hierroom.learners", "hierroom.runs"))]
 
 
 def test_help_is_shown():

@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 import hierroom
 from hierroom import GoalGraph, InputError
 from hierroom.complexity import GraphSet
-from hierroom.env_config import EnvConfig
+from hierroom.turns.env_config import EnvConfig
 from hierroom.vector_env import EscapeRooms
 
 MADE = {

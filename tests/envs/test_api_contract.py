@@ -10,10 +10,10 @@ import pytest
 import torch
 
 import hierroom
-from hierroom.errors import InputError
 from hierroom.gym_env import EscapeRoom
+from hierroom.support.errors import InputError
 from hierroom.vector_env import EscapeRooms
-from hierroom.world.oracle import shortest_actions
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 AGENTS = ["meta_0", "controller_0"]
 

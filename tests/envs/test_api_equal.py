@@ -9,9 +9,9 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers import FlattenObservation
 
 import hierroom
-from hierroom.env_config import EnvConfig
 from hierroom.goals import GOAL_VECTORS
 from hierroom.gym_env import EscapeRoom
+from hierroom.turns.env_config import EnvConfig
 from hierroom.vector_env import EscapeRooms
 
 AGENTS = ("meta_0", "controller_0")

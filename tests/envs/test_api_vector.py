@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-from hierroom.errors import InputError
 from hierroom.gym_env import EscapeRoom
-from hierroom.turns import Turns
+from hierroom.support.errors import InputError
+from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
-from hierroom.world.oracle import shortest_actions
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 SMALL = {"graph": "a", "size": 11, "max_steps": 9}
 

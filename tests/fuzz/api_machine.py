@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 import hierroom
-from hierroom.errors import InputError
-from hierroom.options import AGENTS, CONTROLLER, META
-from hierroom.world.oracle import shortest_actions
+from hierroom.support.errors import InputError
+from hierroom.turns.ledger import AGENTS, CONTROLLER, META
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 INFO_KEYS = {"goal_event", "elapsed", "illegal_actions", "success", "length", "shortest_length"}
 NO_GOAL_ACTION = 13

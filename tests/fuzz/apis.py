@@ -26,8 +26,8 @@ from pettingzoo import AECEnv, ParallelEnv
 from rich.progress import track
 
 import hierroom
-from hierroom.errors import InputError
 from hierroom.gym_env import EscapeRoom
+from hierroom.support.errors import InputError
 from hierroom.vector_env import EscapeRooms
 
 from .api_machine import Faces

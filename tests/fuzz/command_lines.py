@@ -9,14 +9,14 @@ import random
 import re
 from collections.abc import Iterator, Mapping, Sequence
 
-from hierroom.compare.__main__ import CompareArguments
-from hierroom.complexity.__main__ import ComplexityArguments
-from hierroom.evaluate import EvaluateArguments
-from hierroom.play.__main__ import PlayArguments
-from hierroom.report.__main__ import ReportArguments
-from hierroom.sweep.__main__ import SweepArguments
-from hierroom.training.config import TrainConfig
-from hierroom.watch import WatchArguments
+from hierroom.commands.compare import CompareArguments
+from hierroom.commands.complexity import ComplexityArguments
+from hierroom.commands.evaluate import EvaluateArguments
+from hierroom.commands.play import PlayArguments
+from hierroom.commands.report import ReportArguments
+from hierroom.commands.sweep import SweepArguments
+from hierroom.commands.watch import WatchArguments
+from hierroom.runs.config.config import TrainConfig
 
 from .commands import SMALL_OPTIONS, TEXTS, end_of, report, wrong_end
 

@@ -18,14 +18,15 @@ from unittest import mock
 
 from rich.progress import track
 
-from hierroom.cli import run
-from hierroom.env_config import EnvConfig
 from hierroom.goals import GoalGraph
-from hierroom.play import app
-from hierroom.sweep import pool
+from hierroom.lab.play import app
+from hierroom.lab.sweep import pool
+from hierroom.runs import session
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder import provenance
+from hierroom.support.cli import run
 from hierroom.train import main as train
-from hierroom.training import provenance, session
-from hierroom.training.config import TrainConfig
+from hierroom.turns.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512, evaluations=2, evaluation_episodes=4)
 SMALL = SMALL.changed(minibatches=2, sequence_length=8, epochs=1, hidden_size=8)

@@ -12,7 +12,7 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
-from hierroom.training.config import TrainConfig
+from hierroom.runs.config.config import TrainConfig
 
 from .commands import MANY_DIGITS, TEXTS, end_of, report, wrong_end
 

@@ -31,7 +31,7 @@ from places import Places  # noqa: E402
 from rich.console import Console  # noqa: E402
 from same_run import differences  # noqa: E402
 
-from hierroom import cli  # noqa: E402
+from hierroom.support import cli  # noqa: E402
 from hierroom.train import main as train  # noqa: E402
 
 FLAGS = "--size 11 --max-steps 60 --num-envs 8 --sequence-length 16 --minibatches 2 --epochs 1 --hidden-size 8"

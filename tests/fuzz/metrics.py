@@ -11,8 +11,8 @@ import random
 from collections.abc import Iterator
 from pathlib import Path
 
-from hierroom.errors import InputError
-from hierroom.training.csv_table import CSVTable
+from hierroom.runs.folder.csv_table import CSVTable
+from hierroom.support.errors import InputError
 
 from .commands import TEXTS, end_of, report, wrong_end
 

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.progress import Progress
 
-from hierroom.env_config import EnvConfig, GoalMaskName
 from hierroom.goals import enumerate_graphs
-from hierroom.step import Step
-from hierroom.turns import Turns
-from hierroom.world.layout import MARGIN, MEMORIES
-from hierroom.world.oracle import shortest_lengths
-from hierroom.world.state_check import check_state
+from hierroom.turns.env_config import EnvConfig, GoalMaskName
+from hierroom.turns.step import Step
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.layout import MARGIN, MEMORIES
+from hierroom.worlds.escape_room.oracle import shortest_lengths
+from hierroom.worlds.escape_room.state_check import check_state
 
 GRAPHS = tuple(f"rooms:{n}" for n in range(2, 8))
 N_GRAPHS = sum(len(enumerate_graphs(n)) for n in range(2, 8))

@@ -30,15 +30,27 @@ sys.path[:0] = [str(Path(__file__).parents[1]), str(Path(__file__).parents[2])] 
 
 from same_run import differences  # noqa: E402
 
-from hierroom.cli import run  # noqa: E402
+from hierroom.support.cli import run  # noqa: E402
 
 COMMANDS = {
     "sweep": (
-        *("hierroom.sweep", "method=hippo,ppo-rnd", "meta=none,random", "steps=8_000", "size=11", "num_envs=8"),
+        *("hierroom.lab.sweep", "method=hippo,ppo-rnd", "meta=none,random", "steps=8_000", "size=11", "num_envs=8"),
         *("evaluations=4", "evaluation_episodes=20", "--seeds", "2", "--episodes", "20", "--processes", "2"),
     ),
     "paper": (
-        *("hierroom.paper", "table3", "--steps", "40_000", "--seeds", "1", "--graphs", "a", "c", "--evaluations", "3"),
+        *(
+            "hierroom.lab.paper",
+            "table3",
+            "--steps",
+            "40_000",
+            "--seeds",
+            "1",
+            "--graphs",
+            "a",
+            "c",
+            "--evaluations",
+            "3",
+        ),
         *("--evaluation-episodes", "20", "--episodes", "20", "--processes", "2"),
     ),
 }

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from hierroom.training.config import TrainConfig
+from hierroom.runs.config.config import TrainConfig
 
 from .commands import MANY_DIGITS, SMALL_OPTIONS, TEXTS, end_of, report, wrong_end
 from .configs import VALUES, damaged

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hierroom.errors import InputError
 from hierroom.goals import (
     EXIT_GOAL,
     GOAL_NAMES,
@@ -22,6 +21,7 @@ from hierroom.goals import (
     enumerate_graphs,
     open_goals,
 )
+from hierroom.support.errors import InputError
 
 
 @pytest.mark.parametrize(

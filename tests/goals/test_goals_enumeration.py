@@ -5,9 +5,9 @@ from itertools import product
 import networkx as nx
 import pytest
 
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, enumerate_graphs
 from hierroom.goals.canonical import canonical_rooms
+from hierroom.support.errors import InputError
 
 
 def counts_by_generating_function(n_max):

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
-from hierroom.measure.levels import level_mdp, measure_levels
-from hierroom.world.oracle import shortest_lengths
-from hierroom.world.reachable import reachable_states
-from hierroom.world.world import World
+from hierroom.lab.measure.levels import level_mdp, measure_levels
+from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room.oracle import shortest_lengths
+from hierroom.worlds.escape_room.reachable import reachable_states
+from hierroom.worlds.escape_room.world import World
 
 
 @pytest.mark.parametrize("drop_key", [False, True])

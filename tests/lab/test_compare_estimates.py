@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import stats
 
-from hierroom.compare.curve import Curve, mean_curve, shared_steps
-from hierroom.compare.estimates import estimate, interquartile_mean, mean, probability_of_improvement
+from hierroom.lab.compare.curve import Curve, mean_curve, shared_steps
+from hierroom.lab.compare.estimates import estimate, interquartile_mean, mean, probability_of_improvement
 
 
 def stratum(*runs):
@@ -98,7 +98,7 @@ def test_the_seed_fixes_the_interval_and_batches_do_not_matter(monkeypatch):
     first, again, other = (estimate(strata, mean, resamples=300, seed=seed) for seed in (0, 0, 1))
     np.testing.assert_array_equal(first.lows, again.lows)
     assert (first.lows != other.lows).any()
-    monkeypatch.setattr("hierroom.compare.estimates._ENTRIES_AT_ONCE", 50)
+    monkeypatch.setattr("hierroom.lab.compare.estimates._ENTRIES_AT_ONCE", 50)
     batched = estimate(strata, mean, resamples=3000, seed=0)
     np.testing.assert_allclose(batched.lows, first.lows, atol=0.05)
 

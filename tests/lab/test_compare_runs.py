@@ -12,15 +12,15 @@ import pytest
 from evaluated_runs import line, make_run, rise
 from pictures import has_colour, pixels
 
-from hierroom.compare import __main__ as command
-from hierroom.compare import figure
-from hierroom.compare.evaluated_run import find_runs, read_run
-from hierroom.compare.figure import COLOURS, MAX_GROUPS
-from hierroom.compare.style import DASHES, line_style
-from hierroom.errors import InputError
-from hierroom.training.plots import step_unit
-from hierroom.training.provenance import record_session
-from hierroom.training.run_folder import RunFolder
+from hierroom.commands import compare as command
+from hierroom.lab.compare import figure
+from hierroom.lab.compare.evaluated_run import find_runs, read_run
+from hierroom.lab.compare.figure import COLOURS, MAX_GROUPS
+from hierroom.lab.compare.style import DASHES, line_style
+from hierroom.runs.folder.provenance import record_session
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.logs.plots import step_unit
+from hierroom.support.errors import InputError
 
 ENDS = {"fixed-dfs": (0.7, 0.8, 0.9, 1.0), "random": (0.2, 0.4, 0.6, 0.8)}
 """Success rates after a million steps, by seed; on their way they rise in straight lines from 0."""

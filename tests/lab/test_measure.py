@@ -7,16 +7,16 @@ import pytest
 from turns_helpers import make
 
 from hierroom.agents.player import OraclePlayer, RandomPlayer
+from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity import AugmentedGraph, Node
-from hierroom.complexity.__main__ import ComplexityArguments, show
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
-from hierroom.measure import NodeMap, count_transitions, graph_of, measure
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trainer import Trainer
-from hierroom.world.oracle import shortest_lengths
+from hierroom.lab.measure import NodeMap, count_transitions, graph_of, measure
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.escape_room.oracle import shortest_lengths
 
 
 def turns_in(*graphs, n=20, seed=3, **settings):
@@ -24,7 +24,7 @@ def turns_in(*graphs, n=20, seed=3, **settings):
 
 
 def node_by_hand(level):
-    """The mapping of `hierroom.measure`, written down for one level with no arrays."""
+    """The mapping of `hierroom.lab.measure`, written down for one level with no arrays."""
     branches = range(int(level["n_rooms"]) - 1)
     doors = tuple(b + 1 for b in branches if int(level["doors"]) >> b & 1)
     bag = [int(b) for b in level["bag"][: int(level["bag_size"])]]

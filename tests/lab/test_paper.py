@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from hierroom.errors import InputError, RunError
-from hierroom.paper import PAPER_TABLE_3
-from hierroom.paper.__main__ import main
-from hierroom.paper.cells import ComparedCell, table_3
-from hierroom.paper.figures import _limited
-from hierroom.paper.order import PairCounts, method_orders, pair_counts
-from hierroom.paper.prediction import prediction
-from hierroom.paper.reached import cells_where_reached
-from hierroom.paper.runs import PaperRuns, mean_and_interval
-from hierroom.paper.table3 import Compared, Table3, markdown
+from hierroom.commands.paper import main
+from hierroom.lab.paper import PAPER_TABLE_3
+from hierroom.lab.paper.cells import ComparedCell, table_3
+from hierroom.lab.paper.figures import _limited
+from hierroom.lab.paper.order import PairCounts, method_orders, pair_counts
+from hierroom.lab.paper.prediction import prediction
+from hierroom.lab.paper.reached import cells_where_reached
+from hierroom.lab.paper.runs import PaperRuns, mean_and_interval
+from hierroom.lab.paper.table3 import Compared, Table3, markdown
+from hierroom.support.errors import InputError, RunError
 
 
 def row(method: str, graph: str, seed: int, success: float, length: float) -> dict[str, str]:
@@ -170,7 +170,7 @@ def test_table_3_has_one_format(tmp_path):
 
 
 def test_its_csv_is_empty_where_nothing_is_known(tmp_path, capsys):
-    shutil.copytree(Path(__file__).parents[1] / "benchmarks" / "results" / "paper", tmp_path / "p")
+    shutil.copytree(Path(__file__).parents[2] / "benchmarks" / "results" / "paper", tmp_path / "p")
     Table3(PaperRuns(out=tmp_path / "p", seeds=1, sizes=(19,)), csv=True).run()
     text = capsys.readouterr().out
     rows = {(row["method"], row["graph"]): row for row in csv.DictReader(io.StringIO(text))}
@@ -211,7 +211,7 @@ def test_a_failed_run_is_no_wrong_input(tmp_path):
 
 def test_all_from_nothing_and_nothing_twice(tmp_path):
     words = "all --graphs c --seeds 1 --steps 1000 --evaluations 1 --evaluation-episodes 4 --episodes 4 --out p"
-    command = [sys.executable, "-m", "hierroom.paper", *words.split()]
+    command = [sys.executable, "-m", "hierroom", "paper", *words.split()]
     first = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert "4/4" in first.stderr
     told = " ".join(first.stdout.split())

@@ -8,13 +8,13 @@ import pygame
 import pytest
 
 import hierroom
-from hierroom.errors import InputError
-from hierroom.play.__main__ import PlayArguments, main, make_game
-from hierroom.play.app import App
-from hierroom.play.board import FOG, RGB, level_picture, tile_size, window_size
-from hierroom.world.constants import FORWARD, KEY, LEFT, MARGIN, OPEN, PICKUP, RIGHT
-from hierroom.world.oracle import shortest_actions
-from hierroom.world.render import seen_cells
+from hierroom.commands.play import PlayArguments, main, make_game
+from hierroom.lab.play.app import App
+from hierroom.lab.play.board import FOG, RGB, level_picture, tile_size, window_size
+from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room.constants import FORWARD, KEY, LEFT, MARGIN, OPEN, PICKUP, RIGHT
+from hierroom.worlds.escape_room.oracle import shortest_actions
+from hierroom.worlds.escape_room.render import seen_cells
 
 KEY_OF = {
     FORWARD: pygame.K_UP,

@@ -13,24 +13,24 @@ from report_page import HOSTILE, Page, hostile_run
 import hierroom
 from hierroom.agents.decision_tape import DecisionTape
 from hierroom.agents.recorder import record
-from hierroom.compare.comparison import compare
-from hierroom.compare.evaluated_run import read_run, runs_inside
-from hierroom.compare.grouping import group_runs
-from hierroom.compare.tasks import Tasks
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
+from hierroom.commands.report import main
+from hierroom.lab.compare.comparison import compare
+from hierroom.lab.compare.evaluated_run import read_run, runs_inside
+from hierroom.lab.compare.grouping import group_runs
+from hierroom.lab.compare.tasks import Tasks
+from hierroom.lab.report.curves import RESAMPLES, compare_runs, curve_rows
+from hierroom.lab.report.goals import training_goals
+from hierroom.lab.report.page import script_json
+from hierroom.lab.report.replay import LETTERS, _chosen, replay
+from hierroom.lab.report.runs import read_runs
 from hierroom.learners.decision import Decision
-from hierroom.options import CONTROLLER, META
-from hierroom.report.__main__ import main
-from hierroom.report.curves import RESAMPLES, compare_runs, curve_rows
-from hierroom.report.goals import training_goals
-from hierroom.report.page import script_json
-from hierroom.report.replay import LETTERS, _chosen, replay
-from hierroom.report.runs import read_runs
-from hierroom.training.provenance import record_session
-from hierroom.training.run_folder import RunFolder
-from hierroom.world.constants import MARGIN
-from hierroom.world.render import view_of
+from hierroom.runs.folder.provenance import record_session
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.worlds.escape_room.constants import MARGIN
+from hierroom.worlds.escape_room.render import view_of
 
 TINY = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 16, "minibatches": 2, "steps": 2048}
 
@@ -309,7 +309,7 @@ def test_probabilities_are_over_legal_actions():
 
 
 def test_steps_per_goal_are_those_of_an_evaluation(page, runs):
-    from hierroom.training.evaluation import evaluate
+    from hierroom.runs.evaluation import evaluate
 
     agent = hierroom.load(runs / "runs" / "dfs0")
     expected = evaluate(agent.pair(20, seed=0), agent.turns(20, seed=0), 20)
@@ -396,7 +396,7 @@ def test_code_of_ones_own_is_not_run_without_trust(tmp_path, capsys):
 
 
 def test_the_command_as_a_user_calls_it(runs, tmp_path):
-    command = [sys.executable, "-m", "hierroom.report", str(runs), "--played", "5", "--episodes", "1"]
+    command = [sys.executable, "-m", "hierroom", "report", str(runs), "--played", "5", "--episodes", "1"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1].startswith("report.html (2.")

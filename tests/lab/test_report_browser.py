@@ -12,7 +12,7 @@ from PIL import Image
 from report_page import HOSTILE, hostile_run
 
 import hierroom
-from hierroom.report.__main__ import main
+from hierroom.commands.report import main
 
 webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

@@ -13,14 +13,14 @@ from pathlib import Path
 import pytest
 from tiny_sweep import plan, tiny_words
 
-from hierroom.errors import InputError
-from hierroom.sweep import job
-from hierroom.sweep.__main__ import main
-from hierroom.sweep.summary import summarise
-from hierroom.sweep.sweep import Sweep
-from hierroom.training.provenance import record_session
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.session import begin, resume
+from hierroom.commands.sweep import main
+from hierroom.lab.sweep import job
+from hierroom.lab.sweep.summary import summarise
+from hierroom.lab.sweep.sweep import Sweep
+from hierroom.runs.folder.provenance import record_session
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.session import begin, resume
+from hierroom.support.errors import InputError
 
 TIMES = ("seconds", "steps_per_second")
 
@@ -280,7 +280,7 @@ def test_options_of_several_are_given_once_and_with_some(words, message, monkeyp
 def start(out: Path) -> subprocess.Popen:
     words = tiny_words("steps=3000", "method=hippo,ppo")
     options = ["--seeds", "2", "--episodes", "4", "--processes", "2", "--out", str(out)]
-    command = [sys.executable, "-m", "hierroom.sweep", *words, *options]
+    command = [sys.executable, "-m", "hierroom", "sweep", *words, *options]
     return subprocess.Popen(command, start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
 
@@ -336,7 +336,7 @@ def test_a_sweep_that_is_stopped_says_how_to_go_on_and_does(tmp_path, undisturbe
     process.send_signal(signal.SIGTERM)
     told = process.communicate(timeout=120)[0].decode()
     assert process.returncode == 130
-    assert "stopped and saved; go on with:\npython -m hierroom.sweep" in told
+    assert "stopped and saved; go on with:\npython -m hierroom sweep" in told
     assert start(tmp_path).wait(300) == 0
     assert results(tmp_path / "sweep.csv") == undisturbed
 

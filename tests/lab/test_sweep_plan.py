@@ -6,12 +6,12 @@ import json
 import pytest
 from tiny_sweep import plan
 
-from hierroom.errors import InputError
-from hierroom.files import to_json
-from hierroom.sweep.__main__ import SweepArguments
-from hierroom.sweep.plan import RESULTS_VERSION, Plan, read_plan
-from hierroom.sweep.sweep import Shard
-from hierroom.training.config import TrainConfig
+from hierroom.commands.sweep import SweepArguments
+from hierroom.lab.sweep.plan import RESULTS_VERSION, Plan, read_plan
+from hierroom.lab.sweep.sweep import Shard
+from hierroom.runs.config.config import TrainConfig
+from hierroom.support.errors import InputError
+from hierroom.support.files import to_json
 
 
 def test_every_combination_is_planned_once_with_seeds_outermost():
@@ -132,7 +132,7 @@ def test_the_digest_knows_what_decides_a_row_and_nothing_else():
 
 def test_the_digest_of_a_run_that_excludes_graphs_is_not_that_of_before_these_were_evaluated(monkeypatch):
     decided = []
-    monkeypatch.setattr("hierroom.sweep.plan.to_json", lambda decides: decided.append(decides) or to_json(decides))
+    monkeypatch.setattr("hierroom.lab.sweep.plan.to_json", lambda decides: decided.append(decides) or to_json(decides))
     for words in ((), ("exclude=b",)):
         plan("seed=0", "graph=rooms:3", *words).runs()
     assert [len(decides) for decides in decided] == [4, 5]

@@ -9,9 +9,9 @@ import pytest
 from test_sweep import results
 from tiny_sweep import plan
 
-from hierroom.errors import InputError
-from hierroom.sweep.cluster import _pack, _unpack
-from hierroom.sweep.sweep import Sweep
+from hierroom.lab.sweep.cluster import _pack, _unpack
+from hierroom.lab.sweep.sweep import Sweep
+from hierroom.support.errors import InputError
 
 pytestmark = pytest.mark.clients
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 from tiny_sweep import plan
 
-from hierroom.errors import InputError
-from hierroom.files import write_atomically
-from hierroom.sweep.summary import summarise
-from hierroom.sweep.table import SweepTable
+from hierroom.lab.sweep.summary import summarise
+from hierroom.lab.sweep.table import SweepTable
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
 
 
 def test_a_row_of_an_older_preset_is_made_again_and_others_stay(tmp_path):
@@ -111,7 +111,7 @@ def test_a_row_is_never_without_its_learning_curve(tmp_path, monkeypatch, n_writ
         write_atomically(path, content)
 
     with monkeypatch.context() as patch, suppress(KeyboardInterrupt):
-        patch.setattr("hierroom.sweep.table.write_atomically", write_then_crash)
+        patch.setattr("hierroom.lab.sweep.table.write_atomically", write_then_crash)
         table.add(new, {"success_rate": 0.5}, points)
     for run in (other, new):
         assert {row["digest"] for row in table.read()} <= table.curves().keys()

@@ -8,7 +8,7 @@ import torch
 from learner_envs import SPACE, PlainTorchNetwork, make_learner
 from same_state import equal
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 N, LENGTH = 4, 3
 ENVS, EVERYTHING = np.arange(N), np.ones((N, 4), bool)

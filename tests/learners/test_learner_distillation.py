@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import torch
 
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.distillation import GROWTH, RandomNetworkDistillation, whitening
-from hierroom.options import CONTROLLER
-from hierroom.training.config import TrainConfig
-from hierroom.training.trainer import Trainer
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.ledger import CONTROLLER
 
 SIZES = (4, 3)
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=2048).changed(method="ppo-rnd")

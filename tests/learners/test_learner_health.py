@@ -9,14 +9,14 @@ import torch
 from learner_envs import PlainTorchNetwork, RandomEnvs, make_learner
 from same_state import equal
 
-from hierroom import cli
-from hierroom.errors import DivergenceError, InputError
 from hierroom.learners import distillation, ppo
 from hierroom.learners.health import LIMIT, check_health
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trainer import Trainer
+from hierroom.support import cli
+from hierroom.support.errors import DivergenceError, InputError
 from hierroom.train import main as train
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trainer import Trainer
 
 FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--evaluations", "0"]
 FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2"]

@@ -7,12 +7,12 @@ import pytest
 import torch
 from learner_envs import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
 
-from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.distillation import RandomNetworkDistillation
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.ppo import Learner
 from hierroom.learners.torch_backend import TorchBackend
+from hierroom.support.errors import InputError
 
 both_paths = pytest.mark.parametrize("network", [None, PlainTorchNetwork], ids=["compiled", "torch"])
 

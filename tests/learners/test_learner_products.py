@@ -11,7 +11,7 @@ import pytest
 
 from hierroom.learners.fused import blas_kernels, product_kernels, tile_kernels
 
-TESTS = Path(__file__).parent
+TESTS = Path(__file__).parents[1]
 GUARDED = """
 import ctypes, mmap
 import numpy as np

@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_run_folder import SMALL, state_after
 
-from hierroom.errors import InputError
-from hierroom.training.checkpoint import CHECKPOINT_FORMAT, from_bytes, to_bytes
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trainer import Trainer
+from hierroom.runs.folder.checkpoint import CHECKPOINT_FORMAT, from_bytes, to_bytes
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
 
 CONTENT = to_bytes(state_after(1, weights=torch.arange(300.0), name="mine"))
 

@@ -11,14 +11,14 @@ import pytest
 
 import hierroom
 from hierroom.complexity.augmented import AugmentedGraph
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError, one_line
 from hierroom.goals import GoalGraph
-from hierroom.training import session
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trained_agent import load
-from hierroom.training.trainer import Trainer
+from hierroom.runs import session
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trained_agent import load
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError, one_line
+from hierroom.turns.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512).changed(minibatches=2, hidden_size=8)
 

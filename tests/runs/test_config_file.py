@@ -8,15 +8,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+from hierroom.runs import session
+from hierroom.runs.config.config import META_PPO, TrainConfig
+from hierroom.runs.config.config_file import read_config
+from hierroom.runs.config.presets import PRESETS, find_preset
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.train import parse
-from hierroom.training import session
-from hierroom.training.config import META_PPO, TrainConfig
-from hierroom.training.config_file import read_config
-from hierroom.training.presets import PRESETS, find_preset
-from hierroom.training.run_folder import RunFolder
 
 OWN = """
 preset = "long"
@@ -218,7 +218,7 @@ def test_presets_know_their_names():
 
 
 def test_the_file_on_the_page_is_read():
-    page = (Path(__file__).parents[1] / "docs" / "runs.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "runs.md").read_text()
     config = read_config(written(page.split("```toml\n")[1].split("```")[0]))
     assert (config.preset, config.env.graph, config.num_envs, config.meta_ppo.gamma) == ("long", "f", 32, 0.99)
 

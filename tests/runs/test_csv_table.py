@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hierroom.errors import InputError
-from hierroom.training.csv_table import CSVTable
+from hierroom.runs.folder.csv_table import CSVTable
+from hierroom.support.errors import InputError
 
 ROWS = [{"steps": n, "loss": n / 2, "graph": f"g{n}, of {n}"} for n in (10, 20, 30)]
 

@@ -12,17 +12,17 @@ from same_run import differences
 from stopped_run import stop_at_update
 from tiny_sweep import tiny_words
 
-from hierroom.errors import InputError
+from hierroom.commands.sweep import main as sweep
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.distillation import RandomNetworkDistillation
 from hierroom.learners.ppo import Learner
-from hierroom.options import CONTROLLER
-from hierroom.sweep.__main__ import main as sweep
+from hierroom.runs.assembly import make_turns
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trained_agent import load
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.training.assembly import make_turns
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trained_agent import load
-from hierroom.training.trainer import Trainer
+from hierroom.turns.ledger import CONTROLLER
 
 pytestmark = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
 
@@ -50,7 +50,7 @@ def options(request) -> list[str]:
 def run(options, tmp_path_factory) -> Path:
     """A run on the GPU from beginning to end."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(Path(__file__).parents[1] / "examples")
+        patch.syspath_prepend(Path(__file__).parents[2] / "examples")
         out = tmp_path_factory.mktemp("gpu") / "run"
         assert train([*options, "--out", str(out)]) == 0
     return out
@@ -58,7 +58,7 @@ def run(options, tmp_path_factory) -> Path:
 
 @pytest.fixture(autouse=True)
 def examples(monkeypatch):
-    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "examples")
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples")
 
 
 def test_a_learner_does_what_one_on_the_cpu_does():
@@ -160,6 +160,6 @@ def test_a_gpu_that_is_not_there_is_told_of_in_a_line(tmp_path):
 def test_processes_of_a_sweep_share_the_gpu(tmp_path, monkeypatch):
     out = tmp_path / "sweep"
     words = [*tiny_words("graph=a", f"device={DEVICE}"), "--seeds", "2", "--processes", "2", "--out", str(out)]
-    monkeypatch.setattr("sys.argv", ["hierroom.sweep", *words, "--episodes", "4"])
+    monkeypatch.setattr("sys.argv", ["hierroom.lab.sweep", *words, "--episodes", "4"])
     assert sweep() == 0
     assert (out / "sweep.csv").read_text().count("\n") == 3

@@ -11,8 +11,8 @@ from turns_helpers import make
 from hierroom.agents.player import OraclePlayer
 from hierroom.goals import GoalGraph
 from hierroom.meta import make_meta
-from hierroom.training.episode_log import WINDOW, EpisodeLog
-from hierroom.world.layout import LEVEL
+from hierroom.runs.logs.episode_log import WINDOW, EpisodeLog
+from hierroom.worlds.escape_room.layout import LEVEL
 
 
 def ended(*successes: bool, length: int = 10) -> Any:

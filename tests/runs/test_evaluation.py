@@ -8,23 +8,23 @@ import numpy as np
 import pytest
 from turns_helpers import make
 
-from hierroom import evaluate as command
 from hierroom.agents.player import Pair, play
 from hierroom.agents.recorder import record
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
+from hierroom.commands import evaluate as command
 from hierroom.goals import NAMED_GRAPHS
+from hierroom.lab.measure import count_transitions
 from hierroom.learners.config import PPOConfig
-from hierroom.measure import count_transitions
 from hierroom.meta import META_CONTROLLERS, make_meta
-from hierroom.rewards import Intrinsic
-from hierroom.training.assembly import freeze
-from hierroom.training.config import TrainConfig
-from hierroom.training.evaluation import evaluate
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trainer import Trainer
-from hierroom.turns import Turns
+from hierroom.runs.assembly import freeze
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.evaluation import evaluate
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.rewards import Intrinsic
+from hierroom.turns.turns import Turns
 
 
 class Turning:

@@ -10,8 +10,8 @@ import torch
 
 from hierroom.agents.config import METHODS
 from hierroom.learners import ppo
-from hierroom.training.presets import find_preset
-from hierroom.training.trainer import Trainer
+from hierroom.runs.config.presets import find_preset
+from hierroom.runs.trainer import Trainer
 
 STEPS = dict.fromkeys(METHODS, 150_000) | {"ppo": 200_000, "hippo": 100_000}
 BOUND = 0.7

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hierroom.training.learning_curve import LearningCurve, evaluation_points
+from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points
 
 
 def row(steps, rate, *, graph="a", episodes=100, length=10.0):

@@ -14,12 +14,12 @@ import pytest
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 import hierroom
-from hierroom.errors import InputError
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.logs.logs import Logs, logger_names
+from hierroom.runs.logs.scalars import tag
+from hierroom.support.errors import InputError
 from hierroom.train import main
-from hierroom.training.config import TrainConfig
-from hierroom.training.logs import Logs, logger_names
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.scalars import tag
 
 TINY = {"graph": "a", "size": 11, "max_steps": 60, "num_envs": 16, "minibatches": 2, "steps": 1024}
 OPTIONS = "--graph a --size 11 --max-steps 60 --num-envs 16 --minibatches 2 --evaluation-episodes 5".split()  # noqa: SIM905
@@ -173,7 +173,7 @@ def test_a_resumed_run_goes_on_where_it_is_shown(libraries, tmp_path, capsys):
 
 
 def test_an_interrupted_run_says_so_and_how_to_go_on(libraries, tmp_path, monkeypatch, capsys):
-    from hierroom.training.trainer import Trainer
+    from hierroom.runs.trainer import Trainer
 
     advance = Trainer.advance
 
@@ -245,7 +245,7 @@ def test_a_package_that_is_not_there_is_one_line(name, tmp_path, monkeypatch):
 def test_a_folder_of_that_name_is_no_package(tmp_path):
     """Where Weights & Biases has kept its files there is a folder ``wandb``, which Python would import."""
     (tmp_path / "mlflow").mkdir()
-    code = "from hierroom.training.logs import logger_names; logger_names('mlflow')"
+    code = "from hierroom.runs.logs.logs import logger_names; logger_names('mlflow')"
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     if "InputError" not in done.stderr:
         pytest.skip("mlflow is installed")

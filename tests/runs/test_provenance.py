@@ -16,21 +16,22 @@ from types import ModuleType
 import pytest
 
 import hierroom
-from hierroom import evaluate
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
+from hierroom.commands import evaluate
 from hierroom.goals import GoalGraph
-from hierroom.train import main as train
-from hierroom.training import own_modules, session
-from hierroom.training.config import TrainConfig
-from hierroom.training.own_modules import MAX_BYTES, MAX_FILES, find_module_files, own_code_digest
-from hierroom.training.provenance import (
+from hierroom.runs import session
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder import own_modules
+from hierroom.runs.folder.own_modules import MAX_BYTES, MAX_FILES, find_module_files, own_code_digest
+from hierroom.runs.folder.provenance import (
     changed_modules,
     describe_git,
     describe_session,
     record_session,
     version_of_code,
 )
+from hierroom.support.errors import InputError
+from hierroom.train import main as train
+from hierroom.turns.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512).changed(minibatches=2)
 FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2", "--steps", "512"]

@@ -12,10 +12,10 @@ import pytest
 from same_run import differences, scalars
 from stopped_run import stop_at_update
 
-from hierroom.errors import InputError
+from hierroom.runs.folder.provenance import FILE
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.training.provenance import FILE
-from hierroom.training.run_folder import RunFolder
 
 FLAGS = ["--size", "11", "--max-steps", "60", "--num-envs", "8", "--sequence-length", "16", "--minibatches", "2"]
 FLAGS += ["--epochs", "1", "--hidden-size", "8", "--evaluations", "3", "--evaluation-episodes", "8"]
@@ -27,7 +27,7 @@ RUNS = {
     "learned": ["--graph", "a", *LEARNED],
     "curriculum": ["--graph", "rooms:3", "--curriculum-stages", "2"],
 }
-KILLS = Path(__file__).parent / "fuzz" / "kills.py"
+KILLS = Path(__file__).parents[1] / "fuzz" / "kills.py"
 
 
 Whole = tuple[list[str], Path]
@@ -163,7 +163,7 @@ def test_a_damaged_table_is_told_of_and_the_run_goes_on(fixed, tmp_path, capsys)
 
 
 def test_events_that_cannot_be_written_are_warned_of_once(fixed, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("hierroom.training.events.append_whole", lambda *_: (_ for _ in ()).throw(InputError("full")))
+    monkeypatch.setattr("hierroom.runs.logs.events.append_whole", lambda *_: (_ for _ in ()).throw(InputError("full")))
     options, folder = fixed
     assert train([*options, "--out", str(tmp_path / "run")]) == 0
     assert capsys.readouterr().err == "warning: full; training goes on without TensorBoard\n"

@@ -17,17 +17,17 @@ from turns_helpers import make
 import hierroom
 from hierroom.agents.player import make_player, quotas
 from hierroom.agents.recorder import record
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
-from hierroom.files import to_json
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL
-from hierroom.step import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
-from hierroom.training import session
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trainer import Trainer
-from hierroom.world.constants import EXIT
-from hierroom.world.oracle import shortest_actions
+from hierroom.runs import session
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.support.files import to_json
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.step import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+from hierroom.worlds.escape_room.constants import EXIT
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 SMALL = {"graph": "b", "size": 11, "max_steps": 100, "num_envs": 8, "minibatches": 2, "steps": 512}
 

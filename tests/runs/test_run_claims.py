@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder, claim_folder
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder, claim_folder
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
 
 N_PROCESSES, N_ROUNDS = 8, 6
 SMALL = TrainConfig(EnvConfig("a", size=11))
@@ -36,7 +36,7 @@ def test_eight_processes_at_once_never_get_the_same_folder(tmp_path):
         (tmp_path / "empty" / str(n)).mkdir(parents=True)
     (tmp_path / "outcomes").mkdir()
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["hierroom.training.run_folder"])  # torch is imported once, not eight times
+    context.set_forkserver_preload(["hierroom.runs.folder.run_folder"])  # torch is imported once, not eight times
     barrier = context.Barrier(N_PROCESSES, timeout=60)
     processes = [context.Process(target=claim, args=(n, barrier, tmp_path)) for n in range(N_PROCESSES)]
     for process in processes:

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from hierroom.env_config import EnvConfig
-from hierroom.errors import CheckpointError, InputError
-from hierroom.files import to_json
 from hierroom.goals import GoalGraph, as_goal_graph
-from hierroom.training import checkpoint
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder import checkpoint
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.support.errors import CheckpointError, InputError
+from hierroom.support.files import to_json
+from hierroom.turns.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11))
 
@@ -107,7 +107,7 @@ def test_a_full_disk_is_one_line_and_the_old_file_stays(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("hierroom.files.os.replace", full)
+    monkeypatch.setattr("hierroom.support.files.os.replace", full)
     for write in (lambda: folder.save_summary({"steps": 2}), lambda: folder.save_checkpoint({"steps": 2})):
         with pytest.raises(InputError, match="No space left on device"):
             write()

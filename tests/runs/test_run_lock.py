@@ -7,17 +7,17 @@ import sys
 
 import pytest
 
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.folder.run_lock import RunLock
+from hierroom.runs.trained_agent import load
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.run_lock import RunLock
-from hierroom.training.trained_agent import load
-from hierroom.training.trainer import Trainer
+from hierroom.turns.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512).changed(minibatches=2, evaluations=0)
-HOLD = "import sys; from pathlib import Path; from hierroom.training.run_lock import RunLock; "
+HOLD = "import sys; from pathlib import Path; from hierroom.runs.folder.run_lock import RunLock; "
 HOLD += "lock = RunLock(Path(sys.argv[1])); lock.acquire(); print('held', flush=True); sys.stdin.read()"
 
 

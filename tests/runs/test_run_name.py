@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hierroom
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
+from hierroom.runs.config.config import META_PPO, TrainConfig
+from hierroom.runs.config.presets import PRESETS
+from hierroom.runs.config.run_name import MAX_LENGTH, run_name
+from hierroom.support.errors import InputError
 from hierroom.train import parse
-from hierroom.training.config import META_PPO, TrainConfig
-from hierroom.training.presets import PRESETS
-from hierroom.training.run_name import MAX_LENGTH, run_name
 
 FEATURES = TrainConfig().agents.features
 
@@ -123,7 +123,7 @@ def test_a_preset_that_there_is_not_has_no_name():
 
 
 def test_the_names_on_the_page_are_those_of_runs():
-    page = (Path(__file__).parents[1] / "docs" / "runs.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "runs.md").read_text()
     shown = [line.split()[0] for line in page.split("```text\n")[1].split("```")[0].splitlines()]
     arguments = ("", "--method ppo --graph g --seed 3 --steps 10_000_000", "--preset long --graph f", "--meta learned")
     own = "--meta own_meta_controller:NearestKeyFirst --gamma 0.9 --num-envs 8"

@@ -5,16 +5,16 @@ import pytest
 
 import hierroom
 from hierroom.complexity.graph_set import GraphSet
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.meta import make_meta
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.run_name import run_name
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trained_agent import load
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.run_name import run_name
-from hierroom.training.trained_agent import load
-from hierroom.training.trainer import Trainer
+from hierroom.turns.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=1024).changed(minibatches=2)
 
@@ -154,7 +154,7 @@ def test_the_folder_of_a_run_on_many_graphs_has_a_short_name():
 
 def test_an_interrupt_at_any_moment_is_saved(tmp_path, monkeypatch, capsys):
     """Whether the interrupt was requested is read once an update: the last update is always saved."""
-    from hierroom.training import session
+    from hierroom.runs import session
 
     for moment in range(1, 8):
         asked = []

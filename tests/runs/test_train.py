@@ -15,21 +15,21 @@ import pytest
 from run_contents import check_picture, check_run
 from same_state import equal
 
-from hierroom import evaluate
 from hierroom.agents.config import METHODS, AgentsConfig
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
-from hierroom.files import to_json
+from hierroom.commands import evaluate
 from hierroom.learners.config import PPOConfig
-from hierroom.options import META
+from hierroom.runs import results
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.checkpoint import CHECKPOINT_FORMAT
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trained_agent import TrainedAgent
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.support.files import to_json
 from hierroom.train import main as train
-from hierroom.training import results
-from hierroom.training.checkpoint import CHECKPOINT_FORMAT
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trained_agent import TrainedAgent
-from hierroom.training.trainer import Trainer
-from hierroom.world.constants import EXIT
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.ledger import META
+from hierroom.worlds.escape_room.constants import EXIT
 
 SMALL = TrainConfig(
     EnvConfig("a", size=11, max_steps=60),
@@ -414,7 +414,7 @@ def test_a_broken_run_folder_is_refused_in_one_line(trained, tmp_path, monkeypat
 
 
 def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
-    command = f"{sys.executable} -m hierroom.complexity --graph rooms:6 --csv | head -1"
+    command = f"{sys.executable} -m hierroom complexity --graph rooms:6 --csv | head -1"
     done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
     assert done.stdout.startswith("key_rooms")
     assert done.stderr == ""
@@ -439,7 +439,7 @@ def test_a_run_that_never_escaped_leaves_a_failure_to_look_at(tmp_path, capsys):
     assert train([*FLAGS, "--max-steps", "5", "--steps", "128", "--out", str(out)]) == 0
     said = capsys.readouterr().out
     assert f"one failure     {out / 'failure.gif'} (no escape in 20 episodes)" in said
-    assert f"watch it        python -m hierroom.watch {out} --failures" in said
+    assert f"watch it        python -m hierroom watch {out} --failures" in said
     assert len(pictures.frames(out / "failure.gif")) == 6 + 9
     (out / "failure.gif").rename(out / "escape.gif")  # as if it had escaped before it was resumed
     assert train(["--resume", str(out), "--steps", "256"]) == 0

@@ -7,20 +7,21 @@ from pathlib import Path
 import pytest
 
 import hierroom
-from hierroom.compare.evaluated_run import read_run
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
-from hierroom.evaluate import main as evaluate_main
-from hierroom.measure import measure_named
+from hierroom.commands.evaluate import main as evaluate_main
+from hierroom.commands.watch import main as watch_main
+from hierroom.lab.compare.evaluated_run import read_run
+from hierroom.lab.measure import measure_named
+from hierroom.runs import session
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.config_file import read_config
+from hierroom.runs.folder import trust
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.logs.learning_curve import evaluation_rows
+from hierroom.runs.trained_agent import load
+from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.train import parse
-from hierroom.training import session, trust
-from hierroom.training.config import TrainConfig
-from hierroom.training.config_file import read_config
-from hierroom.training.learning_curve import evaluation_rows
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trained_agent import load
-from hierroom.watch import main as watch_main
+from hierroom.turns.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512).changed(minibatches=2, hidden_size=8)
 CODE = """

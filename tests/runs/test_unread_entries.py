@@ -5,12 +5,12 @@ import sys
 import pytest
 
 import hierroom
-from hierroom.evaluate import main as evaluate
-from hierroom.sweep.__main__ import main as sweep
+from hierroom.commands.evaluate import main as evaluate
+from hierroom.commands.sweep import main as sweep
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.presets import PRESETS, find_preset
+from hierroom.runs.config.unread_entries import unread_entries, unread_note
 from hierroom.train import main as train
-from hierroom.training.config import TrainConfig
-from hierroom.training.presets import PRESETS, find_preset
-from hierroom.training.unread_entries import unread_entries, unread_note
 
 
 @pytest.mark.parametrize(

@@ -8,21 +8,21 @@ from pathlib import Path
 import pytest
 import torch
 
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.learners import ppo
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.torch_backend import TorchBackend
-from hierroom.options import CONTROLLER
+from hierroom.runs.assembly import make_turns
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.trained_agent import load
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.training.assembly import make_turns
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.trained_agent import load
-from hierroom.training.trainer import Trainer
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.ledger import CONTROLLER
 
 OWN = "own_network:GatedMemory"
-sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=1024, ppo=PPOConfig(minibatches=2))
 

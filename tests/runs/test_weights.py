@@ -14,14 +14,14 @@ from safetensors.torch import save_file
 
 import hierroom
 from hierroom.agents.config import AgentsConfig
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.meta import FixedDFS, choose_goals
-from hierroom.training.assembly import make_agents
-from hierroom.training.config import TrainConfig
-from hierroom.training.evaluation import evaluate
-from hierroom.training.trainer import Trainer
-from hierroom.training.weights import FOLDER, SHIPPED, SUFFIX, SavedAgent
+from hierroom.runs.assembly import make_agents
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.evaluation import evaluate
+from hierroom.runs.folder.weights import FOLDER, SHIPPED, SUFFIX, SavedAgent
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
 
 ROOM = "hierroom/EscapeRoom-g-v0"
 SHORT = {"size": 11, "max_steps": 40, "num_envs": 4, "steps": 300, "evaluations": 0, "log": "none"}

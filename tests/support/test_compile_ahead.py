@@ -1,4 +1,4 @@
-"""After ``python -m hierroom.compile`` nothing compiles any more, and a second call sees so at once."""
+"""After ``python -m hierroom compile`` nothing compiles any more, and a second call sees so at once."""
 
 import os
 import subprocess
@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-from hierroom.compile.__main__ import STAMP, _is_complete
-from hierroom.world import step_kernels
+from hierroom.commands.compile import STAMP, _is_complete
+from hierroom.worlds.escape_room import step_kernels
 
 LATER = """
 import numpy as np
 from rich.console import Console
 import hierroom
-from hierroom.compile.__main__ import compile_all
-from hierroom.compile.clock import compile_clock
-from hierroom.compile.kernel import KERNELS
+from hierroom.commands.compile import compile_all
+from hierroom.support.compile.clock import compile_clock
+from hierroom.support.compile.kernel import KERNELS
 
 print(compile_all(Console(stderr=True)))
 called = {kernel: {*kernel.signatures} for kernel in KERNELS}
@@ -45,20 +45,20 @@ def run(*arguments, **options):
 @pytest.fixture(scope="module")
 def compiled():
     """Everything is compiled, into the cache that all tests use."""
-    done = run("-m", "hierroom.compile")
+    done = run("-m", "hierroom.support.compile")
     assert done.returncode == 0, done.stderr
     return Path(step_kernels.advance.stats.cache_path) / STAMP
 
 
 def test_a_second_call_sees_at_once_that_all_is_there(compiled):
     assert _is_complete(compiled)
-    done = run("-X", "importtime", "-m", "hierroom.compile")
+    done = run("-X", "importtime", "-m", "hierroom.support.compile")
     assert done.stdout.startswith("all kernels are compiled already")
     assert not any(line.endswith(" torch") for line in done.stderr.splitlines())
 
 
 def test_an_unknown_option_is_one_line():
-    done = run("-m", "hierroom.compile", "--foo")
+    done = run("-m", "hierroom.support.compile", "--foo")
     assert done.returncode == 2
     assert done.stdout == ""
     assert len(done.stderr.splitlines()) == 1
@@ -80,7 +80,7 @@ def test_what_was_deleted_or_is_of_other_source_is_not_taken_for_complete(compil
 
 def test_nothing_is_called_later_in_a_way_it_was_not_compiled_for(compiled, tmp_path):
     """By the kernels' signatures: the cache of these tests may hold more than the command has compiled."""
-    paths = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}}
+    paths = {"cwd": tmp_path, "env": {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}}
     done = run("-c", LATER, **paths)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
@@ -88,6 +88,6 @@ def test_nothing_is_called_later_in_a_way_it_was_not_compiled_for(compiled, tmp_
 
 
 def test_there_is_nothing_to_compile_without_a_compiler():
-    done = run("-m", "hierroom.compile", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
+    done = run("-m", "hierroom.support.compile", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "error: NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it\n"

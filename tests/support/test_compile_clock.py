@@ -5,9 +5,9 @@ import time
 import numpy as np
 from numba import njit
 
-from hierroom.compile.clock import compile_clock
-from hierroom.training.config import TrainConfig
-from hierroom.training.trainer import Trainer
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.trainer import Trainer
+from hierroom.support.compile.clock import compile_clock
 
 
 def test_the_clock_runs_while_numba_compiles_and_only_then():

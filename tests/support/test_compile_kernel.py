@@ -12,18 +12,18 @@ from pathlib import Path
 
 import pytest
 
-from hierroom.compile import folder, kernel
-from hierroom.world import step_kernels
+from hierroom.support.compile import folder, kernel
+from hierroom.worlds.escape_room import step_kernels
 
 PACKAGE = Path(folder.__file__).parents[1]
 TELL = """
 import hierroom
-from hierroom.world.random_kernels import mix
+from hierroom.worlds.escape_room.random_kernels import mix
 hierroom.env(graph='a')
 print(mix.stats.cache_path)
 """
 COMPILE = """
-from hierroom.compile.kernel import njit, KERNELS, PACKAGE, digest_of_kernels
+from hierroom.support.compile.kernel import njit, KERNELS, PACKAGE, digest_of_kernels
 def double(x):
     return 2 * x
 double.__module__ = "{module}"
@@ -71,7 +71,7 @@ def test_the_package_is_imported_where_neither_it_nor_home_can_be_written(unwrit
 
 def test_children_hear_of_the_folder_and_do_not_warn_again(unwritable, temporary):
     child = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {TELL!r}], check=True)"
-    done = run_there(unwritable, temporary, code=f"import hierroom.world.step_kernels; {child}")
+    done = run_there(unwritable, temporary, code=f"import hierroom.worlds.escape_room.step_kernels; {child}")
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("RuntimeWarning: ") == 1
     assert str(temporary) in done.stdout
@@ -140,14 +140,14 @@ def on_a_terminal(code):
 
 
 def test_compiling_is_told_once_on_a_terminal():
-    said, printed = on_a_terminal(COMPILE.format(module="hierroom.world.step_kernels"))
+    said, printed = on_a_terminal(COMPILE.format(module="hierroom.worlds.escape_room.step_kernels"))
     assert printed.split() == ["42", "42"]
     assert said.splitlines() == [kernel.NOTICE_TEXT]
 
 
 def test_compiling_is_not_told_of_for_others_or_to_files():
     assert on_a_terminal(COMPILE.format(module="somebody.elses"))[0] == ""
-    code = COMPILE.format(module="hierroom.world.step_kernels")
+    code = COMPILE.format(module="hierroom.worlds.escape_room.step_kernels")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr == ""
 

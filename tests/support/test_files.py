@@ -4,8 +4,8 @@ import os
 
 import pytest
 
-from hierroom.errors import InputError
-from hierroom.files import append_whole, is_unfinished, remove_unfinished, write_atomically
+from hierroom.support.errors import InputError
+from hierroom.support.files import append_whole, is_unfinished, remove_unfinished, write_atomically
 
 
 def test_a_planted_link_is_not_followed(tmp_path, monkeypatch):

@@ -10,9 +10,9 @@ import pytest
 from learner_envs import RandomEnvs, make_learner
 
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.runtime.thread_pool import ThreadPool
+from hierroom.support.thread_pool import ThreadPool
 from hierroom.vector_env import EscapeRooms
-from hierroom.world.world import MIN_ENVS_PER_THREAD, World
+from hierroom.worlds.escape_room.world import MIN_ENVS_PER_THREAD, World
 
 
 def same_state(one, other):

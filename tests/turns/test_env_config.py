@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import hierroom
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.gym_env import EscapeRoom
-from hierroom.turns import Turns
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
 
 WRONG = [

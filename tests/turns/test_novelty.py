@@ -6,13 +6,13 @@ from turns_helpers import achieve, make, well_or_wildly
 
 import hierroom
 from hierroom import InputError
-from hierroom.env_config import NOVELTY_BONUS
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.training.assembly import make_turns
-from hierroom.training.config import TrainConfig
-from hierroom.world.constants import DROP, FORWARD, LEFT, PICKUP
-from hierroom.world.oracle import shortest_actions
-from hierroom.world.world import World
+from hierroom.runs.assembly import make_turns
+from hierroom.runs.config.config import TrainConfig
+from hierroom.turns.env_config import NOVELTY_BONUS
+from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP
+from hierroom.worlds.escape_room.oracle import shortest_actions
+from hierroom.worlds.escape_room.world import World
 
 
 def state_of(level):

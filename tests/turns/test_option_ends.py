@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hierroom.options import Ledger
-from hierroom.rewards import REWARDS, make_reward
-from hierroom.step import Step
-from hierroom.world.layout import OUTCOME
+from hierroom.turns.ledger import Ledger
+from hierroom.turns.rewards import REWARDS, make_reward
+from hierroom.turns.step import Step
+from hierroom.worlds.escape_room.layout import OUTCOME
 
 # event, terminated, truncated, the horizon runs out | return terminated, truncated: of intrinsic rewards, of others
 RETURNS = [

@@ -9,18 +9,18 @@ from turns_helpers import make
 
 import hierroom
 from hierroom.agents.player import OraclePlayer
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, N_COLOURS
 from hierroom.meta import make_meta
-from hierroom.rewards import REWARDS, make_reward
-from hierroom.step import Step
-from hierroom.training.config import TrainConfig
-from hierroom.training.trainer import Trainer
-from hierroom.turns import Turns
-from hierroom.world.layout import MEMORIES
-from hierroom.world.level import Level
-from hierroom.world.world import World
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.rewards import REWARDS, make_reward
+from hierroom.turns.step import Step
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.layout import MEMORIES
+from hierroom.worlds.escape_room.level import Level
+from hierroom.worlds.escape_room.world import World
 
 SETTINGS = {"graph": "c", "size": 11, "max_steps": 40, "subgoal_horizon": 7, "drop_key": True}
 
@@ -176,7 +176,10 @@ def odd(**attributes):
 @pytest.mark.parametrize(
     ("reward", "said"),
     [
-        ("nonsense", "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point of hierroom.rewards or "),
+        (
+            "nonsense",
+            "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point of hierroom.rewards or ",
+        ),
         ("no_such_module:R", "there is no module 'no_such_module' for the reward 'no_such_module:R'"),
         (np.ndarray, "the reward ndarray cannot be made: TypeError"),
         (3, "a reward is a function of a step or has a method rewards(step); the reward int is neither"),

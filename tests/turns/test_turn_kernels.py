@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from ledger_twin import LedgerTwin, legal_goals
 from turns_helpers import make
 
-from hierroom.options import LEDGER, Ledger
-from hierroom.rewards import REWARDS, make_reward
-from hierroom.situation import GOAL_MASKS
-from hierroom.step import STEP, Step
-from hierroom.turn_kernels import KERNEL_REWARDS, write_results
-from hierroom.world.layout import OUTCOME
-from hierroom.world.oracle import shortest_actions
+from hierroom.turns.kernels import KERNEL_REWARDS, write_results
+from hierroom.turns.ledger import LEDGER, Ledger
+from hierroom.turns.rewards import REWARDS, make_reward
+from hierroom.turns.situation import GOAL_MASKS
+from hierroom.turns.step import STEP, Step
+from hierroom.worlds.escape_room.layout import OUTCOME
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 TRACE = Path(__file__).with_name("turns_trace.py")
 

@@ -6,9 +6,9 @@ from turns_helpers import make
 
 from hierroom.agents.player import OraclePlayer
 from hierroom.complexity import GraphSet
-from hierroom.complexity.curriculum import EPISODES_PER_STAGE
-from hierroom.errors import InputError
-from hierroom.world.constants import LEFT
+from hierroom.support.errors import InputError
+from hierroom.turns.graph_sampler import EPISODES_PER_STAGE
+from hierroom.worlds.escape_room.constants import LEFT
 
 INTERVAL = "hitting_time:8..16"
 N_ENVS = 25

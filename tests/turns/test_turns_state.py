@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from turns_helpers import make, well_or_wildly
 
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.meta import make_meta
-from hierroom.rewards import REWARDS
-from hierroom.turn_kernels import OTHER
-from hierroom.turns import Turns
-from hierroom.world.oracle import shortest_actions
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.kernels import OTHER
+from hierroom.turns.rewards import REWARDS
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 
 def observed(turns):

@@ -9,12 +9,12 @@ from pettingzoo.test import api_test, parallel_api_test
 
 import hierroom
 from hierroom.agents.features import FEATURES, Features
-from hierroom.env_config import EnvConfig
 from hierroom.meta import FixedDFS
-from hierroom.options import AGENTS, CONTROLLER, META
-from hierroom.turns import Turns
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.ledger import AGENTS, CONTROLLER, META
+from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
-from hierroom.world.layout import MEMORIES
+from hierroom.worlds.escape_room.layout import MEMORIES
 
 NAMES = ["goal-place", "doorway-places", "frontier-places", "previous-action", "goal-status"]
 SETTINGS = {"graph": "d", "size": 13, "max_steps": 60, "goal_mask": "existing", "subgoal_horizon": 9}

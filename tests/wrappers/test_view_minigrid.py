@@ -13,7 +13,7 @@ from minigrid.core.world_object import Goal, Key
 import hierroom
 from hierroom import InputError
 from hierroom.goals import COLOURS, GOAL_VECTORS
-from hierroom.world.oracle import shortest_actions
+from hierroom.worlds.escape_room.oracle import shortest_actions
 
 TO_MINIGRID = (Actions.forward, Actions.left, Actions.right, Actions.pickup, Actions.toggle, Actions.drop)
 

@@ -155,7 +155,7 @@ def test_no_library_is_one_clear_line(monkeypatch):
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     for name in [name for name in sys.modules if name.startswith("stable_baselines3.")]:
         monkeypatch.delitem(sys.modules, name)
-    monkeypatch.delitem(sys.modules, "hierroom.views.sb3_vec_env", raising=False)
+    monkeypatch.delitem(sys.modules, "hierroom.wrappers.sb3_vec_env", raising=False)
     with pytest.raises(InputError, match=r"^sb3_view needs Stable-Baselines3: pip install stable-baselines3$"):
         make()
 

@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium.spaces import Discrete
 
 from hierroom.complexity.measures.mdp import DeterministicMDP
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 def enumerate_env(

@@ -28,7 +28,7 @@ from hierroom.complexity.weights import (
     row_sums,
     with_staying,
 )
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 MAX_DENSE_NODES = 2000
 """With more nodes eigenvalues are found iteratively, and the mixing time, a dense power of P, is refused."""

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from hierroom.complexity.measures.effective_horizon import horizon_of
 from hierroom.complexity.measures.gorp_kernels import sampled_successes, success_values
 from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 MAX_SEQUENCES = 1000
 """Most sequences of k actions, A^k: the authors' limit as well."""

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from hierroom.compile.kernel import njit
+from hierroom.support.compile.kernel import njit
 
 SPREAD, SLACK = 10.0, 30.0
 """Numbers of successes further than SPREAD standard deviations plus SLACK from the mean have no weight."""

@@ -5,7 +5,7 @@ Arrays of values are [T + 1, S] by steps left, row 0 being zero; transitions and
 
 import numpy as np
 
-from hierroom.compile.kernel import njit
+from hierroom.support.compile.kernel import njit
 
 TIE = 1e-9
 """Two values count as equal if they differ by less than this part of the greater one."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.complexity.measures import horizon_kernels as kernels
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 Values = NDArray[np.float64]
 MAX_VALUES = 100_000_000

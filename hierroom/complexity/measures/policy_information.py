@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import entr, softmax
 
 from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 class PolicyInformation(NamedTuple):

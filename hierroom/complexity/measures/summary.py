@@ -27,7 +27,7 @@ from hierroom.complexity.measures.gorp import Gorp
 from hierroom.complexity.measures.mdp import DeterministicMDP
 from hierroom.complexity.measures.policy_information import mdp_policy_information
 from hierroom.complexity.weights import as_moves, row_sums
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from rich.table import Table
 from hierroom.complexity.measures.effective_horizon import horizon_of
 from hierroom.complexity.measures.sampled import SampledMeasures
 from hierroom.complexity.measures.summary import MdpMeasures, WalkMeasures
-from hierroom.runtime.printed_table import print_table
+from hierroom.support.printed_table import print_table
 
 
 @dataclass(frozen=True)

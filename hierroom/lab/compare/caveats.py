@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from hierroom.compare.comparison import Comparison
-from hierroom.compare.evaluated_run import EvaluatedRun
-from hierroom.compare.grouping import Group, describe_differences, shortened
-from hierroom.compare.tasks import OWN, Tasks
+from hierroom.lab.compare.comparison import Comparison
+from hierroom.lab.compare.evaluated_run import EvaluatedRun
+from hierroom.lab.compare.grouping import Group, describe_differences, shortened
+from hierroom.lab.compare.tasks import OWN, Tasks
 
 _SHOWN = 3
 _FEW_RUNS = 5

@@ -10,8 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.compare.curve import Curve, shared_steps
-from hierroom.compare.estimates import (
+from hierroom.lab.compare.curve import Curve, shared_steps
+from hierroom.lab.compare.estimates import (
     Estimate,
     Scores,
     Strata,
@@ -20,9 +20,9 @@ from hierroom.compare.estimates import (
     mean,
     probability_of_improvement,
 )
-from hierroom.compare.grouping import Group
-from hierroom.compare.metric import METRICS, MetricName
-from hierroom.compare.tasks import Tasks
+from hierroom.lab.compare.grouping import Group
+from hierroom.lab.compare.metric import METRICS, MetricName
+from hierroom.lab.compare.tasks import Tasks
 
 SUCCESS_LEVELS = (0.5, 0.9, 0.95)
 ALL = "all"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.training.learning_curve import first_crossing
+from hierroom.runs.logs.learning_curve import first_crossing
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from hierroom.compare.curve import Curve
-from hierroom.compare.metric import METRICS
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph, graph_specs, spec_names
-from hierroom.training.config import TrainConfig
-from hierroom.training.config_file import OF_ENVIRONMENTS, listed_entries
-from hierroom.training.provenance import variant_of
-from hierroom.training.run_folder import RunFolder
+from hierroom.lab.compare.curve import Curve
+from hierroom.lab.compare.metric import METRICS
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.config_file import OF_ENVIRONMENTS, listed_entries
+from hierroom.runs.folder.provenance import variant_of
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.support.errors import InputError
 
 _TABLE = "evaluations.csv"
 

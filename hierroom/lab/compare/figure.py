@@ -12,12 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, MaxNLocator
 
-from hierroom.compare.comparison import ALL, Comparison, GroupSummary
-from hierroom.compare.metric import METRICS
-from hierroom.compare.style import COLOURS, DASHES, STYLE, line_style
-from hierroom.compare.tasks import OWN
-from hierroom.files import write_atomically
-from hierroom.training.plots import step_unit
+from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary
+from hierroom.lab.compare.metric import METRICS
+from hierroom.lab.compare.style import COLOURS, DASHES, STYLE, line_style
+from hierroom.lab.compare.tasks import OWN
+from hierroom.runs.logs.plots import step_unit
+from hierroom.support.files import write_atomically
 
 MAX_GROUPS = len(COLOURS) * len(DASHES)
 MAX_PANELS = 12

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from hierroom.compare.evaluated_run import EvaluatedRun
-from hierroom.errors import InputError
+from hierroom.lab.compare.evaluated_run import EvaluatedRun
+from hierroom.support.errors import InputError
 
 _NAMED_BY_VALUE = ("variant", "method", "meta", "reward", "preset", "network", "warm_start")
 _NOT_THE_TREATMENT = ("seed", "graph", "threads", "device", "steps")

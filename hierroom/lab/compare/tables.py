@@ -11,10 +11,10 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
-from hierroom.compare.comparison import ALL, SUCCESS_LEVELS, Comparison, GroupSummary
-from hierroom.compare.estimates import Estimate
-from hierroom.compare.metric import METRICS, Metric
-from hierroom.compare.tasks import OWN
+from hierroom.lab.compare.comparison import ALL, SUCCESS_LEVELS, Comparison, GroupSummary
+from hierroom.lab.compare.estimates import Estimate
+from hierroom.lab.compare.metric import METRICS, Metric
+from hierroom.lab.compare.tasks import OWN
 
 Row = dict[str, object]
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.compare.curve import Curve, mean_curve
-from hierroom.compare.evaluated_run import EvaluatedRun
-from hierroom.compare.grouping import Group
-from hierroom.compare.metric import MetricName
-from hierroom.errors import InputError
+from hierroom.lab.compare.curve import Curve, mean_curve
+from hierroom.lab.compare.evaluated_run import EvaluatedRun
+from hierroom.lab.compare.grouping import Group
+from hierroom.lab.compare.metric import MetricName
+from hierroom.support.errors import InputError
 
 OWN = "own"
 """Stands for whichever graphs a run was evaluated on, where groups of different graphs are compared."""
@@ -71,7 +71,7 @@ class Tasks:
         scores: Callable[[Curve], ArrayLike],
         graphs: Sequence[str] | None = None,
     ) -> list[NDArray[np.float64]]:
-        """The scores of a group as `hierroom.compare.estimates` takes them.
+        """The scores of a group as `hierroom.lab.compare.estimates` takes them.
 
         Args:
             group: the group.

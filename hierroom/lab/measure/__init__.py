@@ -30,11 +30,11 @@ from hierroom.complexity.episodes import EpisodeCounts, counts_of
 from hierroom.complexity.measured import MeasuredReport
 from hierroom.complexity.report import analyze
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError, require_number
 from hierroom.goals import GoalGraph, GraphSpec
-from hierroom.training.trained_agent import load
-from hierroom.turns import Turns
+from hierroom.runs.trained_agent import load
+from hierroom.support.errors import InputError, require_number
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.turns import Turns
 
 MAX_ENVS = 100
 """Environments played in side by side, at most."""

@@ -8,11 +8,11 @@ from hierroom.complexity.measures.graphs import with_progress
 from hierroom.complexity.measures.mdp import DeterministicMDP
 from hierroom.complexity.measures.summary import measure_mdp
 from hierroom.complexity.measures.table import MeasuredGraph
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
-from hierroom.measure.sampled_level import SampledLevel
-from hierroom.world.reachable import TooManyStatesError, reachable_states
-from hierroom.world.world import World
+from hierroom.lab.measure.sampled_level import SampledLevel
+from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room.reachable import TooManyStatesError, reachable_states
+from hierroom.worlds.escape_room.world import World
 
 MAX_LEVEL_STATES = 20_000
 """Levels with more states are measured by rollouts: the values of all states would take minutes."""

@@ -9,11 +9,11 @@ from hierroom.complexity.measures.effective_horizon import horizon_of, samples_o
 from hierroom.complexity.measures.policy_information import policy_information
 from hierroom.complexity.measures.sampled import SampledMeasures
 from hierroom.complexity.observed import wilson_interval
-from hierroom.errors import InputError, require_number
-from hierroom.world import batch_kernels
-from hierroom.world.layout import OUTCOME, State
-from hierroom.world.oracle import shortest_lengths
-from hierroom.world.rollout_kernels import policy_rollouts, random_rollouts
+from hierroom.support.errors import InputError, require_number
+from hierroom.worlds.escape_room import batch_kernels
+from hierroom.worlds.escape_room.layout import OUTCOME, State
+from hierroom.worlds.escape_room.oracle import shortest_lengths
+from hierroom.worlds.escape_room.rollout_kernels import policy_rollouts, random_rollouts
 
 
 class SampledLevel:

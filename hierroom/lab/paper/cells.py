@@ -8,11 +8,11 @@ from statistics import median
 
 import numpy as np
 
-from hierroom.errors import InputError
-from hierroom.paper.published import PAPER_TABLE_3
-from hierroom.paper.runs import cell, mean_and_interval
-from hierroom.sweep.table import Row
-from hierroom.training.learning_curve import first_crossing
+from hierroom.lab.paper.published import PAPER_TABLE_3
+from hierroom.lab.paper.runs import cell, mean_and_interval
+from hierroom.lab.sweep.table import Row
+from hierroom.runs.logs.learning_curve import first_crossing
+from hierroom.support.errors import InputError
 
 Curves = Mapping[str, Sequence[Row]]
 """The evaluations of runs by the digests of their rows."""

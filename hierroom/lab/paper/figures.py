@@ -15,15 +15,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from hierroom.compare.style import COLOURS, DASHES, STYLE
-from hierroom.errors import InputError
-from hierroom.files import write_atomically
-from hierroom.paper.cells import LIMIT, ComparedCell, Curves, curve_of, table_3
-from hierroom.paper.prediction import prediction
-from hierroom.paper.published import METHODS, PAPER_TABLE_2
-from hierroom.paper.runs import PaperRuns, cell, mean_and_interval
-from hierroom.sweep.sweep import Sweep
-from hierroom.sweep.table import Row
+from hierroom.lab.compare.style import COLOURS, DASHES, STYLE
+from hierroom.lab.paper.cells import LIMIT, ComparedCell, Curves, curve_of, table_3
+from hierroom.lab.paper.prediction import prediction
+from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2
+from hierroom.lab.paper.runs import PaperRuns, cell, mean_and_interval
+from hierroom.lab.sweep.sweep import Sweep
+from hierroom.lab.sweep.table import Row
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
 
 
 @dataclass(frozen=True)
@@ -125,8 +125,8 @@ class All:
 
     def run(self) -> None:
         """Train, print and draw."""
-        from hierroom.paper.table2 import Table2
-        from hierroom.paper.table3 import Table3
+        from hierroom.lab.paper.table2 import Table2
+        from hierroom.lab.paper.table3 import Table3
 
         Table2().run()
         Table3(self.runs).run()

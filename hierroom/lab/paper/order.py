@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 
-from hierroom.paper.cells import LEAST_SUCCESS, ComparedCell
-from hierroom.paper.published import METHODS
+from hierroom.lab.paper.cells import LEAST_SUCCESS, ComparedCell
+from hierroom.lab.paper.published import METHODS
 
 _DIGITS = 9
 """Means of the same numbers in another order agree in so many."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from scipy.stats import permutation_test, spearmanr
 
-from hierroom.paper.cells import ComparedCell
-from hierroom.paper.published import PAPER_TABLE_2, PAPER_TABLE_3
+from hierroom.lab.paper.cells import ComparedCell
+from hierroom.lab.paper.published import PAPER_TABLE_2, PAPER_TABLE_3
 
 FEWEST = 4
 """Fewer graphs can be ranked alike by chance."""

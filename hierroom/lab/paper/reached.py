@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from hierroom.paper.cells import LIMIT, ComparedCell, Curves, curve_of
-from hierroom.paper.runs import cell, mean_and_interval
-from hierroom.sweep.table import Row
+from hierroom.lab.paper.cells import LIMIT, ComparedCell, Curves, curve_of
+from hierroom.lab.paper.runs import cell, mean_and_interval
+from hierroom.lab.sweep.table import Row
 
 REFERENCES = ("hippo", "ppo")
 """The methods at whose steps to the paper's success all are compared: the paper's best, and its best flat one."""

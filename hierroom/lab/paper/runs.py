@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import t
 
-from hierroom.errors import InputError, RunError, require_number
-from hierroom.paper.published import METHODS
-from hierroom.sweep.plan import Plan
-from hierroom.sweep.sweep import Sweep
-from hierroom.sweep.table import Row
+from hierroom.lab.paper.published import METHODS
+from hierroom.lab.sweep.plan import Plan
+from hierroom.lab.sweep.sweep import Sweep
+from hierroom.lab.sweep.table import Row
+from hierroom.support.errors import InputError, RunError, require_number
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class PaperRuns:
     @property
     def command(self) -> str:
         """A command that makes these runs, without what decides no result, so that it tells of no machine."""
-        words = ["python", "-m", "hierroom.paper", "all"]
+        words = ["python", "-m", "hierroom", "paper", "all"]
         for entry in fields(self):
             value = getattr(self, entry.name)
             if entry.name not in ("out", "processes", "ray") and value != entry.default:

@@ -14,17 +14,17 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from hierroom.errors import InputError
-from hierroom.paper.cells import STEPS_ENDS, ComparedCell, Curves, table_3
-from hierroom.paper.order import LEGEND, method_orders, pair_counts
-from hierroom.paper.prediction import prediction
-from hierroom.paper.published import METHODS
-from hierroom.paper.reached import REFERENCES, cells_where_reached
-from hierroom.paper.runs import PaperRuns
-from hierroom.runtime.markdown_table import markdown_table
-from hierroom.runtime.printed_table import print_table
-from hierroom.sweep.summary import steps_text
-from hierroom.sweep.table import Row
+from hierroom.lab.paper.cells import STEPS_ENDS, ComparedCell, Curves, table_3
+from hierroom.lab.paper.order import LEGEND, method_orders, pair_counts
+from hierroom.lab.paper.prediction import prediction
+from hierroom.lab.paper.published import METHODS
+from hierroom.lab.paper.reached import REFERENCES, cells_where_reached
+from hierroom.lab.paper.runs import PaperRuns
+from hierroom.lab.sweep.summary import steps_text
+from hierroom.lab.sweep.table import Row
+from hierroom.support.errors import InputError
+from hierroom.support.markdown_table import markdown_table
+from hierroom.support.printed_table import print_table
 
 
 @dataclass(frozen=True)

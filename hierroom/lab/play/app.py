@@ -8,10 +8,10 @@ from contextlib import contextmanager
 
 import pygame
 
-from hierroom.errors import InputError
-from hierroom.play.board import Board, window_size
-from hierroom.play.game import Game
-from hierroom.world.constants import DROP, FORWARD, LEFT, RIGHT
+from hierroom.lab.play.board import Board, window_size
+from hierroom.lab.play.game import Game
+from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, RIGHT
 
 FRAMES_PER_SECOND, STEPS_PER_SECOND = 30, 6
 NOWHERE = ("dummy", "offscreen", "evdev")

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
 from hierroom.goals.drawing import tree_places
-from hierroom.play.game import Game
-from hierroom.world.constants import KEY, LOCKED_DOOR, MARGIN
-from hierroom.world.oracle import room_at
-from hierroom.world.render import cells_of, draw_level
+from hierroom.lab.play.game import Game
+from hierroom.worlds.escape_room.constants import KEY, LOCKED_DOOR, MARGIN
+from hierroom.worlds.escape_room.oracle import room_at
+from hierroom.worlds.escape_room.render import cells_of, draw_level
 
 PANEL, LEVEL = 390, 684
 """Pixels: the width of the panel, and about how large the level is drawn."""

@@ -6,17 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.episode import ACTION_NAMES
-from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, NO_GOAL, GoalGraph
-from hierroom.options import CONTROLLER, META
-from hierroom.step import Step
-from hierroom.training.trained_agent import TrainedAgent
-from hierroom.turns import Turns
-from hierroom.world.constants import COL_STEP, KEY, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, ROW_STEP
-from hierroom.world.layout import State
-from hierroom.world.level import goal_name
-from hierroom.world.oracle import shortest_actions
-from hierroom.world.render import seen_cells
+from hierroom.runs.trained_agent import TrainedAgent
+from hierroom.support.errors import InputError
+from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.step import Step
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.constants import COL_STEP, KEY, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, ROW_STEP
+from hierroom.worlds.escape_room.layout import State
+from hierroom.worlds.escape_room.level import goal_name
+from hierroom.worlds.escape_room.oracle import shortest_actions
+from hierroom.worlds.escape_room.render import seen_cells
 
 
 class Game:

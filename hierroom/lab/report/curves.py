@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.compare.caveats import caveats
-from hierroom.compare.comparison import ALL, Comparison, GroupSummary, compare
-from hierroom.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
-from hierroom.compare.figure import MAX_GROUPS
-from hierroom.compare.grouping import Group, differing_entries, entry_names, group_runs
-from hierroom.compare.metric import METRICS
-from hierroom.compare.tasks import Tasks, refuse_namesakes
-from hierroom.errors import InputError
-from hierroom.report.runs import ReportedRun
-from hierroom.training.run_folder import RunFolder
+from hierroom.lab.compare.caveats import caveats
+from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary, compare
+from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
+from hierroom.lab.compare.figure import MAX_GROUPS
+from hierroom.lab.compare.grouping import Group, differing_entries, entry_names, group_runs
+from hierroom.lab.compare.metric import METRICS
+from hierroom.lab.compare.tasks import Tasks, refuse_namesakes
+from hierroom.lab.report.runs import ReportedRun
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.support.errors import InputError
 
 RESAMPLES = 1000
 
@@ -48,7 +48,7 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
 
     Args:
         runs: the runs.
-        by: entries of the config that make a group, as for `hierroom.compare`; None: those that tell them apart.
+        by: entries of the config that make a group, as for `hierroom.lab.compare`; None: those that tell them apart.
         progress: called after each metric.
 
     Raises:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from hierroom.compare.comparison import ALL, SUCCESS_LEVELS, GroupSummary
 from hierroom.complexity.report import analyze
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
-from hierroom.report.curves import Curves, drawn, rounded
-from hierroom.report.runs import ReportedRun
+from hierroom.lab.compare.comparison import ALL, SUCCESS_LEVELS, GroupSummary
+from hierroom.lab.report.curves import Curves, drawn, rounded
+from hierroom.lab.report.runs import ReportedRun
+from hierroom.support.errors import InputError
 
 MEASURES: Mapping[str, str] = {
     "expected_steps": "expected steps of a random walk, true",

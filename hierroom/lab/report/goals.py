@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from hierroom.errors import InputError
 from hierroom.goals import ROOM_GOAL_NAMES
-from hierroom.report.curves import rounded
-from hierroom.training.evaluation import Evaluation
-from hierroom.training.run_folder import RunFolder
+from hierroom.lab.report.curves import rounded
+from hierroom.runs.evaluation import Evaluation
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.support.errors import InputError
 
 N_BINS, LEAST_IN_BIN = 40, 10
 """Most points of the curve of what training's episodes achieved, and the fewest episodes that make one."""

@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from hierroom.files import to_json
+from hierroom.support.files import to_json
 
 
 def render_page(texts: Mapping[str, Any], data: Mapping[str, Any]) -> bytes:
@@ -23,7 +23,7 @@ def render_page(texts: Mapping[str, Any], data: Mapping[str, Any]) -> bytes:
     Returns:
         the page, UTF-8.
     """
-    loader = PackageLoader("hierroom.report", "templates")
+    loader = PackageLoader("hierroom.lab.report", "templates")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     page = environment.get_template("page.html")
     return page.render(**texts, data=script_json(data), plotly=_plotly()).encode("utf-8", "replace")

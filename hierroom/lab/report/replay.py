@@ -14,12 +14,12 @@ from hierroom.agents.episode import ACTION_NAMES, Episode
 from hierroom.agents.recorder import record
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
 from hierroom.goals.drawing import tree_places
-from hierroom.options import CONTROLLER, META
-from hierroom.report.curves import rounded
-from hierroom.training.trained_agent import TrainedAgent
-from hierroom.world.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
-from hierroom.world.layout import State
-from hierroom.world.render import view_of
+from hierroom.lab.report.curves import rounded
+from hierroom.runs.trained_agent import TrainedAgent
+from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.worlds.escape_room.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
+from hierroom.worlds.escape_room.layout import State
+from hierroom.worlds.escape_room.render import view_of
 
 LETTERS = "0123456789abcdefghijklmnopqrstuvwxyz"
 """A tile code is one of these on the page: the first stands for 0."""

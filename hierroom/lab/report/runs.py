@@ -9,12 +9,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from hierroom.compare.evaluated_run import EvaluatedRun, entries_of, read_run, runs_inside
-from hierroom.complexity.curriculum import GraphSampler
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
-from hierroom.training.config import TrainConfig
-from hierroom.training.run_folder import RunFolder
+from hierroom.lab.compare.evaluated_run import EvaluatedRun, entries_of, read_run, runs_inside
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.support.errors import InputError
+from hierroom.turns.graph_sampler import GraphSampler
 
 
 @dataclass(frozen=True)

@@ -6,16 +6,16 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from hierroom.compare.evaluated_run import flat_entries
-from hierroom.compare.grouping import shortened
-from hierroom.compare.style import line_style
+from hierroom.lab.compare.evaluated_run import flat_entries
+from hierroom.lab.compare.grouping import shortened
+from hierroom.lab.compare.style import line_style
+from hierroom.lab.report.curves import Curves
+from hierroom.lab.report.difficulty import MEASURES
+from hierroom.lab.report.runs import ReportedRun
 from hierroom.meta import LEARNED
-from hierroom.report.curves import Curves
-from hierroom.report.difficulty import MEASURES
-from hierroom.report.runs import ReportedRun
-from hierroom.training.config import TrainConfig
-from hierroom.training.learning_curve import LearningCurve
-from hierroom.training.run_folder import RunFolder
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.logs.learning_curve import LearningCurve
 
 _ORIGIN = ("started", "command", "python", "cpu", "platform")
 

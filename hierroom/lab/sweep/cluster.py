@@ -11,10 +11,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from hierroom.errors import InputError, in_one_line
-from hierroom.sweep.events import MAX_TRIES, Event, Failed, Finished, Progressed
-from hierroom.sweep.job import Job
-from hierroom.training.interrupt import Interrupt
+from hierroom.lab.sweep.events import MAX_TRIES, Event, Failed, Finished, Progressed
+from hierroom.lab.sweep.job import Job
+from hierroom.runs.interrupt import Interrupt
+from hierroom.support.errors import InputError, in_one_line
 
 
 def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> Iterator[Event]:

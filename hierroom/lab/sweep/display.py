@@ -12,8 +12,8 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from hierroom.sweep.events import Event, Failed, Finished, Interrupted, Progressed, Retried
-from hierroom.sweep.job import Job
+from hierroom.lab.sweep.events import Event, Failed, Finished, Interrupted, Progressed, Retried
+from hierroom.lab.sweep.job import Job
 
 
 class Display:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from hierroom.sweep.job import Job
+from hierroom.lab.sweep.job import Job
 
 MAX_TRIES = 3
 """How often a run is begun or gone on with whose process is killed or stopped."""

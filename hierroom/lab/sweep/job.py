@@ -11,18 +11,18 @@ import torch
 from rich.console import Console
 
 from hierroom.complexity.graph_set import GraphSet
-from hierroom.errors import CheckpointError, InputError
-from hierroom.sweep.plan import PlannedRun
-from hierroom.training.evaluation import Evaluation
-from hierroom.training.interrupt import Interrupt
-from hierroom.training.learning_curve import MILESTONES, Crossing, LearningCurve
-from hierroom.training.output import lasting_output
-from hierroom.training.own_modules import find_module_files, own_code_digest
-from hierroom.training.provenance import changed_modules, version_of_code
-from hierroom.training.results import write_results
-from hierroom.training.run_folder import RunFolder
-from hierroom.training.session import begin, resume, train
-from hierroom.training.trainer import Trainer
+from hierroom.lab.sweep.plan import PlannedRun
+from hierroom.runs.evaluation import Evaluation
+from hierroom.runs.folder.own_modules import find_module_files, own_code_digest
+from hierroom.runs.folder.provenance import changed_modules, version_of_code
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.interrupt import Interrupt
+from hierroom.runs.logs.learning_curve import MILESTONES, Crossing, LearningCurve
+from hierroom.runs.logs.output import lasting_output
+from hierroom.runs.results import write_results
+from hierroom.runs.session import begin, resume, train
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import CheckpointError, InputError
 
 Report = Callable[[int, str], object]
 """Takes the steps trained so far and a few words."""

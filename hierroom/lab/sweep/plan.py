@@ -12,15 +12,15 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from hierroom.errors import InputError, require_number, shown
-from hierroom.files import read_toml, to_json
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, spec_names
 from hierroom.learners.config import PPOConfig
-from hierroom.training.config import CHANGED_WHEN_RESUMED, TrainConfig
-from hierroom.training.config_file import flat_entry_types, listed_entries
-from hierroom.training.presets import find_preset, implied_preset
-from hierroom.training.run_name import run_name
-from hierroom.training.typed_value import entry_types, typed_value
+from hierroom.runs.config.config import CHANGED_WHEN_RESUMED, TrainConfig
+from hierroom.runs.config.config_file import flat_entry_types, listed_entries
+from hierroom.runs.config.presets import find_preset, implied_preset
+from hierroom.runs.config.run_name import run_name
+from hierroom.runs.config.typed_value import entry_types, typed_value
+from hierroom.support.errors import InputError, require_number, shown
+from hierroom.support.files import read_toml, to_json
 
 RESULTS_VERSION = 1
 """Raised whenever the same config gives other results than before ('Results change' in CHANGELOG.md), and whenever an

@@ -12,11 +12,11 @@ from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
-from hierroom.errors import in_one_line
-from hierroom.sweep.events import MAX_TRIES, Event, Failed, Finished, Interrupted, Progressed, Retried
-from hierroom.sweep.job import Job
-from hierroom.training.interrupt import Interrupt
-from hierroom.training.provenance import version_of_code
+from hierroom.lab.sweep.events import MAX_TRIES, Event, Failed, Finished, Interrupted, Progressed, Retried
+from hierroom.lab.sweep.job import Job
+from hierroom.runs.folder.provenance import version_of_code
+from hierroom.runs.interrupt import Interrupt
+from hierroom.support.errors import in_one_line
 
 _SPAWN = get_context("spawn")  # a forked process would share torch's threads and the kernels' cache locks
 _LAST_WORDS_S = 60.0

@@ -10,9 +10,9 @@ from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
-from hierroom.runtime.markdown_table import markdown_table
-from hierroom.sweep.plan import PlannedRun
-from hierroom.sweep.table import Row
+from hierroom.lab.sweep.plan import PlannedRun
+from hierroom.lab.sweep.table import Row
+from hierroom.support.markdown_table import markdown_table
 
 
 @dataclass(frozen=True)

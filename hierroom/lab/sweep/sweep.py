@@ -10,10 +10,10 @@ from pathlib import Path
 
 from rich.console import Console
 
-from hierroom.errors import InputError, require_number
-from hierroom.sweep.plan import Plan, PlannedRun
-from hierroom.sweep.table import Row, SweepTable
-from hierroom.training.own_modules import own_code_digest
+from hierroom.lab.sweep.plan import Plan, PlannedRun
+from hierroom.lab.sweep.table import Row, SweepTable
+from hierroom.runs.folder.own_modules import own_code_digest
+from hierroom.support.errors import InputError, require_number
 
 
 @dataclass(frozen=True)
@@ -117,11 +117,11 @@ class Sweep:
         if not missing:
             return SweepOutcome((), (), False)
         # These bring torch along, and a sweep that is done needs none of it.
-        from hierroom.sweep.display import Display
-        from hierroom.sweep.events import Event, Failed, Finished
-        from hierroom.sweep.job import Job
-        from hierroom.training.interrupt import Interrupt
-        from hierroom.training.run_folder import RunFolder
+        from hierroom.lab.sweep.display import Display
+        from hierroom.lab.sweep.events import Event, Failed, Finished
+        from hierroom.lab.sweep.job import Job
+        from hierroom.runs.folder.run_folder import RunFolder
+        from hierroom.runs.interrupt import Interrupt
 
         self._check(missing)
         folder = self.out / "runs"
@@ -134,11 +134,11 @@ class Sweep:
         replaced: list[PlannedRun] = []
         work: Callable[[Interrupt], Iterator[Event]]
         if ray is None:
-            from hierroom.sweep.pool import work_here
+            from hierroom.lab.sweep.pool import work_here
 
             work = partial(work_here, jobs, processes or _n_cores())
         else:
-            from hierroom.sweep.cluster import work_on_cluster
+            from hierroom.lab.sweep.cluster import work_on_cluster
 
             work = partial(work_on_cluster, jobs, ray)
         with Interrupt() as interrupt, Display(jobs, console or Console(stderr=True)) as display:
@@ -155,7 +155,7 @@ class Sweep:
     def _check(self, runs: Sequence[PlannedRun]) -> None:
         """Make what would be trained and what would pick goals once, so that no hour passes before an error is seen."""
         from hierroom.meta import make_meta
-        from hierroom.training.trainer import Trainer
+        from hierroom.runs.trainer import Trainer
 
         for meta in self.plan.metas:
             make_meta(meta)

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from filelock import FileLock
 
-from hierroom.errors import InputError
-from hierroom.files import write_atomically
-from hierroom.sweep.plan import PlannedRun
+from hierroom.lab.sweep.plan import PlannedRun
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
 
 Row = dict[str, str]
 _LEFT_OUT_OF_CURVES = ("seconds", "graph", "success_low", "success_high", "return")

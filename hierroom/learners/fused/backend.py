@@ -21,7 +21,7 @@ from hierroom.learners.fused.network import Parameters, forward
 from hierroom.learners.fused.shard_worker import Minibatch, ShardWorker, fixed_numbers
 from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.learners.rollout import Batch
-from hierroom.runtime.thread_pool import ThreadPool
+from hierroom.support.thread_pool import ThreadPool
 
 # 16 sequences of 128 turns take about 5 MB, which fits the last-level cache; fewer make the matrix products small.
 _SHARD = 16

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.compile.kernel import njit
 from hierroom.learners.fused.product_kernels import add_product, add_transposed_product, pack
+from hierroom.support.compile.kernel import njit
 
 # Number of samples whose weight gradients are summed at a time.
 _DEPTH = 64

@@ -19,7 +19,7 @@ from numba.core.codegen import get_host_cpu_features
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from hierroom.compile.kernel import njit
+from hierroom.support.compile.kernel import njit
 
 _ROWS = 4
 """Number of rows of a tile."""

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor, nn
 
-from hierroom.errors import InputError
 from hierroom.learners.networks.encoder import FeatureEncoder
 from hierroom.learners.networks.recurrent import ResetLSTM
+from hierroom.support.errors import InputError
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from torch import Tensor, nn
 from torch.nn import functional
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 class FeatureEncoder(nn.Module):

@@ -15,12 +15,12 @@ from typing import Any, Literal
 import tyro
 
 from hierroom.agents.config import AgentsConfig, Method
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError, require_number, shown
 from hierroom.goals import NAMED_GRAPHS, is_graph_set, plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
-from hierroom.runtime.python_numbers import use_python_numbers
-from hierroom.training.typed_value import entry_types, typed_value
+from hierroom.runs.config.typed_value import entry_types, typed_value
+from hierroom.support.errors import InputError, require_number, shown
+from hierroom.support.python_numbers import use_python_numbers
+from hierroom.turns.env_config import EnvConfig
 
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
 """What `training.presets.PRESETS` has."""

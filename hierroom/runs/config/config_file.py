@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from hierroom.agents.config import AgentsConfig
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
-from hierroom.files import read_toml
 from hierroom.learners.config import PPOConfig
-from hierroom.training.config import TrainConfig
-from hierroom.training.presets import find_preset, implied_preset
-from hierroom.training.typed_value import entry_types, typed_value
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.presets import find_preset, implied_preset
+from hierroom.runs.config.typed_value import entry_types, typed_value
+from hierroom.support.errors import InputError
+from hierroom.support.files import read_toml
+from hierroom.turns.env_config import EnvConfig
 
 _META_PPO = "meta_ppo"
 OF_ENVIRONMENTS = ("env_index", "levels")
@@ -44,8 +44,8 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
     """
     path = Path(path)
     if path.name == "config.json":
-        from hierroom.training.run_folder import RunFolder  # it brings torch along
-        from hierroom.training.trust import require_trust
+        from hierroom.runs.folder.run_folder import RunFolder  # it brings torch along
+        from hierroom.runs.folder.trust import require_trust
 
         config = RunFolder.open(path.parent).config().changed(**entries)
         require_trust(path.parent, config, trust=trust, named=entries)

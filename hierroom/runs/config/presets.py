@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from hierroom.agents.config import AgentsConfig
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
-from hierroom.training.config import TrainConfig
+from hierroom.runs.config.config import TrainConfig
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
 
 _PAPER = TrainConfig(
     preset="paper",

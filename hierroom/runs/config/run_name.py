@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from hierroom.goals import GraphSpecs, spec_names
-from hierroom.training.config import TrainConfig
-from hierroom.training.presets import find_preset, implied_preset
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.presets import find_preset, implied_preset
 
 MAX_LENGTH = 97
 """Characters of a name, so that with -2, -3, ... behind it, it stays within 100."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 _GRAPHS = str | dict | tuple[str | dict, ...]
 """What a file may hold for goal graphs: how they are named, or what they are in a table."""

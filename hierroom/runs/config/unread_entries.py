@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from hierroom.meta import LEARNED, META_CONTROLLERS
-from hierroom.rewards import REWARDS
-from hierroom.training.config import TrainConfig
-from hierroom.training.presets import find_preset
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.presets import find_preset
+from hierroom.turns.rewards import REWARDS
 
 
 def entries_without_effect(config: TrainConfig) -> tuple[str, ...]:

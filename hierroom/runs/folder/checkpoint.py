@@ -13,10 +13,10 @@ from typing import Any
 
 import torch
 
-from hierroom.errors import InputError, shown
-from hierroom.options import AGENTS
-from hierroom.runtime.schema import AnyMapping, Anything, Exactly, Real, Schema, Table, Whole
-from hierroom.training.plain_state import plain_state
+from hierroom.runs.folder.plain_state import plain_state
+from hierroom.support.errors import InputError, shown
+from hierroom.support.schema import AnyMapping, Anything, Exactly, Real, Schema, Table, Whole
+from hierroom.turns.ledger import AGENTS
 
 CHECKPOINT_FORMAT = 10
 _MARK = b"\nsha256 "

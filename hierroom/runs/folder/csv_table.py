@@ -11,8 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from hierroom.errors import InputError, shown
-from hierroom.files import append_whole, sync, write_atomically
+from hierroom.support.errors import InputError, shown
+from hierroom.support.files import append_whole, sync, write_atomically
 
 _FIRST = "steps"
 _HEADER = -1

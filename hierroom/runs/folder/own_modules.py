@@ -11,7 +11,7 @@ from importlib.metadata import entry_points
 from importlib.util import find_spec, resolve_name
 from pathlib import Path
 
-from hierroom.training.config import TrainConfig
+from hierroom.runs.config.config import TrainConfig
 
 MAX_FILES, MAX_BYTES = 50, 2**20
 _MORE = "..."

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import torch
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 _DEEPEST = 50
 """Levels of lists and dicts in each other: deeper ones, and those that hold themselves, could not be read again."""

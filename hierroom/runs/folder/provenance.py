@@ -18,11 +18,11 @@ from typing import Any
 import torch
 
 import hierroom
-from hierroom.errors import InputError
-from hierroom.files import to_json, write_atomically
-from hierroom.training.config import TrainConfig
-from hierroom.training.output import warn
-from hierroom.training.own_modules import ModuleFile, find_module_files
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder.own_modules import ModuleFile, find_module_files
+from hierroom.runs.logs.output import warn
+from hierroom.support.errors import InputError
+from hierroom.support.files import to_json, write_atomically
 
 FILE, COPIES = "provenance.json", "modules"
 PACKAGES = ("numba", "numpy", "scipy", "torch", "gymnasium", "pettingzoo")

@@ -8,12 +8,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from hierroom.errors import CheckpointError, InputError
-from hierroom.files import is_unfinished, remove_unfinished, to_json, write_atomically
-from hierroom.training import checkpoint
-from hierroom.training.config import TrainConfig
-from hierroom.training.csv_table import CSVTable
-from hierroom.training.run_lock import RunLock
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.folder import checkpoint
+from hierroom.runs.folder.csv_table import CSVTable
+from hierroom.runs.folder.run_lock import RunLock
+from hierroom.support.errors import CheckpointError, InputError
+from hierroom.support.files import is_unfinished, remove_unfinished, to_json, write_atomically
 
 _INTERRUPTED = "-interrupted"
 

@@ -7,7 +7,7 @@ from types import TracebackType
 
 from filelock import FileLock, Timeout
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 class RunLock:

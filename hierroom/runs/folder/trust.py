@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from hierroom.agents.networks import NETWORKS
-from hierroom.errors import InputError
 from hierroom.meta import LEARNED, META_CONTROLLERS
-from hierroom.rewards import REWARDS
-from hierroom.training.config import TrainConfig
+from hierroom.runs.config.config import TrainConfig
+from hierroom.support.errors import InputError
+from hierroom.turns.rewards import REWARDS
 
 
 def named_code(config: TrainConfig) -> dict[str, str]:

@@ -17,13 +17,13 @@ import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 
-from hierroom.errors import InputError, shown
-from hierroom.files import to_json, write_atomically
-from hierroom.runtime.schema import AnyMapping, Schema, Whole
-from hierroom.training.config import TrainConfig
+from hierroom.runs.config.config import TrainConfig
+from hierroom.support.errors import InputError, shown
+from hierroom.support.files import to_json, write_atomically
+from hierroom.support.schema import AnyMapping, Schema, Whole
 
 SUFFIX = ".safetensors"
-FOLDER = Path(__file__).parents[1] / "weights"
+FOLDER = Path(__file__).parents[2] / "weights"
 SHIPPED = ("a", "b", "c", "d", "e", "f", "g", "learned-g")
 """The agents that ship: HiPPO of the default preset on graphs a to g, and a learned meta-controller on g."""
 _FORMAT = "hierroom agent 1"

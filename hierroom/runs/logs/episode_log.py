@@ -12,9 +12,9 @@ import torch
 from numpy.typing import NDArray
 
 from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL, ROOM_GOAL_NAMES, room_goals
-from hierroom.runtime.schema import Array, Items, Real, Table, Whole
-from hierroom.step import Step
-from hierroom.turns import Turns
+from hierroom.support.schema import Array, Items, Real, Table, Whole
+from hierroom.turns.step import Step
+from hierroom.turns.turns import Turns
 
 WINDOW = 500
 """Number of episodes over which success, length and return are averaged."""

@@ -14,9 +14,9 @@ from tensorboard.compat.proto.event_pb2 import Event, SessionLog  # pyright: ign
 from tensorboard.summary.writer.record_writer import RecordWriter
 from torch.utils.tensorboard.summary import hparams, scalar
 
-from hierroom.errors import InputError
-from hierroom.files import append_whole, sync
-from hierroom.training.logger import Plain
+from hierroom.runs.logs.logger import Plain
+from hierroom.support.errors import InputError
+from hierroom.support.files import append_whole, sync
 
 _NAME = "events.out.tfevents"
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hierroom.training.evaluation import Evaluation, Score
+from hierroom.runs.evaluation import Evaluation, Score
 
 MILESTONES = (50, 90, 95, 99)
 """Success rates in percent whose crossing is recorded."""

@@ -8,17 +8,17 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from hierroom.errors import InputError, in_one_line, shown
-from hierroom.files import to_json, write_atomically
-from hierroom.training.config import TrainConfig
-from hierroom.training.evaluation import Evaluation
-from hierroom.training.events import Events
-from hierroom.training.learning_curve import LearningCurve
-from hierroom.training.logger import Logger
-from hierroom.training.mlflow_logger import MLflowLogger
-from hierroom.training.output import warn
-from hierroom.training.scalars import evaluation_scalars, hyperparameters, metric_scalars, result_scalars
-from hierroom.training.wandb_logger import WandbLogger
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.evaluation import Evaluation
+from hierroom.runs.logs.events import Events
+from hierroom.runs.logs.learning_curve import LearningCurve
+from hierroom.runs.logs.logger import Logger
+from hierroom.runs.logs.mlflow_logger import MLflowLogger
+from hierroom.runs.logs.output import warn
+from hierroom.runs.logs.scalars import evaluation_scalars, hyperparameters, metric_scalars, result_scalars
+from hierroom.runs.logs.wandb_logger import WandbLogger
+from hierroom.support.errors import InputError, in_one_line, shown
+from hierroom.support.files import to_json, write_atomically
 
 TENSORBOARD, NONE = "tensorboard", "none"
 DEFAULT = (TENSORBOARD,)

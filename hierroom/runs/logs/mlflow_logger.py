@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hierroom.training.logger import Plain
+from hierroom.runs.logs.logger import Plain
 
 EXPERIMENT = "hierroom"
 """The experiment where ``MLFLOW_EXPERIMENT_NAME`` names none."""

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from typing import Any, TextIO
 
-from hierroom.errors import one_line
+from hierroom.support.errors import one_line
 
 
 class LastingStream:

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hierroom.errors import one_line
-from hierroom.files import write_atomically
-from hierroom.training.episode_log import WINDOW
-from hierroom.training.learning_curve import LearningCurve
-from hierroom.training.run_folder import RunFolder
+from hierroom.runs.folder.run_folder import RunFolder
+from hierroom.runs.logs.episode_log import WINDOW
+from hierroom.runs.logs.learning_curve import LearningCurve
+from hierroom.support.errors import one_line
+from hierroom.support.files import write_atomically
 
 
 def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path) -> None:

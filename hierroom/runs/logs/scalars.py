@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from hierroom.training.config import TrainConfig
-from hierroom.training.evaluation import Evaluation, Score
-from hierroom.training.learning_curve import MILESTONES, LearningCurve
-from hierroom.training.logger import Plain
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.evaluation import Evaluation, Score
+from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
+from hierroom.runs.logs.logger import Plain
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "time": ("seconds", "compile_seconds", "steps_per_second"),

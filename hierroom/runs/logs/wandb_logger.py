@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from hierroom.training.logger import Plain
+from hierroom.runs.logs.logger import Plain
 
 PROJECT = "hierroom"
 """The project where ``WANDB_PROJECT`` names none."""

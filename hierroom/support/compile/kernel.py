@@ -15,15 +15,15 @@ from typing import Any
 import numba
 from numba.core import config, event
 
-from hierroom.compile.clock import COMPILE_EVENT, compiling
-from hierroom.compile.folder import private_folder
+from hierroom.support.compile.clock import COMPILE_EVENT, compiling
+from hierroom.support.compile.folder import private_folder
 
-PACKAGE = Path(__file__).parents[1]
+PACKAGE = Path(__file__).parents[2]
 CONSTANTS = ("constants.py", "ids.py")
 """Files of numbers that kernels use."""
 KERNELS: list[Any] = []
 """All kernels whose compiled code is kept on disk, in the order in which they were defined."""
-NOTICE_TEXT = "compiling kernels, once, for up to a minute; python -m hierroom.compile does it ahead"
+NOTICE_TEXT = "compiling kernels, once, for up to a minute; python -m hierroom compile does it ahead"
 
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from hierroom.errors import InputError
-from hierroom.files import write_atomically
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
 
 FORMATS = (".gif", ".mp4")
 

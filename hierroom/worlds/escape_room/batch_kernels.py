@@ -3,10 +3,10 @@
 import numpy as np
 from numba import config
 
-from hierroom.compile.kernel import njit
-from hierroom.world.generation_kernels import generate
-from hierroom.world.step_kernels import advance_and_look
-from hierroom.world.view_kernels import look_and_remember
+from hierroom.support.compile.kernel import njit
+from hierroom.worlds.escape_room.generation_kernels import generate
+from hierroom.worlds.escape_room.step_kernels import advance_and_look
+from hierroom.worlds.escape_room.view_kernels import look_and_remember
 
 
 @njit(cache=True, nogil=True)

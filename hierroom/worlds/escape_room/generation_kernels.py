@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hierroom.compile.kernel import njit
-from hierroom.world.constants import (
+from hierroom.support.compile.kernel import njit
+from hierroom.worlds.escape_room.constants import (
     ALL_LEVELS,
     COL_STEP,
     EMPTY,
@@ -17,8 +17,8 @@ from hierroom.world.constants import (
     ROW_STEP,
     WALL,
 )
-from hierroom.world.memory_kernels import visit
-from hierroom.world.random_kernels import random_below, shuffle, stream_key
+from hierroom.worlds.escape_room.memory_kernels import visit
+from hierroom.worlds.escape_room.random_kernels import random_below, shuffle, stream_key
 
 
 @njit(cache=True)

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, MAX_GRID_ROOMS, N_COLOURS, NO_GOAL, GoalGraph
-from hierroom.runtime.schema import Whole
-from hierroom.world.constants import (
+from hierroom.support.errors import InputError
+from hierroom.support.schema import Whole
+from hierroom.worlds.escape_room.constants import (
     ALL_LEVELS,
     DOORWAYS,
     EVALUATION_LEVELS,

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_NAMES, N_COLOURS, N_GOALS, NO_GOAL, GoalGraph
-from hierroom.world.constants import MARGIN
-from hierroom.world.layout import State
+from hierroom.worlds.escape_room.constants import MARGIN
+from hierroom.worlds.escape_room.layout import State
 
 Cell = tuple[int, int]
 DIRECTIONS = ("east", "south", "west", "north")

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hierroom.compile.kernel import njit
-from hierroom.world.constants import DOORWAYS, MARGIN, ONE, VISITED
+from hierroom.support.compile.kernel import njit
+from hierroom.worlds.escape_room.constants import DOORWAYS, MARGIN, ONE, VISITED
 
 
 @njit(cache=True)

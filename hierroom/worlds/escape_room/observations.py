@@ -8,11 +8,11 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.compile.kernel import compiled, njit
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.world.constants import VIEW
-from hierroom.world.layout import LEVEL, OUTCOME
-from hierroom.world.tiles import TRIPLES
+from hierroom.support.compile.kernel import compiled, njit
+from hierroom.worlds.escape_room.constants import VIEW
+from hierroom.worlds.escape_room.layout import LEVEL, OUTCOME
+from hierroom.worlds.escape_room.tiles import TRIPLES
 
 N_DIRECTIONS = 4
 IMAGE, GOAL_SIZE = (VIEW, VIEW, 3), GOAL_VECTORS.shape[1]

@@ -21,13 +21,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.compile.kernel import njit
-from hierroom.errors import InputError
 from hierroom.goals import COLOURS, EXIT_GOAL, N_COLOURS, N_GOALS
-from hierroom.world import constants
-from hierroom.world.layout import State
-from hierroom.world.level import goal_name
-from hierroom.world.state_check import check_state
+from hierroom.support.compile.kernel import njit
+from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room import constants
+from hierroom.worlds.escape_room.layout import State
+from hierroom.worlds.escape_room.level import goal_name
+from hierroom.worlds.escape_room.state_check import check_state
 
 # The kind of object on a cell, which is also the kind of a goal: ``kind = goal // N_COLOURS``.
 A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 3

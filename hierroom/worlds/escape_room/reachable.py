@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
-from hierroom.world import batch_kernels
-from hierroom.world.layout import OUTCOME, State
+from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room import batch_kernels
+from hierroom.worlds.escape_room.layout import OUTCOME, State
 
 CHUNK = 4096
 """States expanded at once, which bounds the memory for their copies."""

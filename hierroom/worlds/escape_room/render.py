@@ -12,10 +12,10 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError, require_name
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
-from hierroom.world import batch_kernels
-from hierroom.world.constants import (
+from hierroom.support.errors import InputError, require_name
+from hierroom.worlds.escape_room import batch_kernels
+from hierroom.worlds.escape_room.constants import (
     COL_STEP,
     EXIT,
     KEY,
@@ -28,9 +28,9 @@ from hierroom.world.constants import (
     VIEW,
     WALL,
 )
-from hierroom.world.layout import OUTCOME, State
-from hierroom.world.level import goal_name
-from hierroom.world.window import Window
+from hierroom.worlds.escape_room.layout import OUTCOME, State
+from hierroom.worlds.escape_room.level import goal_name
+from hierroom.worlds.escape_room.window import Window
 
 RENDER_MODES = ("ansi", "rgb_array", "human")
 

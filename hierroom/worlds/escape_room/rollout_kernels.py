@@ -9,9 +9,9 @@ import math
 import numpy as np
 from numba import config
 
-from hierroom.compile.kernel import njit
-from hierroom.world.random_kernels import GOLDEN, mix, random_below
-from hierroom.world.step_kernels import advance
+from hierroom.support.compile.kernel import njit
+from hierroom.worlds.escape_room.random_kernels import GOLDEN, mix, random_below
+from hierroom.worlds.escape_room.step_kernels import advance
 
 UNIT = 2.0**-53
 

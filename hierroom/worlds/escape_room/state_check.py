@@ -13,12 +13,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.compile.kernel import njit
-from hierroom.errors import InputError
 from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
-from hierroom.runtime.schema import Array, Table, of_records
-from hierroom.world.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, MAX_SIZE, MIN_SIZE, OPEN_DOOR, WALL
-from hierroom.world.layout import LEVEL, MEMORIES, SPLITS, State
+from hierroom.support.compile.kernel import njit
+from hierroom.support.errors import InputError
+from hierroom.support.schema import Array, Table, of_records
+from hierroom.worlds.escape_room.constants import (
+    EMPTY,
+    EXIT,
+    KEY,
+    LOCKED_DOOR,
+    MARGIN,
+    MAX_SIZE,
+    MIN_SIZE,
+    OPEN_DOOR,
+    WALL,
+)
+from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES, SPLITS, State
 
 _INT32, _INT64 = 2**31 - 1, 2**63 - 1
 RULES = (

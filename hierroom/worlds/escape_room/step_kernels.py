@@ -6,8 +6,8 @@ the same source runs as ordinary Python.
 
 import numpy as np
 
-from hierroom.compile.kernel import njit
-from hierroom.world.constants import (
+from hierroom.support.compile.kernel import njit
+from hierroom.worlds.escape_room.constants import (
     COL_STEP,
     DROP,
     EMPTY,
@@ -23,8 +23,8 @@ from hierroom.world.constants import (
     ROW_STEP,
     WALL,
 )
-from hierroom.world.memory_kernels import use_doorway, visit
-from hierroom.world.view_kernels import look_and_remember
+from hierroom.worlds.escape_room.memory_kernels import use_doorway, visit
+from hierroom.worlds.escape_room.view_kernels import look_and_remember
 
 
 @njit(cache=True)

@@ -8,11 +8,11 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.compile.kernel import compiled
 from hierroom.goals import COLOURS
-from hierroom.world.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, N_TILES, OPEN_DOOR, VIEW, WALL
-from hierroom.world.layout import OUTCOME
-from hierroom.world.view_kernels import encode_tiles
+from hierroom.support.compile.kernel import compiled
+from hierroom.worlds.escape_room.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, N_TILES, OPEN_DOOR, VIEW, WALL
+from hierroom.worlds.escape_room.layout import OUTCOME
+from hierroom.worlds.escape_room.view_kernels import encode_tiles
 
 # MiniGrid's object ids; its colour ids are the positions in `COLOURS`. They are copied because importing MiniGrid is
 # slow (see `render`); a test checks that they agree.

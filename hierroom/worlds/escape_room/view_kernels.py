@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from hierroom.compile.kernel import njit
-from hierroom.world.constants import (
+from hierroom.support.compile.kernel import njit
+from hierroom.worlds.escape_room.constants import (
     COL_STEP,
     EMPTY,
     EXIT,

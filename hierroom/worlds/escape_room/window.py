@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.errors import InputError
+from hierroom.support.errors import InputError
 
 
 class Window:

@@ -10,15 +10,24 @@ from typing import TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.compile.kernel import compiled
-from hierroom.errors import InputError
 from hierroom.goals import GoalGraph
-from hierroom.runtime.schema import Whole
-from hierroom.runtime.thread_pool import ThreadPool
-from hierroom.world import batch_kernels
-from hierroom.world.constants import MIN_SIZE
-from hierroom.world.layout import GRAPH, LEVEL, MEMORIES, OUTCOME, SPLITS, State, empty_state, graph_records
-from hierroom.world.state_check import check_state
+from hierroom.support.compile.kernel import compiled
+from hierroom.support.errors import InputError
+from hierroom.support.schema import Whole
+from hierroom.support.thread_pool import ThreadPool
+from hierroom.worlds.escape_room import batch_kernels
+from hierroom.worlds.escape_room.constants import MIN_SIZE
+from hierroom.worlds.escape_room.layout import (
+    GRAPH,
+    LEVEL,
+    MEMORIES,
+    OUTCOME,
+    SPLITS,
+    State,
+    empty_state,
+    graph_records,
+)
+from hierroom.worlds.escape_room.state_check import check_state
 
 MIN_ENVS_PER_THREAD = 1024
 """With fewer environments per thread, starting another thread costs more than it saves."""

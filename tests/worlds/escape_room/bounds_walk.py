@@ -9,16 +9,16 @@ from turns_helpers import well_or_wildly
 
 import hierroom
 from hierroom.agents.features import FEATURES, Features
-from hierroom.compile.__main__ import compile_all
+from hierroom.commands.compile import compile_all
 from hierroom.goals import NO_GOAL
 from hierroom.learners.config import PPOConfig
-from hierroom.options import AGENTS, CONTROLLER, META
-from hierroom.situation import GOAL_MASKS
-from hierroom.training.trainer import Trainer
-from hierroom.turns import Turns
-from hierroom.world.constants import MIN_SIZE
-from hierroom.world.layout import MEMORIES
-from hierroom.world.oracle import shortest_lengths
+from hierroom.runs.trainer import Trainer
+from hierroom.turns.ledger import AGENTS, CONTROLLER, META
+from hierroom.turns.situation import GOAL_MASKS
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.constants import MIN_SIZE
+from hierroom.worlds.escape_room.layout import MEMORIES
+from hierroom.worlds.escape_room.oracle import shortest_lengths
 
 ALL_GRAPHS = tuple(f"rooms:{n}" for n in range(2, 8))
 OF_BOTH = [name for name in FEATURES if name != "goal-outcome"]

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hierroom.vector_env import EscapeRooms
-from hierroom.world.array_pool import ArrayPool
+from hierroom.worlds.escape_room.array_pool import ArrayPool
 
 
 def make():

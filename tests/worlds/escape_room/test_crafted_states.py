@@ -10,12 +10,12 @@ from learner_envs import RandomEnvs, make_learner
 from turns_helpers import make
 
 from hierroom.agents.config import AgentsConfig
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.learners.config import PPOConfig
-from hierroom.runtime.schema import as_array
-from hierroom.training.config import TrainConfig
-from hierroom.training.trainer import Trainer
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.support.schema import as_array
+from hierroom.turns.env_config import EnvConfig
 
 PPO = PPOConfig(sequence_length=4, minibatches=2, hidden_size=4)
 

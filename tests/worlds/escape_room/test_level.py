@@ -8,9 +8,9 @@ from turns_helpers import make, well_or_wildly
 from views import shown_goals
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS, NAMED_GRAPHS, GoalGraph
-from hierroom.situation import GOAL_MASKS
-from hierroom.world.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, ROW_STEP
-from hierroom.world.level import goal_name
+from hierroom.turns.situation import GOAL_MASKS
+from hierroom.worlds.escape_room.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, ROW_STEP
+from hierroom.worlds.escape_room.level import goal_name
 
 GRAPHS = [NAMED_GRAPHS["a"], NAMED_GRAPHS["d"], NAMED_GRAPHS["f"], GoalGraph((0, 0, 1, 0, 2, 4), 5)]
 STEPS = {"east": (0, 1), "south": (1, 0), "west": (0, -1), "north": (-1, 0)}

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import hierroom
-from hierroom.env_config import EnvConfig
-from hierroom.errors import InputError
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
-from hierroom.training.config import TrainConfig
-from hierroom.training.trainer import Trainer
-from hierroom.turns import Turns
-from hierroom.world.world import World
+from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.trainer import Trainer
+from hierroom.support.errors import InputError
+from hierroom.turns.env_config import EnvConfig
+from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.world import World
 
 
 def layouts(graph, size, levels, seed=0, n=300, episodes=4):

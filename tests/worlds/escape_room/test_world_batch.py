@@ -5,15 +5,15 @@ import threading
 import numpy as np
 import pytest
 
-from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
-from hierroom.world import random_kernels
-from hierroom.world import world as world_module
-from hierroom.world.constants import FORWARD, LEFT
-from hierroom.world.layout import OUTCOME, State
-from hierroom.world.oracle import shortest_actions
-from hierroom.world.tiles import TRIPLES, encode
-from hierroom.world.world import MIN_ENVS_PER_THREAD, World
+from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room import random_kernels
+from hierroom.worlds.escape_room import world as world_module
+from hierroom.worlds.escape_room.constants import FORWARD, LEFT
+from hierroom.worlds.escape_room.layout import OUTCOME, State
+from hierroom.worlds.escape_room.oracle import shortest_actions
+from hierroom.worlds.escape_room.tiles import TRIPLES, encode
+from hierroom.worlds.escape_room.world import MIN_ENVS_PER_THREAD, World
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]
 

@@ -3,10 +3,22 @@
 import numpy as np
 
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS
-from hierroom.world import constants, tiles
-from hierroom.world.constants import DROP, EMPTY, EXIT, FORWARD, KEY, LEFT, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, WALL
-from hierroom.world.layout import MEMORIES
-from hierroom.world.world import World
+from hierroom.worlds.escape_room import constants, tiles
+from hierroom.worlds.escape_room.constants import (
+    DROP,
+    EMPTY,
+    EXIT,
+    FORWARD,
+    KEY,
+    LEFT,
+    LOCKED_DOOR,
+    OPEN,
+    OPEN_DOOR,
+    PICKUP,
+    WALL,
+)
+from hierroom.worlds.escape_room.layout import MEMORIES
+from hierroom.worlds.escape_room.world import World
 
 
 def face(world: World, tile: int) -> None:

@@ -8,11 +8,21 @@ from scipy.ndimage import label
 from scipy.stats import chisquare
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NAMED_GRAPHS, GoalGraph
-from hierroom.world import generation_kernels
-from hierroom.world.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, MIN_CENTRE, MIN_SIDE, OPEN_DOOR, WALL
-from hierroom.world.layout import LEVEL, MEMORIES
-from hierroom.world.oracle import shortest_lengths
-from hierroom.world.world import World
+from hierroom.worlds.escape_room import generation_kernels
+from hierroom.worlds.escape_room.constants import (
+    EMPTY,
+    EXIT,
+    KEY,
+    LOCKED_DOOR,
+    MARGIN,
+    MIN_CENTRE,
+    MIN_SIDE,
+    OPEN_DOOR,
+    WALL,
+)
+from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES
+from hierroom.worlds.escape_room.oracle import shortest_lengths
+from hierroom.worlds.escape_room.world import World
 
 CHAIN, STAR, MIXED = GoalGraph((0, 1, 2, 3, 4, 5), 6), GoalGraph((0,) * 6, 1), GoalGraph((0, 0, 1, 0, 2, 4), 5)
 FIVE, SIX = GoalGraph((0, 1, 0, 2), 3), GoalGraph((0, 1, 0, 2, 0), 4)

@@ -11,10 +11,10 @@ from minigrid.core.world_object import Wall
 from minigrid_level import MiniGridLevel
 
 from hierroom.goals import COLOURS, NAMED_GRAPHS, GoalGraph
-from hierroom.world import constants, tiles, view_kernels
-from hierroom.world.oracle import shortest_actions
-from hierroom.world.render import draw_level
-from hierroom.world.world import World
+from hierroom.worlds.escape_room import constants, tiles, view_kernels
+from hierroom.worlds.escape_room.oracle import shortest_actions
+from hierroom.worlds.escape_room.render import draw_level
+from hierroom.worlds.escape_room.world import World
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5)]
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
-from hierroom.world import constants, step_kernels
-from hierroom.world.layout import OUTCOME, State
-from hierroom.world.oracle import TILE_TABLE, shortest_actions, shortest_lengths, solve_levels
-from hierroom.world.world import World
+from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room import constants, step_kernels
+from hierroom.worlds.escape_room.layout import OUTCOME, State
+from hierroom.worlds.escape_room.oracle import TILE_TABLE, shortest_actions, shortest_lengths, solve_levels
+from hierroom.worlds.escape_room.world import World
 
 EXIT_AMONG_KEYS = GoalGraph((0, 1), 1)
 """A key lies in the exit's room: its shortest path may have to go around the exit."""

@@ -9,14 +9,14 @@ import pictures
 import pytest
 from PIL import Image, ImageSequence
 
-from hierroom.errors import InputError
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS
-from hierroom.world import constants
-from hierroom.world.animation import animate
-from hierroom.world.oracle import shortest_actions
-from hierroom.world.render import OUTLINE, Screen, draw_level, text
-from hierroom.world.window import Window
-from hierroom.world.world import World
+from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room import constants
+from hierroom.worlds.escape_room.animation import animate
+from hierroom.worlds.escape_room.oracle import shortest_actions
+from hierroom.worlds.escape_room.render import OUTLINE, Screen, draw_level, text
+from hierroom.worlds.escape_room.window import Window
+from hierroom.worlds.escape_room.world import World
 
 
 @pytest.fixture
@@ -205,6 +205,6 @@ def test_wrong_input(world):
 
 def test_nothing_is_drawn_with_before_it_is_asked_for():
     """Importing the renderer loads neither pygame nor MiniGrid."""
-    code = "import sys, hierroom.world.render; print({'pygame', 'minigrid', 'PIL'} & set(sys.modules))"
+    code = "import sys, hierroom.worlds.escape_room.render; print({'pygame', 'minigrid', 'PIL'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"

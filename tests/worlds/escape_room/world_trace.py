@@ -6,10 +6,10 @@ import numpy as np
 
 from hierroom.agents.frontier import nearest_frontiers
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
-from hierroom.world import random_kernels, tiles
-from hierroom.world.layout import MEMORIES
-from hierroom.world.oracle import shortest_actions, shortest_lengths
-from hierroom.world.world import World
+from hierroom.worlds.escape_room import random_kernels, tiles
+from hierroom.worlds.escape_room.layout import MEMORIES
+from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
+from hierroom.worlds.escape_room.world import World
 
 GRAPHS = [NAMED_GRAPHS["a"], NAMED_GRAPHS["f"], GoalGraph((0, 1, 2, 0, 1, 2), 6)]
 
