@@ -1,4 +1,7 @@
-"""EscapeRoom environments, exploration complexity and hierarchical PPO for goal-driven navigation."""
+"""EscapeRoom environments, exploration complexity and hierarchical PPO for goal-driven navigation.
+
+Every function raises `InputError` for invalid input.
+"""
 
 from __future__ import annotations
 
@@ -149,9 +152,6 @@ def register(name: str, graph: GraphSpecs, exclude: GraphSpecs = ()) -> str:
 
     Returns:
         the id. It takes all other arguments of the environments at `gymnasium.make`.
-
-    Raises:
-        InputError: if the name cannot be used, or a graph cannot be read.
     """
     from hierroom.goals import plain_specs
     from hierroom.support.errors import InputError

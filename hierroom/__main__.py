@@ -26,11 +26,7 @@ class ListArguments:
 
 
 def main() -> int:
-    """The command.
-
-    Raises:
-        InputError: if it is given what is no option of its own.
-    """
+    """The command."""
     if sys.argv[1:2] and sys.argv[1] in COMMANDS:
         name = sys.argv.pop(1)
         home = "hierroom.train" if name == "train" else f"hierroom.commands.{name}"

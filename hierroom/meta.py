@@ -182,9 +182,6 @@ def make_meta(spec: MetaSpec, num_envs: int | None = None) -> MetaController:
             ``package.module:Class`` or ``package.module:function``, looked for in the current folder too; a
             meta-controller itself; or a function from a `Level` to one of its goals.
         num_envs: environments it is to be trained in; None outside training.
-
-    Raises:
-        InputError: if there is no such meta-controller, it cannot be made, or it has no method ``choose``.
     """
     if not isinstance(spec, str):
         return checked_meta(LevelMeta(spec) if _is_function(spec) else spec, shown(spec))

@@ -120,9 +120,6 @@ class parallel_env(ParallelEnv):
 
         Returns:
             (observations, rewards, terminations, truncations, infos), each a dict by agent.
-
-        Raises:
-            InputError: if an agent has no action, or one that is not a whole number, or before the first reset.
         """
         if not self.agents:
             if not self.single.turns.world.has_begun:

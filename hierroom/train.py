@@ -48,11 +48,7 @@ class TrainArguments:
 
 
 def parse(argv: list[str] | None = None) -> TrainArguments:
-    """The arguments of the command line; unnamed options come from a file, the preset or the run that is resumed.
-
-    Raises:
-        InputError: if the file, the preset or the run cannot be used, or a resumed run is given other options.
-    """
+    """The arguments of the command line; unnamed options come from a file, the preset or the run that is resumed."""
     argv = words(argv)
     first = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
     for name in ("--preset", *(f"--{name}" for name in _CODE), "--config", "--resume", "--out"):
@@ -101,7 +97,6 @@ def train(
         the trained agent, as `hierroom.load` gives it.
 
     Raises:
-        InputError: if an entry is unknown or cannot be used, or the folder cannot be created.
         KeyboardInterrupt: if it was interrupted.
     """
     import torch

@@ -164,11 +164,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         return observations, infos
 
     def step(self, actions: NDArray[np.integer]):
-        """Act once in every environment.
-
-        Raises:
-            InputError: if autoreset is disabled and an episode has ended whose environment was not reset.
-        """
+        """Act once in every environment."""
         have_ended = not self._is_same_step and self.have_ended.any()
         if have_ended and self.autoreset_mode == AutoresetMode.DISABLED:
             ended = ", ".join(map(str, np.flatnonzero(self.have_ended)))

@@ -72,11 +72,7 @@ METHODS: Mapping[str, Method] = {
 
 
 def find_method(name: str) -> Method:
-    """The method of that name.
-
-    Raises:
-        InputError: if there is none.
-    """
+    """The method of that name."""
     if name not in METHODS:
         raise InputError(f"the methods are {', '.join(METHODS)}; there is no {name!r}")
     return METHODS[name]
@@ -88,9 +84,6 @@ def require_features(name: str, given: object) -> None:
     Args:
         name: of the entry, for the message.
         given: what was given, anything at all.
-
-    Raises:
-        InputError: if it is no list or tuple, a name is unknown or stands there twice, or there is none.
     """
     known = get_args(FeatureName)
     if not isinstance(given, (list, tuple)):
@@ -121,9 +114,6 @@ class AgentsConfig:
             ships.
         meta_start_success: a learned meta-controller chooses goals at random until this share of 100 episodes reaches
             the exit; then it learns.
-
-    Raises:
-        InputError: if there is no such method, or a number is outside its range.
     """
 
     method: MethodName = "hippo"
@@ -149,11 +139,7 @@ class AgentsConfig:
         require_number("meta_start_success", self.meta_start_success, 0, 1)
 
     def resolved_method(self, reward: Any = None) -> Method:
-        """The method, with the meta-controller and the reward that are named in place of its own.
-
-        Raises:
-            InputError: if there is no such method.
-        """
+        """The method, with the meta-controller and the reward that are named in place of its own."""
         method = find_method(self.method)
         controller = replace(method.controller, reward=method.controller.reward if reward is None else reward)
         return Method(self.meta or method.meta, controller)

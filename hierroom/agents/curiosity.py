@@ -26,9 +26,6 @@ class Curiosity:
         gamma: discount of the curiosity's returns.
         seed: of weights and minibatches.
         device: where torch computes.
-
-    Raises:
-        InputError: if the weight is negative or not a number, or the features show nothing of the level.
     """
 
     STATISTICS: Sequence[str] = ("curiosity_error",)

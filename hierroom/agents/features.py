@@ -190,9 +190,6 @@ class Features:
         names: names in `FEATURES`, in order.
         n_actions: the controller's actions.
         agent: whose they are: how the last option ended is for meta-controllers alone.
-
-    Raises:
-        InputError: if a name is unknown or not for this agent, or there is none.
     """
 
     names: Sequence[str]

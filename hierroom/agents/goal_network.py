@@ -34,9 +34,6 @@ class GoalNetwork(nn.Module):
     Args:
         space: features with one number for each of the 13 goal ids, one feature after the other, and 14 actions.
         hidden_size: units H of encoders and core.
-
-    Raises:
-        InputError: if the features have other numbers.
     """
 
     def __init__(self, space: AgentSpace, hidden_size: int) -> None:

@@ -25,11 +25,6 @@ def try_network(name: str, network: nn.Module, space: AgentSpace) -> None:
         name: of the network, for messages.
         network: a module that has the methods of `PolicyNetwork`.
         space: what the agent observes and can do.
-
-    Raises:
-        InputError: if the network has no weights to learn, raises an error, gives outputs of other shapes and types
-            than the protocol's, outputs that are not finite or have no gradient, or if its `sequence` differs from its
-            `step`.
     """
     if not any(parameter.requires_grad for parameter in network.parameters()):
         raise InputError(f"{name} has no weights to learn: no parameter requires a gradient")

@@ -30,9 +30,6 @@ def make_network(spec: str, space: AgentSpace, hidden_size: int, vectors: Vector
         hidden_size: units.
         vectors: fixed numbers for the values of features, for a network that ships (see `FeatureEncoder`); a user's own
             network is made from the space and the hidden size alone.
-
-    Raises:
-        InputError: if there is no such network, it cannot be made, or it does not keep the protocol.
     """
     if not isinstance(spec, str):
         raise InputError(f"a network is named, like {', '.join(NETWORKS)} or package.module:Class, not {shown(spec)}")

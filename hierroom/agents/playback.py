@@ -90,11 +90,7 @@ def description(episode: Episode) -> str:
 
 
 def require_file(path: Path) -> None:
-    """Check that `save_episodes` can write a file, before anything is played.
-
-    Raises:
-        InputError: if the format is unknown or needs what is not installed, or the folder does not exist.
-    """
+    """Check that `save_episodes` can write a file, before anything is played."""
     if path.suffix.lower() not in FILE_FORMATS:
         raise InputError(f"episodes are written as {', '.join(FILE_FORMATS)}, not as {path.name or path}")
     if not path.parent.is_dir():
@@ -106,9 +102,6 @@ def save_episodes(episodes: Sequence[Episode], path: Path) -> None:
     """Write episodes, at least one, into a file: an animation (.gif, .mp4), text (.txt) or data (.json).
 
     A GIF leaves steps of long episodes out, as `pictures` does, and says so.
-
-    Raises:
-        InputError: if the file cannot be written.
     """
     require_file(path)
     kind = path.suffix.lower()

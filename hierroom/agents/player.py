@@ -121,9 +121,6 @@ def make_player(name: str, seed: int) -> Player:
     Args:
         name: ``"random"`` or ``"oracle"``.
         seed: fixes its actions.
-
-    Raises:
-        InputError: if there is no such player.
     """
     if name == "random":
         return RandomPlayer(np.random.default_rng(seed))
@@ -174,9 +171,6 @@ def play(
 
     Yields:
         each primitive step.
-
-    Raises:
-        InputError: if fewer than one episode is asked for, or the player returns no step.
     """
     quota, played = quotas(episodes, len(turns)), np.zeros(len(turns), np.int64)
     envs, counted = np.arange(len(turns)), np.flatnonzero(quota)
@@ -197,11 +191,7 @@ def play(
 
 
 def quotas(episodes: int, num_envs: int) -> NDArray[np.int64]:
-    """[N] how many of some episodes each environment plays: equally many, or the first ones one more.
-
-    Raises:
-        InputError: if fewer than one episode is asked for.
-    """
+    """[N] how many of some episodes each environment plays: equally many, or the first ones one more."""
     if episodes < 1:
         raise InputError(f"play at least one episode, not {episodes}")
     return episodes // num_envs + (np.arange(num_envs) < episodes % num_envs)

@@ -136,11 +136,7 @@ class PPOAgent:
         return {"description": self._description, "learner": {"backend": {"network": network}}}
 
     def take_weights(self, state: dict[str, Any]) -> None:
-        """Take the weights of another agent's `state_dict` and nothing else.
-
-        Raises:
-            InputError: if the agents differ in their networks, or in what they observe or can do.
-        """
+        """Take the weights of another agent's `state_dict` and nothing else."""
         for name in ("description", "learner"):
             AnyMapping().check(state.get(name), name)
         for what, ours in self._description.items():
@@ -171,11 +167,7 @@ class PPOAgent:
         return state
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go back to what `state_dict` gave.
-
-        Raises:
-            InputError: if it cannot be the state of such an agent.
-        """
+        """Go back to what `state_dict` gave."""
         parts = {"learner": self.learner, "warm_up": self._warm_up, "curiosity": self.curiosity}
         restored = {name: part for name, part in parts.items() if part is not None}
         description = Table({what: Exactly(ours) for what, ours in self._description.items()})

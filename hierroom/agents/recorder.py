@@ -38,9 +38,6 @@ def record(
         player: who plays.
         episodes: how many in all; each environment plays equally many, or the first ones one more.
         progress: called with the number of episodes played.
-
-    Raises:
-        InputError: if fewer than one episode is asked for.
     """
     tape, finished, n_yielded, n = _Tape(turns), {}, 0, len(turns)
     for played in play(turns, player, episodes, progress):

@@ -78,11 +78,7 @@ class ScriptedAgent:
             return self.meta.state_dict() if hasattr(self.meta, "state_dict") else {}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go back to what `state_dict` gave.
-
-        Raises:
-            InputError: if the meta-controller cannot.
-        """
+        """Go back to what `state_dict` gave."""
         if not hasattr(self.meta, "load_state_dict"):
             return
         try:

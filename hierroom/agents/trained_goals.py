@@ -19,9 +19,6 @@ class TrainedGoals:
         trained: the meta-controller.
         num_envs: environments that it chooses goals in.
         seed: fixes, together with the seeds of the environments, what it draws.
-
-    Raises:
-        InputError: if it reads what levels remember only in the environments of its own run.
     """
 
     def __init__(self, trained: PPOAgent, num_envs: int, seed: int) -> None:
@@ -47,11 +44,7 @@ class TrainedGoals:
         return self._policy.act_by(uniforms, situation.envs, features, situation.masks)
 
     def reset(self, envs: NDArray[np.integer]) -> None:
-        """Forget the last episode of some environments [M].
-
-        Raises:
-            InputError: if there are more environments than it was made for.
-        """
+        """Forget the last episode of some environments [M]."""
         if envs.max(initial=0) >= self._num_envs:
             raise InputError(
                 f"this meta-controller was made for {self._num_envs} environments, but here is one of number "

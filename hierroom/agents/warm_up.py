@@ -28,9 +28,6 @@ class WarmUp:
 
     Attributes:
         has_ended: whether learning has begun.
-
-    Raises:
-        InputError: if the share is not from 0 to 1.
     """
 
     def __init__(self, start_success: float) -> None:
@@ -58,10 +55,6 @@ class WarmUp:
         return {"has_ended": self.has_ended, "successes": list(self._successes)}
 
     def load_state_dict(self, state: dict) -> None:
-        """Go back to what `state_dict` gave.
-
-        Raises:
-            InputError: if it is not that.
-        """
+        """Go back to what `state_dict` gave."""
         Table({"has_ended": Flag(), "successes": Items(Flag(), 0, WINDOW)}).check(state, "warm_up")
         self.has_ended, self._successes = state["has_ended"], deque(state["successes"], WINDOW)

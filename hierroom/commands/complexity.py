@@ -105,11 +105,7 @@ class ComplexityArguments:
 
 
 def show(options: ComplexityArguments) -> None:
-    """Print or draw what the options ask for.
-
-    Raises:
-        InputError: if the options contradict each other or one of them is not valid.
-    """
+    """Print or draw what the options ask for."""
     formats = [name for name in FORMATS if getattr(options, name)]
     if len(formats) > 1:
         raise InputError(f"choose one of {', '.join(f'--{name}' for name in FORMATS)}, not {len(formats)}")

@@ -65,11 +65,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def make_game(arguments: PlayArguments) -> Game:
-    """The game that is asked for.
-
-    Raises:
-        InputError: if an argument cannot be used, or there is no such run.
-    """
+    """The game that is asked for."""
     from hierroom.lab.play.game import Game
     from hierroom.runs.trained_agent import load
     from hierroom.turns.env_config import EnvConfig  # these bring torch along, and --help needs none of it

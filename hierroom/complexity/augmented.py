@@ -60,9 +60,6 @@ class AugmentedGraph:
         drop_key: whether a key can be dropped, which adds moves back from key nodes.
         walk: the probabilities of one step.
         reading: interpretation of the appendix; the default is the one that reproduces Table 2.
-
-    Raises:
-        InputError: if the graph would have more than `MAX_NODES` nodes.
     """
 
     graph: GoalGraph

@@ -61,10 +61,6 @@ class Chain:
         labels: the name of each node.
         source: index of the start node.
         goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
-
-    Raises:
-        InputError: if there is not one label for each node, two are the same, there is no goal `"exit"`, the source or
-            a node of a goal is not a node, or the source is the exit.
     """
 
     weights: sp.csr_array
@@ -104,10 +100,6 @@ class Chain:
             target: the node to reach, the goal ``"exit"``, likewise.
             labels: [n] names of the nodes; their indices by default.
             rates: divide each row by its sum, because it holds rates or counts.
-
-        Raises:
-            InputError: if the matrix, a node or a label is not valid, a row of probabilities sums to more than one, or
-                source and target are the same.
         """
         weights = normalized(as_weights(matrix)) if rates else as_weights(matrix)
         as_moves(weights)
@@ -131,10 +123,6 @@ class Chain:
             weight: attribute of the edges that holds their probability. Where no edge has it, or for None, the walk
                 leaves each node by each of its edges with equal probability.
             rates: divide each node's weights by their sum, because they are rates or counts.
-
-        Raises:
-            InputError: if there is no such node, source and target are the same, a weight is not valid, or only some
-                edges have one.
         """
         weights, nodes = graph_weights(graph, weight, rates), list(graph)
         return cls.from_matrix(weights, node_index(nodes, source), node_index(nodes, target), nodes)
@@ -168,9 +156,6 @@ class Chain:
 
         Args:
             goal: `"key r"`, `"door r"`, `"exit"`, or the label of one node.
-
-        Raises:
-            InputError: if there is no such goal or node.
         """
         return float(mean_first_passage_time(self.weights, self.nodes_of(goal))[self.source])
 
@@ -179,9 +164,6 @@ class Chain:
 
         Args:
             node: label of the node; a goal that is achieved at several nodes has no Laplacian hitting time.
-
-        Raises:
-            InputError: if there is no such node, or the goal is not achieved at exactly one node.
         """
         nodes = self.nodes_of(node)
         if len(nodes) != 1:
@@ -204,9 +186,6 @@ class Chain:
 
         Returns:
             float64 in 0..1, the shape of ``t``.
-
-        Raises:
-            InputError: if a number of steps is negative or not whole, or there is no such goal.
         """
         return reach_probability(self.weights, self.source, self.nodes_of(goal), t)
 
@@ -218,9 +197,6 @@ class Chain:
 
         Returns:
             float64, the shape of ``t``.
-
-        Raises:
-            InputError: if a number of steps is negative or not whole.
         """
         return expected_states(self.weights, self.source, t)
 
@@ -230,11 +206,7 @@ class Chain:
         return dict(zip(self.labels, visits.tolist(), strict=True))
 
     def edge_sensitivity(self) -> list[EdgeSensitivity]:
-        """The effect of each edge on the time to the exit, most helpful edge first; empty if that time is ``inf``.
-
-        Raises:
-            InputError: if walks, from any node, can end elsewhere: see `laplacian_sensitivity`.
-        """
+        """The effect of each edge on the time to the exit, most helpful edge first; empty if that time is ``inf``."""
         if np.isinf(self.expected_steps):
             return []
         exit_node = self.goals[EXIT][0]
@@ -285,11 +257,7 @@ class Chain:
         return html_table(repr(self).strip("<>"), ("goal", "expected steps", "probability ever"), cells)
 
     def nodes_of(self, goal: str) -> tuple[int, ...]:
-        """The nodes at which a goal has been achieved, or the single node with that label.
-
-        Raises:
-            InputError: if there is no such goal or node.
-        """
+        """The nodes at which a goal has been achieved, or the single node with that label."""
         if isinstance(goal, str) and goal in self.goals:
             return tuple(self.goals[goal])
         if isinstance(goal, str) and goal in self.labels:

@@ -38,19 +38,12 @@ def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
     Args:
         augmented: the augmented graph, which includes its goal graph.
         path: the file; its suffix selects the format: .png, .pdf or .svg; without a suffix .png is added.
-
-    Raises:
-        InputError: if the graph is too large to be readable, the suffix is another, or the file cannot be written.
     """
     save_figure(_figure(augmented), path)
 
 
 def svg_of(augmented: AugmentedGraph) -> str:
-    """The picture of `draw_graph` as the text of an SVG document.
-
-    Raises:
-        InputError: if the graph is too large to be readable.
-    """
+    """The picture of `draw_graph` as the text of an SVG document."""
     picture = io.StringIO()
     _figure(augmented).savefig(picture, format="svg", facecolor="white")
     return picture.getvalue()
@@ -82,9 +75,6 @@ def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) ->
         augmented: the augmented graph.
         axes: where to draw.
         scale: size of nodes and letters; 1 suits 0.6 inches per unit of the drawing.
-
-    Raises:
-        InputError: if the graph is too large to be readable.
     """
     boxes = _boxes(augmented)
     drop = "with" if augmented.drop_key else "without"
@@ -127,9 +117,6 @@ def picture_file(path: str | Path) -> Path:
 
     Args:
         path: the file; without a suffix .png is added.
-
-    Raises:
-        InputError: if the suffix is none of `PICTURE_FORMATS`, or there is no such folder.
     """
     path = Path(path)
     if path.is_dir():
@@ -149,9 +136,6 @@ def save_figure(figure: Figure, path: str | Path) -> None:
     Args:
         figure: the figure.
         path: the file; its suffix selects the format: .png, .pdf or .svg; without a suffix .png is added.
-
-    Raises:
-        InputError: if the suffix is another, or the file cannot be written.
     """
     path, picture = picture_file(path), io.BytesIO()
     figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150, facecolor="white")

@@ -27,9 +27,6 @@ def draw_reach(axes: Axes, chains: Mapping[str, Chain], last: int = 1000, goal: 
         chains: the chains by their names in the legend.
         last: the greatest number of steps, at least 1.
         goal: as in `Chain.reach_probability`.
-
-    Raises:
-        InputError: if a chain has no such goal.
     """
     times = _times(last)
     for name, chain in chains.items():
@@ -83,9 +80,6 @@ def save_reach(report: MeasuredReport, path: str | Path) -> None:
     Args:
         report: a chain measured from play.
         path: the file; its suffix selects the format: .png, .pdf or .svg; without a suffix .png is added.
-
-    Raises:
-        InputError: if the suffix is another, or the file cannot be written.
     """
     figure = Figure(figsize=(6, 4), layout="constrained")
     draw_measured_reach(figure.subplots(), report)

@@ -40,9 +40,6 @@ class Elimination:
         moves: [n, n] CSR, the probability of each move among these nodes; its diagonal is ignored.
         leaving: [n] float64, the probability to leave each node for one outside; a node where it is positive can be
             reached from each node.
-
-    Raises:
-        InputError: if a walk would take more than about 10^290 steps, which 64-bit floats cannot hold.
     """
 
     def __init__(self, moves: sp.csr_array, leaving: NDArray[np.float64]) -> None:

@@ -42,10 +42,6 @@ def measure_env(
     Returns:
         The chain and what was observed.
 
-    Raises:
-        InputError: if fewer than one episode is asked for, or an episode begins at the target or at another node than
-            those before.
-
     Warns:
         UserWarning: if no episode reached the target, which may be a misspelt one.
     """

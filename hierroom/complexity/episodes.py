@@ -72,9 +72,6 @@ class EpisodeCounts:
 
         Args:
             t: numbers of steps, any shape, each 0, 1, 2, ...
-
-        Raises:
-            InputError: if a number of steps is negative or not whole.
         """
         steps = as_times(t)
         share = np.searchsorted(np.sort(self.lengths[self.escaped]), steps, side="right") / len(self.lengths)

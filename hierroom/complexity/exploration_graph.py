@@ -27,10 +27,6 @@ def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = 
 
     Returns:
         [n, n] float64 CSR.
-
-    Raises:
-        InputError: if there is no node, only some edges have the attribute, a weight is not valid, or the
-            probabilities of a node sum to more than one.
     """
     import networkx as nx  # loaded here because it takes its time, and few programs need it
 
@@ -58,11 +54,7 @@ def normalized(weights: sp.csr_array) -> sp.csr_array:
 
 
 def node_labels(nodes: Iterable[Hashable]) -> tuple[str, ...]:
-    """The names of nodes, which are strings.
-
-    Raises:
-        InputError: if two nodes have the same name.
-    """
+    """The names of nodes, which are strings."""
     labels = tuple(map(str, nodes))
     if len(set(labels)) < len(labels):
         twice = next(label for label in labels if labels.count(label) > 1)
@@ -71,11 +63,7 @@ def node_labels(nodes: Iterable[Hashable]) -> tuple[str, ...]:
 
 
 def node_index(nodes: Sequence[Hashable], node: Hashable) -> int:
-    """The position of a node.
-
-    Raises:
-        InputError: if there is no such node.
-    """
+    """The position of a node."""
     try:
         return nodes.index(node)
     except ValueError:

@@ -51,10 +51,6 @@ class GraphSet:
         excluded: likewise, those that are left out.
         alike: pairs of names: of a graph that was given, and of one given before it that is the same but for its name
             and the numbers of its rooms, and is taken for both.
-
-    Raises:
-        InputError: if a spec cannot be read, the set or an interval is empty, an exclusion excludes nothing, or two
-            different graphs have the same name.
     """
 
     def __init__(

@@ -56,9 +56,6 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
 
     Returns:
         [n] float64, in steps, for each start node; ``inf`` where the target is missed with positive probability.
-
-    Raises:
-        InputError: if W or the targets are not valid, or a walk is too long for 64-bit floats.
     """
     moves, fates = _prepare(weights, targets)
     means = np.where(fates.target, 0.0, np.inf)
@@ -84,9 +81,6 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
 
     Returns:
         [n] float64, in steps squared; ``inf`` where the mean is ``inf``.
-
-    Raises:
-        InputError: if W or the targets are not valid, or a walk is too long for 64-bit floats.
     """
     moves, fates = _prepare(weights, targets)
     variances = np.where(fates.target, 0.0, np.inf)
@@ -119,9 +113,6 @@ def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float6
 
     Returns:
         [n] float64 in 0..1.
-
-    Raises:
-        InputError: if W or the targets are not valid.
     """
     moves, fates = _prepare(weights, targets)
     reached = (fates.target | fates.sure).astype(float)
@@ -145,9 +136,6 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
     Returns:
         [n] float64, in steps; 0 at the targets and at nodes that are not visited before them, ``inf`` at nodes where a
         walk that missed the targets stays for ever.
-
-    Raises:
-        InputError: if W, the source or the targets are not valid, or a walk is too long for 64-bit floats.
     """
     moves, fates = _prepare(weights, targets)
     n = n_nodes(moves)
@@ -179,9 +167,6 @@ def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) ->
     Returns:
         [n, n] float64 CSR with an entry for each edge of W that begins at a node visited before a target, in steps per
         unit of weight; negative where a larger weight shortens the time; ``nan`` throughout if the mean is ``inf``.
-
-    Raises:
-        InputError: if W, the source or the targets are not valid.
     """
     moves, fates = _prepare(weights, targets)
     source = as_node(source, n_nodes(moves))

@@ -68,9 +68,6 @@ def laplacian(weights: Weights) -> sp.csr_array:
 
     Returns:
         [n, n] float64 CSR; its rows sum to zero.
-
-    Raises:
-        InputError: if W is not valid.
     """
     matrix = as_weights(weights)
     return sp.csr_array(matrix - sp.diags_array(row_sums(matrix)))
@@ -86,9 +83,6 @@ def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
 
     Returns:
         The value of equation (1) above; ``inf`` if there is no path from source to target, 0 if they are the same node.
-
-    Raises:
-        InputError: if W or a node is not valid.
     """
     matrix = as_weights(weights)
     n = n_nodes(matrix)
@@ -122,9 +116,6 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
     Returns:
         [n, n] float64 CSR with an entry for each edge of that component, per unit of weight; ``nan`` throughout if the
         hitting time is ``inf``.
-
-    Raises:
-        InputError: if W or a node is not valid, or there are several closed classes.
     """
     whole = as_weights(weights)
     n = n_nodes(whole)

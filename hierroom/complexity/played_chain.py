@@ -51,9 +51,6 @@ class PlayedChain:
         level: confidence level of the intervals, above 0 and below 1.
         n_resamples: number of bootstrap resamples of whole episodes, at least 2.
         seed: seed of the resamples.
-
-    Raises:
-        InputError: if there is not one label for each node, or the level or number of resamples is out of range.
     """
 
     counts: EpisodeCounts

@@ -56,9 +56,6 @@ def reach_probability(weights: Weights, source: int, targets: Targets, times: Ar
 
     Returns:
         float64 in 0..1, the shape of ``times``.
-
-    Raises:
-        InputError: if W, a node or a time is not valid.
     """
     moves, steps = as_moves(weights), as_times(times)
     source = as_node(source, n_nodes(moves))
@@ -84,9 +81,6 @@ def expected_states(
 
     Returns:
         float64 in 0..n, the shape of ``times``.
-
-    Raises:
-        InputError: if W, a node or a time is not valid.
     """
     moves, steps = as_moves(weights), as_times(times)
     n = n_nodes(moves)

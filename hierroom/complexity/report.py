@@ -37,9 +37,6 @@ def analyze(
 
     Returns:
         A report that computes each quantity on first access.
-
-    Raises:
-        InputError: if it is not a goal graph, or its augmented graph is too large.
     """
     return ComplexityReport(as_goal_graph(graph), bool(drop_key), walk, reading)
 
@@ -57,9 +54,6 @@ class ComplexityReport:
         drop_key: whether keys can be dropped.
         walk: the probabilities of one step.
         reading: interpretation of the paper's augmented graph.
-
-    Raises:
-        InputError: if the augmented graph is too large.
     """
 
     graph: GoalGraph

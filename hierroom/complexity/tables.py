@@ -117,9 +117,6 @@ def to_frame(
         reports: one report or several, from `analyze`; or rows of `measure_graphs` and `measure_levels`; or one chain
             from play or report of it, from `measure`, which has a row for each number, observed and of the chain, with
             its interval.
-
-    Raises:
-        InputError: if pandas is not installed, or something else is given.
     """
     try:
         import pandas as pd  # type: ignore[import-not-found]

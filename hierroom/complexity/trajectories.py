@@ -38,10 +38,6 @@ def measure_trajectories(
     Returns:
         The chain and what was observed. Nodes are in the order in which they were first seen, the target last. The
         probability to have escaped is reported within the median number of steps, and twice and four times as many.
-
-    Raises:
-        InputError: if there is no trajectory, one has no step, they begin at several nodes or at the target, two
-            nodes have the same name, no trajectory reaches the target, or ``failed`` has another length.
     """
     numbers: dict[Hashable, int] = {}
     walks: list[NDArray[np.int64]] = []
@@ -71,9 +67,6 @@ def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
         node: its first node.
         first: that of the first trajectory.
         target: the node to reach.
-
-    Raises:
-        InputError: if it begins at the target, or at another node than the first one.
     """
     if node == target:
         raise InputError(NO_STEP)

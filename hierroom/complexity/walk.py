@@ -16,9 +16,6 @@ class Walk:
         stay: probability that no transition happens.
         move: probability to follow an outgoing edge, divided evenly among a node's edges.
         restart: probability to return to the start node, from every node except the start, which stays instead.
-
-    Raises:
-        InputError: if a probability is no number from 0 to 1, or the three do not sum to one.
     """
 
     stay: float = 0.80
@@ -50,9 +47,6 @@ class Reading:
             built).
         drop: the rooms to which dropping a key leads: every `"accessible"` room, the `"key room"`, or the `"start"`
             room.
-
-    Raises:
-        InputError: if a choice is not one of those named.
     """
 
     keys: str = "accessible"

@@ -32,9 +32,6 @@ def as_weights(weights: Weights) -> sp.csr_array:
 
     Returns:
         [n, n] float64 CSR without stored zeros, a copy.
-
-    Raises:
-        InputError: if it is not a square matrix of numbers, or an entry is negative or not finite.
     """
     try:
         given = sp.csr_array(weights) if sp.issparse(weights) else np.atleast_2d(np.asarray(weights))
@@ -67,9 +64,6 @@ def as_moves(weights: Weights) -> sp.csr_array:
 
     Returns:
         [n, n] float64 CSR with an empty diagonal.
-
-    Raises:
-        InputError: as `as_weights`, or if a row sums to more than one.
     """
     matrix = as_weights(weights)
     totals = row_sums(matrix)
@@ -108,9 +102,6 @@ def as_targets(targets: Targets, n: int) -> NDArray[np.bool_]:
 
     Returns:
         [n] bool.
-
-    Raises:
-        InputError: if a node does not exist.
     """
     mask = np.zeros(n, bool)
     for node in targets if isinstance(targets, Iterable) else (targets,):
@@ -119,22 +110,14 @@ def as_targets(targets: Targets, n: int) -> NDArray[np.bool_]:
 
 
 def as_node(node: int, n: int) -> int:
-    """Check the index of a node.
-
-    Raises:
-        InputError: if it is not a whole number from 0 to n - 1.
-    """
+    """Check the index of a node."""
     if not isinstance(node, (int, np.integer)) or isinstance(node, bool) or not 0 <= node < n:
         raise InputError(f"a node must be a whole number from 0 to {n - 1}, not {node!r}")
     return int(node)
 
 
 def as_times(times: ArrayLike) -> NDArray[np.int64]:
-    """Check numbers of steps and convert them to int64.
-
-    Raises:
-        InputError: if they are not whole numbers from 0 to 2**62.
-    """
+    """Check numbers of steps and convert them to int64."""
     array = np.asarray(times)
     is_number = array.dtype.kind in "iuf"
     if not is_number or not ((array >= 0) & (array <= 2**62) & (array == np.floor(array))).all():

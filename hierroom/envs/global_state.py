@@ -31,9 +31,6 @@ def global_state(turns: Turns, goal: int) -> NDArray[np.uint8]:
     Returns:
         [size, size, 4] uint8 by row and column: MiniGrid's object id and colour id; 1 for an open door, and where the
         agent is its direction; 1 for the cell of the goal that is pursued. A key that is held is not on the grid.
-
-    Raises:
-        InputError: before the first reset.
     """
     if not turns.world.has_begun:
         raise InputError("reset the environment before its state is asked for")

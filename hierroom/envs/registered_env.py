@@ -18,11 +18,7 @@ from hierroom.turns.ledger import CONTROLLER
 
 
 def checked_options(options: Any) -> dict[str, Any]:
-    """The options of a reset, none as an empty dict.
-
-    Raises:
-        InputError: if they are no mapping.
-    """
+    """The options of a reset, none as an empty dict."""
     if options is not None and not isinstance(options, Mapping):
         raise InputError(f"options of a reset are a dict or None, not {shown(options)}")
     return dict(options or {})
@@ -40,11 +36,7 @@ class RegisteredEnv:
 
     @property
     def spec(self) -> EnvSpec | None:
-        """The id's description and the arguments, with ``max_steps`` as ``max_episode_steps``.
-
-        Raises:
-            InputError: when it is set, if the id names its graphs and others were asked for.
-        """
+        """The id's description and the arguments, with ``max_steps`` as ``max_episode_steps``."""
         return self._spec
 
     @spec.setter

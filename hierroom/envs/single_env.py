@@ -207,11 +207,7 @@ class SingleEnv:
 
 
 def as_action(action: Any) -> int:
-    """An action of either agent as a number of 64 bits; one that is too large for them becomes -2, which is illegal.
-
-    Raises:
-        InputError: if it is not a whole number.
-    """
+    """An action of either agent as a number of 64 bits; one that is too large for them becomes -2, which is illegal."""
     if isinstance(action, (int, np.integer)) and not isinstance(action, bool):  # as nearly everyone gives it
         return int(action) if -(2**63) <= int(action) < 2**63 else -2
     try:

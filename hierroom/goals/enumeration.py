@@ -15,9 +15,6 @@ def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
 
     Args:
         n_rooms: number of rooms, at least 2.
-
-    Raises:
-        InputError: if there are fewer than 2 rooms.
     """
     if n_rooms < 2:
         raise InputError(f"a goal graph must have at least 2 rooms, not {n_rooms}")

@@ -41,10 +41,6 @@ class GoalGraph:
         exit_room: the room that holds the exit, 1 to ``n_rooms - 1``.
         label: the name that the graph has in every output; None for that of `name`. Graphs that differ by their label
             only are equal.
-
-    Raises:
-        InputError: if there is no branch room, a room does not exist, the exit is in room 0, keys lie in a cycle, or
-            the label is not printable, or is the name of another graph or of a set of graphs.
     """
 
     key_rooms: tuple[int, ...]
@@ -168,11 +164,7 @@ class GoalGraph:
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> GoalGraph:
-        """The graph of a table such as `to_dict` gives, whose ``name`` may be missing or called ``label``.
-
-        Raises:
-            InputError: if the table does not describe a goal graph.
-        """
+        """The graph of a table such as `to_dict` gives, whose ``name`` may be missing or called ``label``."""
         names = [*({*table} & {"name", "label"})]  # Gymnasium writes a graph into a spec by the names of its fields
         if {*table} - {*names} != {"key_rooms", "exit_room"} or len(names) > 1:
             raise InputError(
@@ -182,11 +174,7 @@ class GoalGraph:
         return cls(table["key_rooms"], table["exit_room"], table[names[0]] if names else None)
 
     def to_toml(self, path: str | Path | None = None) -> str:
-        """Return the graph as TOML text, and write it to ``path`` if one is given.
-
-        Raises:
-            InputError: if the file cannot be written.
-        """
+        """Return the graph as TOML text, and write it to ``path`` if one is given."""
         text = f"key_rooms = {list(self.key_rooms)}\nexit_room = {self.exit_room}\n"
         if self.label is not None:
             text = f"name = {json.dumps(self.label, ensure_ascii=False)}\n{text}"  # printable, so TOML reads it too
@@ -199,9 +187,6 @@ class GoalGraph:
         """Read a graph from a TOML file with the entries ``key_rooms`` and ``exit_room``, and ``name`` if it has one.
 
         Without a ``name`` its label is the file's name, without the suffix unless that is the name of another graph.
-
-        Raises:
-            InputError: if the file cannot be read, is not TOML, or does not describe a goal graph.
         """
         path = Path(path)
         table = read_toml(path, "goal graph")
@@ -222,9 +207,6 @@ class GoalGraph:
 
         Args:
             name: a letter, or a text such as ``"keys-0-1-exit-2"``, which is what a graph without a letter is called.
-
-        Raises:
-            InputError: if it is neither, or its rooms are no goal graph.
         """
         if name in NAMED_GRAPHS:
             return NAMED_GRAPHS[name]

@@ -19,11 +19,7 @@ GraphSpecs = GraphSpec | Sequence[GraphSpec]
 
 
 def as_goal_graph(graph: GraphSpec) -> GoalGraph:
-    """Return the goal graph given in one of the ways of `GraphSpec` that mean a single graph.
-
-    Raises:
-        InputError: if it is none of these.
-    """
+    """Return the goal graph given in one of the ways of `GraphSpec` that mean a single graph."""
     if isinstance(graph, GoalGraph):
         return graph
     if isinstance(graph, Mapping):
@@ -53,9 +49,6 @@ def graph_specs(specs: GraphSpecs) -> tuple[GoalGraph | str, ...]:
 
     Returns:
         letters and sets of graphs as they are, everything else as a `GoalGraph`.
-
-    Raises:
-        InputError: if one of them is no graph.
     """
     several = specs if isinstance(specs, Sequence) and not isinstance(specs, str) else (specs,)
     return tuple(

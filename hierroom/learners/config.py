@@ -39,9 +39,6 @@ class PPOConfig:
             is not amplified: without it flat PPO, rewarded only at the exit, had not learned even graph a after 3M
             steps (one seed; with it 100%).
         hidden_size: number of units of the encoder and of the recurrent core, at least 1.
-
-    Raises:
-        InputError: if a value is outside its range.
     """
 
     sequence_length: int = 32

@@ -55,9 +55,6 @@ class RandomNetworkDistillation:
         seed: seed of the weights and minibatches.
         hidden_size: number of units H of each layer.
         device: torch device of the networks, such as ``"cpu"`` or ``"cuda"``.
-
-    Raises:
-        InputError: if gamma is 1, because undiscounted returns do not approach a stationary scale.
     """
 
     def __init__(
@@ -158,11 +155,7 @@ class RandomNetworkDistillation:
         }
 
     def load_state_dict(self, state: dict) -> None:
-        """Restore the state that `state_dict` returned.
-
-        Raises:
-            InputError: if it cannot be the state of one with the same features and environments.
-        """
+        """Restore the state that `state_dict` returned."""
         self._schema().check(state, "distillation")
         self.target.load_state_dict(state["target"])
         self.predictor.load_state_dict(state["predictor"])

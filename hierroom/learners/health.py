@@ -75,11 +75,7 @@ def _is_small(values: NDArray[np.floating] | Tensor) -> bool:
 
 
 def check_start(network: nn.Module) -> None:
-    """Check the weights with which a network begins.
-
-    Raises:
-        InputError: if one is not healthy.
-    """
+    """Check the weights with which a network begins."""
     try:
         check_health(network.state_dict().items(), "a network must start with finite weights")
     except DivergenceError as error:

@@ -33,9 +33,6 @@ def check_learner_state(state: Any, own: Mapping[str, Any], network: nn.Module, 
         own: the state that the learner has now.
         network: its network.
         space: what its agent observes and can do.
-
-    Raises:
-        InputError: if a learner of the same space, environments and config cannot have had this state.
     """
     arrays = own["rollout"]["arrays"]
     (length, capacity), num_envs = arrays["actions"].shape, len(arrays["columns"])

@@ -92,10 +92,6 @@ class Learner:
         threads: number of threads of the compiled kernels, at least 1; the result does not depend on it.
         network: builds the network from ``(space, hidden_size)``: a class that implements the `PolicyNetwork` protocol,
             or a function; None: `RecurrentActorCritic`.
-
-    Raises:
-        InputError: if there is no environment or thread, there are fewer sequences than minibatches, or the network
-            lacks a method.
     """
 
     def __init__(
@@ -178,7 +174,6 @@ class Learner:
             [M] int64 actions, all legal.
 
         Raises:
-            InputError: if an environment has no legal action, or a feature is outside its range.
             RuntimeError: if the last turn of an environment has not finished, or `update` is overdue.
         """
         self.space.check_features(envs, features)
@@ -222,8 +217,6 @@ class Learner:
 
         Raises:
             RuntimeError: if an environment has no open turn.
-            InputError: if an episode ended whose return is neither terminated nor truncated, the final observations are
-                missing, or a feature is outside its range.
         """
         if not self._rollout.is_open[envs].all():
             raise RuntimeError("finish() was called for an environment in which no turn has begun")
@@ -247,9 +240,6 @@ class Learner:
         Args:
             envs: [M] int, distinct environments without an open turn.
             features: [M, K] uint8, the agent's current observations there.
-
-        Raises:
-            InputError: if a feature is outside its range.
         """
         lacking = np.flatnonzero(self._rollout.awaiting[envs] >= 0)
         envs, features = envs[lacking], features[lacking]

@@ -76,11 +76,7 @@ def _memories(config: TrainConfig) -> tuple[str, ...]:
 
 
 def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
-    """The meta-controller and the controller of a config, untrained.
-
-    Raises:
-        InputError: if there is no such device, network or meta-controller, or a setting of theirs cannot be used.
-    """
+    """The meta-controller and the controller of a config, untrained."""
     pair, agents, ppo, num_envs = config.resolved_method, config.agents, config.ppo, config.num_envs
     make_learner = partial(_make_learner, num_envs=num_envs, device=_checked(config.device), threads=config.threads)
     features = controller_features(config)
@@ -101,11 +97,7 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
 
 
 def controller_features(config: TrainConfig) -> Features:
-    """What the controller's network reads.
-
-    Raises:
-        InputError: if a feature is unknown, or not for controllers.
-    """
+    """What the controller's network reads."""
     sees_goal, named = config.resolved_method.controller.sees_goal, config.agents.features
     names = [name for name in named if sees_goal or name not in GOAL_FEATURES]
     if named and not names:
@@ -128,10 +120,6 @@ def load_agents(
 
     Returns:
         the run's config, the meta-controller, the controller, and the steps they were trained for.
-
-    Raises:
-        InputError: if the run has no such checkpoint, or it does not fit its config, or there is no such
-            meta-controller, or it names code and is not trusted.
     """
     config = run.config().changed(device="cpu")
     require_trust(run.path, config if meta is None else config.changed(meta=None), trust=trust)
@@ -152,9 +140,6 @@ def restore_agents(
         states: by the name of each agent, what its `state_dict` or `PPOAgent.weights` gave.
         misfit: what is said where they do not fit the config, before what is wrong.
         meta: another meta-controller, as for `load_agents`.
-
-    Raises:
-        InputError: if they do not fit the config, or there is no such meta-controller.
     """
     if meta is None:
         meta_agent, controller = make_agents(config)

@@ -48,9 +48,6 @@ def rollout(
 
     Returns:
         an iterator over exactly so many episodes, which are played as they are asked for.
-
-    Raises:
-        InputError: if an argument cannot be used, or the agent cannot play there.
     """
     for name, value in (("episodes", episodes), ("num_envs", num_envs)):
         if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:

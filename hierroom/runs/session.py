@@ -40,9 +40,6 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
         config: config of the run.
         out: folder of the run, new or empty; None: a new folder in ``runs/``, called `run_name` of the config.
         variant: what the plan of a sweep calls the run, by which runs can be compared; empty: nothing.
-
-    Raises:
-        InputError: if a value of the config cannot be used, or the folder cannot be created.
     """
     TrainConfig.from_dict(json.loads(to_json(config.to_dict())))  # what cannot be read back is refused now
     trainer = Trainer(config)
@@ -63,10 +60,6 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
     Args:
         config: the run's config, possibly with more steps, another number of threads or another device.
         path: folder of the run.
-
-    Raises:
-        InputError: if another process trains it, the checkpoint does not fit the config, or the run has already taken
-            all steps.
     """
     folder = RunFolder.open(path)
     with ExitStack() as stack:
@@ -237,11 +230,7 @@ def _way_back(folder: RunFolder) -> str:
 
 
 def _try_out(trainer: Trainer) -> None:
-    """Take one step elsewhere, and load the state to save: a user's own code is to fail before a folder is made.
-
-    Raises:
-        InputError: if its own code says or returns something that cannot be used.
-    """
+    """Take one step elsewhere, and load the state to save: a user's own code is to fail before a folder is made."""
     seed = evaluation_seed(trainer.config.seed)
     trainer.freeze(1, seed=seed).step(trainer.fresh_turns(1, seed))
     try:

@@ -61,9 +61,6 @@ class TrainedAgent:
         Args:
             **entries: entries of the `EnvConfig` that are to be others, such as ``size`` or ``graph``, which comes
                 without the run's ``exclude``; without it, ``exclude`` names graphs to leave out besides.
-
-        Raises:
-            InputError: if an entry is unknown or cannot be changed: ``drop_key`` and ``reward`` are the agent's own.
         """
         names = [entry.name for entry in fields(EnvConfig)]
         for name in sorted(entries.keys() - names - {*self.config.entries}):
@@ -84,9 +81,6 @@ class TrainedAgent:
             env: what they are made of; None: as those it was trained in. Where its reward is None, it is the one it was
                 trained with; where its levels are None, they are those that training never uses.
             autoreset: whether an environment whose episode ends begins its next one in the same step.
-
-        Raises:
-            InputError: if their ``drop_key`` is another than the agent was trained with.
         """
         if env is not None and env.reward is None:
             env = replace(env, reward=self.config.env.reward)
@@ -112,9 +106,6 @@ class TrainedAgent:
         Args:
             num_envs: environments that it chooses goals in.
             seed: fixes, together with the seeds of the environments, what it draws.
-
-        Raises:
-            InputError: if it reads what levels remember only in the environments of its own run.
         """
         if isinstance(self.meta, PPOAgent):
             return TrainedGoals(self.meta, num_envs, meta_seed(seed))
@@ -127,10 +118,6 @@ class TrainedAgent:
 
         Args:
             path: the file, ``.safetensors``, which is replaced.
-
-        Raises:
-            InputError: if the path has another suffix or cannot be written, or the meta-controller is another than the
-                config's, or has a state of its own, which only the run's folder holds.
         """
         file = Path(path)
         if self.has_other_meta:
@@ -166,9 +153,6 @@ def load(
             whenever it draws can turn on the spot for ever when it is greedy.
         trust: whether to run what the folder's config names besides what ships with hierroom: a network, a reward or a
             meta-controller of somebody's own, which is code. A ``meta`` that is given here needs no trust.
-
-    Raises:
-        InputError: if there is no such run, file, checkpoint or meta-controller, or it names code and is not trusted.
     """
     if not isinstance(run, (str, os.PathLike)):
         raise InputError(f"a run is named by its folder, a file or a shipped agent's name, not {shown(run)}")

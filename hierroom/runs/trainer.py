@@ -49,9 +49,6 @@ class Trainer:
         seconds: seconds spent in `advance` so far, compilation left out.
         compile_seconds: seconds that compilation took in it.
         log: what the last episodes were like.
-
-    Raises:
-        InputError: if the config holds a value that cannot be used.
     """
 
     def __init__(self, config: TrainConfig, *, begins: bool = True):
@@ -209,11 +206,7 @@ class Trainer:
         }
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
-        """Go on from what `state_dict` gave, in a trainer with the same config.
-
-        Raises:
-            InputError: if a trainer with the same config cannot have been in this state.
-        """
+        """Go on from what `state_dict` gave, in a trainer with the same config."""
         turns = {
             name: as_array(value, f"turns.{name if type(name) is str else shown(name)}")
             for name, value in state["turns"].items()

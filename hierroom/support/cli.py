@@ -57,12 +57,7 @@ def program(name: str) -> str:
 
 
 def words(argv: Sequence[str] | None = None) -> list[str]:
-    """The words of the command line, by default of this process.
-
-    Raises:
-        InputError: if an option of several graphs, meta-controllers or features is given without any, or twice: the
-            last would win, and both were meant.
-    """
+    """The words of the command line, by default of this process."""
     given = [*(sys.argv[1:] if argv is None else argv)]
     for option, (of, several) in _SEVERAL.items():
         if sum(word.partition("=")[0].replace("_", "-") == option for word in given) > 1:
@@ -79,9 +74,6 @@ def one_line_usage(argv: Sequence[str] | None = None) -> Iterator[None]:
 
     Args:
         argv: the words it reads, by default those of this process.
-
-    Raises:
-        InputError: if tyro refuses the command line.
     """
     numbers = ConstructorRegistry()
     numbers.primitive_rule(_whole_number_rule)

@@ -43,9 +43,6 @@ def require_number(name: str, value: object, low: float, high: float = math.inf,
         low: the least that is allowed.
         high: the most that is allowed.
         is_whole: whether only whole numbers are.
-
-    Raises:
-        InputError: if the value is another.
     """
     kinds = (int, np.integer) if is_whole else (int, float, np.number)
     if not isinstance(value, kinds) or isinstance(value, bool):
@@ -66,9 +63,6 @@ def require_name(name: str, value: object, allowed: Collection[str | None]) -> N
         name: of the value and a verb, for the message.
         value: what was given, anything at all.
         allowed: the names, and None where that is allowed.
-
-    Raises:
-        InputError: if the value is none of them.
     """
     if not (value is None or isinstance(value, str)) or value not in allowed:
         names = ", ".join(one for one in allowed if one is not None)
@@ -114,9 +108,6 @@ def own_code(name: str) -> Iterator[None]:
 
     Args:
         name: of what runs, for the message.
-
-    Raises:
-        InputError: if it raises anything; an error that is one line already stays as it is.
     """
     try:
         yield
@@ -130,9 +121,6 @@ def raise_told(name: str, error: BaseException) -> NoReturn:
     Args:
         name: of what ran, for the message.
         error: what it raised.
-
-    Raises:
-        InputError: always; an error that is one line already is raised as it is.
     """
     if isinstance(error, (InputError, DivergenceError)):
         raise error

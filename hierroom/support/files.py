@@ -24,9 +24,6 @@ def write_atomically(path: str | Path, content: bytes | Iterable[bytes]) -> None
     Args:
         path: the file; its folder must exist.
         content: the new content, in one piece or in several.
-
-    Raises:
-        InputError: if the file cannot be written; the old content is still there.
     """
     path = Path(path)
     # Nobody can know the name beforehand, and a file or link that has it nevertheless is not opened ("x").
@@ -53,9 +50,6 @@ def read_toml(path: Path, kind: str) -> dict[str, Any]:
     Args:
         path: the file.
         kind: what it holds, for the message where it cannot be read, such as ``"config"``.
-
-    Raises:
-        InputError: if it cannot be read, or is not TOML.
     """
     try:
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
@@ -71,9 +65,6 @@ def append_whole(path: Path, content: bytes) -> None:
     Args:
         path: the file, which is created if it is not there.
         content: what to append.
-
-    Raises:
-        InputError: if it cannot be written; the old content is still there.
     """
     # Whoever planted a link would choose what is written to.
     flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
@@ -95,11 +86,7 @@ def append_whole(path: Path, content: bytes) -> None:
 
 
 def sync(path: Path) -> None:
-    """Have what was appended to a file, if it is there, outlive a loss of power.
-
-    Raises:
-        InputError: if it cannot be written.
-    """
+    """Have what was appended to a file, if it is there, outlive a loss of power."""
     try:
         with suppress(FileNotFoundError), path.open("rb+") as file:
             os.fsync(file.fileno())
@@ -118,11 +105,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Delete the files in a folder and below it that `write_atomically` had begun when its process was killed.
-
-    Raises:
-        InputError: if one cannot be deleted.
-    """
+    """Delete the files in a folder and below it that `write_atomically` had begun when its process was killed."""
     try:
         for path in [*folder.rglob(".*.part")]:
             if is_unfinished(path):

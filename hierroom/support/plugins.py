@@ -22,9 +22,6 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds:
         shipped: names of the classes that ship with hierroom, for error messages.
         group: the group of entry points.
         kinds: what a module may hold of that kind, for error messages.
-
-    Raises:
-        InputError: if there is no such class or it cannot be loaded.
     """
     found = [*entry_points(group=group, name=spec)]
     if not found and ":" not in spec:

@@ -27,9 +27,6 @@ class Schema(Protocol):
         Args:
             value: the entry.
             name: its name, for the error message, such as ``levels.direction``.
-
-        Raises:
-            InputError: if it is something else.
         """
         ...
 
@@ -255,9 +252,6 @@ def require(rules: Mapping[str, NDArray[np.bool_] | np.bool_ | bool], what: str)
     Args:
         rules: each rule in words, and whether it holds: one answer, or one for each environment.
         what: what is to keep them, for the error message.
-
-    Raises:
-        InputError: if one of them is broken.
     """
     for rule, holds in rules.items():
         if not np.all(holds):
@@ -266,12 +260,7 @@ def require(rules: Mapping[str, NDArray[np.bool_] | np.bool_ | bool], what: str)
 
 
 def as_array(value: Any, name: str) -> NDArray:
-    """An array, or a tensor of torch as one.
-
-    Raises:
-        InputError: if it is neither, a tensor that NumPy cannot read, or two of its numbers lie in one place, so that
-            neither can be written.
-    """
+    """An array, or a tensor of torch as one."""
     if isinstance(value, np.ndarray):
         array = value
     else:

@@ -75,10 +75,6 @@ class EnvConfig:
         env_index: the index of the (first) environment; with the seed it fixes the episodes.
         levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels, but in
             training and when a trained agent is evaluated or watched the one or the other.
-
-    Raises:
-        InputError: if an entry is not of its kind or out of its range, or a graph cannot be read; the size and whether
-            the graphs fit are checked where levels are made.
     """
 
     graph: Annotated[GraphSpecs, GRAPHS] = "c"
@@ -137,11 +133,7 @@ def fresh_seed() -> int:
 
 
 def known_arguments(function: Callable[P, T]) -> Callable[P, T]:
-    """The function, with one clear line for a keyword that it does not take.
-
-    Raises:
-        InputError: from the function, if it is given an unknown keyword.
-    """
+    """The function, with one clear line for a keyword that it does not take."""
     known = [name for name in inspect.signature(function).parameters if name != "self"]
 
     @wraps(function)

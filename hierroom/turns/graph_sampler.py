@@ -29,9 +29,6 @@ class Curriculum:
 
     Attributes:
         stages: the graphs of each stage, from the easiest on; together they are the whole set, each graph once.
-
-    Raises:
-        InputError: if an argument is not valid.
     """
 
     def __init__(self, graphs: GraphSet, n_stages: int = 5, promote_at: float = 0.8, demote_at: float = 0.2):
@@ -54,9 +51,6 @@ class Curriculum:
 
         Returns:
             The next, the current or the previous stage, limited to the stages that exist.
-
-        Raises:
-            InputError: if there is no such stage, or the rate is not in 0..1.
         """
         last = len(self.stages) - 1
         if not 0 <= stage <= last:
@@ -82,10 +76,6 @@ class GraphSampler:
 
     Attributes:
         everything: all graphs that may ever be sampled, the easiest first.
-
-    Raises:
-        InputError: if there is no such graph or number of environments, or a single graph is to be divided into several
-            stages.
     """
 
     def __init__(self, graph: GraphSpecs, exclude: GraphSpecs, drop_key: bool, num_envs: int, n_stages: int = 1):
@@ -179,10 +169,6 @@ class GraphSampler:
         Args:
             state: what `get_state` gave.
             levels: those of the environments, as for `graphs_of`.
-
-        Raises:
-            InputError: if there is no such stage, the numbers cannot be those of a curriculum, or a level is of a graph
-                that is not sampled here.
         """
         Array(np.int64, (2,)).check(state["curriculum"], "curriculum")
         Array(np.int64, self._n_ended.shape).check(state["n_ended"], "n_ended")

@@ -19,9 +19,6 @@ def checked_meta(meta: Any, name: str) -> Any:
 
     Returns:
         ``meta``.
-
-    Raises:
-        InputError: if it is a class, lacks a method, or has something else by the name of one.
     """
     if isinstance(meta, type):
         raise InputError(f"a meta-controller is an object, not a class: make one of {meta.__name__}")

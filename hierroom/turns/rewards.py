@@ -128,9 +128,6 @@ class ControllerReward:
         ends_with_option: as for `Reward`.
         memories: likewise.
         needs_states: likewise.
-
-    Raises:
-        InputError: if levels cannot remember what it names.
     """
 
     name: str
@@ -145,11 +142,7 @@ class ControllerReward:
             raise InputError(f"{self.name}: levels can remember {', '.join(MEMORIES)}, not {', '.join(unknown)}")
 
     def write(self, step: Step) -> None:
-        """Write the rewards for a step into its ``rewards``.
-
-        Raises:
-            InputError: if the reward fails, or does not return a finite number for each environment.
-        """
+        """Write the rewards for a step into its ``rewards``."""
         try:
             with step.read_only(lacks_visits="visited" not in self.memories):
                 given = np.array(self.reward.rewards(step))
@@ -173,9 +166,6 @@ def make_reward(spec: RewardSpec, novelty_bonus: float = NOVELTY_BONUS) -> Contr
             ``package.module:Class`` or ``package.module:function``, looked for in the current folder too; a reward
             or its class itself; or a function as `Reward.rewards`.
         novelty_bonus: the size of the bonus of ``novelty``.
-
-    Raises:
-        InputError: if there is no such reward, it cannot be made, or it has no method ``rewards``.
     """
     reward: Any = spec
     if isinstance(spec, str):

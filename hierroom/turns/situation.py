@@ -62,9 +62,6 @@ class Situation(Observation):
 
         Returns:
             [M] goal ids, -1 for no goal and for what is not legal, and [M] whether the actions are legal.
-
-        Raises:
-            InputError: if the actions are not [M] whole numbers.
         """
         given = np.asarray(actions)
         if given.shape != self.envs.shape or given.dtype.kind not in "iu":

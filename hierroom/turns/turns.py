@@ -49,9 +49,6 @@ class Turns:
         reward: how the controller is rewarded.
         last_step: what the last step did, or None before the first one since a reset.
         n_ended: in how many environments it ended the episode.
-
-    Raises:
-        InputError: if an entry of the config or another argument cannot be used.
     """
 
     def __init__(
@@ -164,9 +161,6 @@ class Turns:
             agent: ``"meta_0"`` or ``"controller_0"``.
             observation: what `observe` gave, of M environments.
             actions: [M] whole numbers; see `choose`.
-
-        Raises:
-            InputError: if that is not what the actions are.
         """
         if isinstance(observation, Situation):
             self.choose(observation, actions)
@@ -201,9 +195,6 @@ class Turns:
             situation: of M environments.
             actions: [M] whole numbers: goal ids, or no goal (13 or -1); one that is not legal counts as no goal, and
                 the ledger counts it.
-
-        Raises:
-            InputError: if the actions are not [M] whole numbers.
         """
         envs = situation.envs
         goals, is_legal = situation.chosen(actions)
@@ -224,11 +215,7 @@ class Turns:
         return self._goal_mask.masks(self.world.state.levels, self.ledger.is_meta_turn)
 
     def ask(self, meta: MetaController) -> None:
-        """Let a meta-controller take its turn in every environment where it is due.
-
-        Raises:
-            InputError: if it does not return one whole number for each of them.
-        """
+        """Let a meta-controller take its turn in every environment where it is due."""
         if type(meta) is NoGoals:
             self.choose_everywhere(self._no_goals)
             return
@@ -242,9 +229,6 @@ class Turns:
 
         Args:
             actions: [N] whole numbers; one that does not apply only costs the step.
-
-        Raises:
-            InputError: if that is not what the actions are.
         """
         if not self.world.has_begun:
             raise InputError("reset the environment before its first step")
@@ -312,11 +296,7 @@ class Turns:
         return {**self.ledger.get_state(), **self.sampler.get_state(), "grids": state.grids, "levels": state.levels}
 
     def set_state(self, state: Mapping[str, np.ndarray]) -> None:
-        """Go back to a state taken earlier with `get_state`.
-
-        Raises:
-            InputError: if it is not of as many environments of the same size, or cannot be what `get_state` gave.
-        """
+        """Go back to a state taken earlier with `get_state`."""
         ledger, sampler = dict(state), self.sampler.get_state()
         if ledger.keys() != {*self.ledger.get_state(), *sampler, "grids", "levels"}:
             raise InputError(f"the state of turns does not hold what get_state gives, but {', '.join(map(str, state))}")

@@ -61,9 +61,6 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
         the parallel environment with these boxes as observations, as SuperSuit wants them, and in the infos a list
         ``action_mask`` of the 14 actions, as AgileRL and TorchRL want it; the AEC environment with dicts of the box,
         ``observation``, and beside it ``action_mask``, as Tianshou and PettingZoo's tutorials want them.
-
-    Raises:
-        InputError: if it is neither.
     """
     if hasattr(getattr(env, "unwrapped", None), "single"):
         if isinstance(env, ParallelEnv):

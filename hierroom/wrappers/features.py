@@ -43,9 +43,6 @@ def add_features(env: Env, names: Sequence[str], agent: str = CONTROLLER) -> Env
 
     Returns:
         the wrapped environment, of the same API.
-
-    Raises:
-        InputError: if it is no environment of hierroom, or there is no such feature or agent.
     """
     require_features("features", names)
     for api, wrapper in ((AECEnv, _AEC), (ParallelEnv, _Parallel), (VectorEnv, _Vector), (gymnasium.Env, _Gymnasium)):

@@ -58,9 +58,6 @@ class minigrid_view(MiniGridEnv):
 
     Attributes:
         escape_room: the environment.
-
-    Raises:
-        InputError: if it is another environment.
     """
 
     def __init__(self, env: gymnasium.Env) -> None:
@@ -87,11 +84,7 @@ class minigrid_view(MiniGridEnv):
         return self._view(observation), info
 
     def step(self, action: int):
-        """Take one of MiniGrid's actions.
-
-        Raises:
-            InputError: if it is none of them.
-        """
+        """Take one of MiniGrid's actions."""
         chosen = as_action(action)
         if chosen not in ACTIONS:
             raise InputError(f"MiniGrid's actions are 0 to {len(ACTIONS) - 1}, not {action!r}")

@@ -23,10 +23,6 @@ def sb3_view(envs: VectorEnv) -> BatchVecEnv:
         the ``VecEnv``. `seed` takes one seed for all environments, whose indices make their episodes differ. At the
         end of an episode the info holds, beside Stable-Baselines3's own entries, all of the environment's, and
         ``is_success``; ``VecMonitor`` adds ``episode``. MaskablePPO finds ``action_masks``.
-
-    Raises:
-        InputError: if it is another environment, one that does not begin the next episode in the step that ends one
-            or overwrites its observations, or Stable-Baselines3 is not installed.
     """
     if not isinstance(envs, VectorEnv) or not hasattr(envs.unwrapped, "turns"):
         raise InputError(f"sb3_view takes what gymnasium.make_vec gives for an id of hierroom, not {envs!r}")

@@ -49,9 +49,6 @@ def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
     Args:
         mdp: the MDP.
         horizon: number of steps T of an episode, at least 1.
-
-    Raises:
-        InputError: if the horizon is not valid or too long.
     """
     check_horizon(mdp, horizon)
     occupancy = np.zeros(mdp.n_states)

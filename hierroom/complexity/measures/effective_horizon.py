@@ -78,9 +78,6 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
     Args:
         mdp: the MDP.
         horizon: number of steps T of an episode, at least 1.
-
-    Raises:
-        InputError: if the horizon is not valid or too long.
     """
     values, is_optimal, table = mdp.random_values(horizon), mdp.optimal_actions(horizon), (mdp.transitions, mdp.rewards)
     variances = np.zeros_like(values)
@@ -104,9 +101,6 @@ def minimum_k(mdp: DeterministicMDP, horizon: int) -> int:
     Args:
         mdp: the MDP.
         horizon: number of steps T of an episode, at least 1.
-
-    Raises:
-        InputError: if the horizon is not valid or too long.
     """
     return _backups_needed(mdp, horizon, mdp.random_values(horizon))
 
@@ -121,9 +115,6 @@ def effective_planning_window(mdp: DeterministicMDP, horizon: int) -> int:
     Args:
         mdp: the MDP.
         horizon: number of steps T of an episode, at least 1.
-
-    Raises:
-        InputError: if the horizon is not valid or too long.
     """
     check_horizon(mdp, horizon)
     return _backups_needed(mdp, horizon, np.zeros((horizon + 1, mdp.n_states)))

@@ -39,9 +39,6 @@ def enumerate_env(
 
     Returns:
         The MDP, whose states are numbered as they were found, the start being 0.
-
-    Raises:
-        InputError: if the actions are not discrete, or there are more states.
     """
     if not isinstance(env.action_space, Discrete):
         raise InputError(f"states are enumerated with discrete actions, not with {env.action_space}")

@@ -48,9 +48,6 @@ def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
 
     Returns:
         [n] float64, which sums to one; 0 at transient nodes.
-
-    Raises:
-        InputError: if W is not valid, or a walk can end in one of several classes.
     """
     moves = as_moves(weights)
     s, n = int(_recurrent(moves)[0]), n_nodes(moves)
@@ -76,9 +73,6 @@ def spectral_gap(weights: Weights) -> float:
 
     Returns:
         0..1; 0 for a walk that never forgets where it began, 1 for one that does in a single step.
-
-    Raises:
-        InputError: if W is not valid.
     """
     moves = as_moves(weights)
     n = n_nodes(moves)
@@ -105,10 +99,6 @@ def mixing_time(weights: Weights, distance: float = 0.25) -> float:
     Returns:
         Number of steps; ``inf`` if the walk is periodic, or not there after 2^60 steps. Powers of P are rounded, so
         that a time of t steps is off by a few times 10^-16 t of itself: it is exact up to about 10^7 steps.
-
-    Raises:
-        InputError: if W is not valid or too large, a walk can end in one of several classes, or the distance is out of
-            range.
     """
     if not 0 < distance < 1:
         raise InputError(f"a mixing time needs a distance between 0 and 1, not {distance}")
@@ -144,9 +134,6 @@ def commute_time(weights: Weights, source: int, target: int) -> float:
         weights: W [n, n], dense or sparse, rows summing to at most one.
         source: one node.
         target: the other.
-
-    Raises:
-        InputError: if W or a node is not valid.
     """
     there, back = (mean_first_passage_time(weights, node) for node in (target, source))
     return float(there[as_node(source, len(there))] + back[target])
@@ -164,9 +151,6 @@ def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[n
 
     Returns:
         [n] float64 in 0..1.
-
-    Raises:
-        InputError: if W or a node is not valid, or a node is in both sets.
     """
     moves = as_moves(weights)
     is_source, is_target = as_targets(sources, n_nodes(moves)), as_targets(targets, n_nodes(moves))
@@ -188,9 +172,6 @@ def cover_time(weights: Weights, source: int) -> float:
 
     Returns:
         Mean number of steps; ``inf`` if a node cannot be reached from every other.
-
-    Raises:
-        InputError: if W or the source is not valid, or W has more nodes.
     """
     moves = as_moves(weights)
     n = n_nodes(moves)
@@ -228,9 +209,6 @@ def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed:
 
     Returns:
         (mean, its standard error) in steps; (``inf``, 0) if a node cannot be reached from every other.
-
-    Raises:
-        InputError: if W or the source is not valid, or there are fewer walks.
     """
     moves = as_moves(weights)
     source = as_node(source, n_nodes(moves))

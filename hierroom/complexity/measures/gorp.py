@@ -66,9 +66,6 @@ class Gorp:
         k: number of actions of a sequence, at least 1.
         runs: draw so many runs of GORP, for MDPs too large to compute the probability; None computes it.
         seed: fixes the runs drawn.
-
-    Raises:
-        InputError: if the MDP has other returns, or an argument is out of range.
     """
 
     def __init__(self, mdp: DeterministicMDP, horizon: int, k: int = 1, runs: int | None = None, seed: int = 0):
@@ -94,9 +91,6 @@ class Gorp:
 
         Args:
             m: number of rollouts, 1 to `MAX_ROLLOUTS`.
-
-        Raises:
-            InputError: if ``m`` is out of range.
         """
         if not 1 <= m <= MAX_ROLLOUTS:
             raise InputError(f"the number of rollouts must lie in 1..{MAX_ROLLOUTS:,}, not {m}")

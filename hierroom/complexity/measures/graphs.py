@@ -35,9 +35,6 @@ def measure_graphs(
         drop_key: whether keys can be dropped.
         walk: the probabilities of one step of the walk; policies on the MDP choose among the moves themselves.
         reading: of the augmented graph, whose nodes are the states of both.
-
-    Raises:
-        InputError: if the horizon is too short for a graph.
     """
 
     def measure(graph: GoalGraph) -> MeasuredGraph:

@@ -30,9 +30,6 @@ class DeterministicMDP:
         transitions: [S, A] int, the state after each action.
         rewards: [S, A] float, finite.
         start: state in which every episode begins.
-
-    Raises:
-        InputError: if the shapes differ, a next state does not exist, or a reward is not finite.
     """
 
     transitions: NDArray[np.int64]
@@ -134,11 +131,7 @@ class DeterministicMDP:
 
 
 def check_horizon(mdp: DeterministicMDP, horizon: int) -> None:
-    """Check the length of an episode.
-
-    Raises:
-        InputError: if it is not a whole number of at least 1, or the values would not fit into memory.
-    """
+    """Check the length of an episode."""
     if not isinstance(horizon, (int, np.integer)) or isinstance(horizon, bool) or horizon < 1:
         raise InputError(f"the horizon of an MDP must be a whole number of at least 1, not {horizon!r}")
     if (horizon + 1) * mdp.n_states > MAX_VALUES:

@@ -39,9 +39,6 @@ def policy_information(returns: ArrayLike, n_bins: int = 100, temperature: float
         returns: [P, E] float, the returns of E episodes of each of P policies.
         n_bins: number of bins of equal width into which returns are sorted.
         temperature: of optimality, above 0, in units of return.
-
-    Raises:
-        InputError: if there are no returns, one is not finite, or an option is out of range.
     """
     table = np.asarray(returns, float)
     if table.ndim != 2 or not table.size or not np.isfinite(table).all():
@@ -82,9 +79,6 @@ def mdp_policy_information(
         deviation: standard deviation of the preferences, at least 0.
         temperature: of optimality, above 0; towards 0 POIC becomes PIC.
         seed: fixes the policies.
-
-    Raises:
-        InputError: if the MDP has other returns, or an argument is out of range.
     """
     check_horizon(mdp, horizon)
     if not mdp.is_binary:

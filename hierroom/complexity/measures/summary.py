@@ -80,9 +80,6 @@ def measure_mdp(
         n_policies: policies drawn for the information capacities.
         gorp_runs: draw so many runs of GORP, for MDPs too large to compute its probability; None computes it.
         seed: fixes what is drawn.
-
-    Raises:
-        InputError: if the MDP has other returns, or the horizon is too short or too long.
     """
     shortest = mdp.shortest_solution()
     if shortest < 0:
@@ -144,9 +141,6 @@ def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasur
         chain: the walk.
         n_walks: walks drawn for the cover time of a graph too large for an exact one.
         seed: fixes them.
-
-    Raises:
-        InputError: if the walk can end in one of several classes of nodes.
     """
     weights, source, target = as_moves(chain.weights), chain.source, chain.goals[EXIT][0]
     n = len(chain.labels)

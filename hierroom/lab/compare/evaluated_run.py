@@ -68,9 +68,6 @@ class EvaluatedRun:
         Args:
             name: of the entry. ``meta`` and ``reward`` are the method's where the config names none; ``warm_start`` is
                 the name of that run without its seed.
-
-        Raises:
-            InputError: if there is no such entry.
         """
         if name not in self.entries:
             near = get_close_matches(name, self.entries, n=1)
@@ -100,9 +97,6 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
     Returns:
         The folders of runs, each once; and the runs without evaluations after the first step that lay in a
             folder, which are left out.
-
-    Raises:
-        InputError: if a path is neither.
     """
     found: dict[Path, Path] = {}
     left_out = []
@@ -123,9 +117,6 @@ def runs_inside(path: Path) -> list[Path]:
     """The folders of runs in a folder, or in its folder ``runs``, as that of a sweep has.
 
     Of several with the same config, as where a sweep was evaluated otherwise later, those that its table has count.
-
-    Raises:
-        InputError: if there is none.
     """
     for pattern in ("*/config.json", "runs/*/config.json") if path.is_dir() else ():
         if inside := sorted(path.glob(pattern)):
@@ -158,11 +149,7 @@ def _has_curve(path: Path) -> bool:
 
 
 def read_run(path: Path) -> EvaluatedRun:
-    """Read the config and the evaluations of a run.
-
-    Raises:
-        InputError: if the folder holds no run, the run has no evaluations, or they are broken.
-    """
+    """Read the config and the evaluations of a run."""
     folder = RunFolder.open(path)
     config = folder.config()
     try:
@@ -198,11 +185,7 @@ def read_run(path: Path) -> EvaluatedRun:
 
 
 def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:
-    """Refuse runs of which one was last evaluated before another first was.
-
-    Raises:
-        InputError: if there are such.
-    """
+    """Refuse runs of which one was last evaluated before another first was."""
     start, end = max(run.first_steps for run in runs), min(run.last_steps for run in runs)
     if start >= end:
         short = min(runs, key=lambda run: run.last_steps)

@@ -38,9 +38,6 @@ def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
 
     Returns:
         The files.
-
-    Raises:
-        InputError: if they cannot be written.
     """
     paths = []
     with matplotlib.rc_context(STYLE), warnings.catch_warnings():

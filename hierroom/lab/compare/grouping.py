@@ -74,9 +74,6 @@ def group_runs(runs: Sequence[EvaluatedRun], by: Sequence[str]) -> list[Group]:
 
     Returns:
         Groups in the order of their first runs; where a single entry with numbers is compared by, in its order.
-
-    Raises:
-        InputError: if there is no such entry, or two runs of a group are the same one.
     """
     members: dict[tuple[str, ...], list[EvaluatedRun]] = {}
     for run in runs:

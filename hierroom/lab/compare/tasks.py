@@ -30,11 +30,7 @@ class Tasks:
 
     @classmethod
     def common(cls, groups: Sequence[Group]) -> Tasks:
-        """The graphs that all groups were evaluated on; `OWN` where there is none and groups are compared by graph.
-
-        Raises:
-            InputError: if there is none.
-        """
+        """The graphs that all groups were evaluated on; `OWN` where there is none and groups are compared by graph."""
         refuse_namesakes(groups)
         by_group = [{graph for run in group.runs for graph in run.curves} for group in groups]
         shared = set.intersection(*by_group)
@@ -98,11 +94,7 @@ class Tasks:
 
 
 def refuse_namesakes(groups: Sequence[Group]) -> None:
-    """Refuse two different goal graphs of the same name, which would be taken for one.
-
-    Raises:
-        InputError: if there are such.
-    """
+    """Refuse two different goal graphs of the same name, which would be taken for one."""
     named: dict[str, EvaluatedRun] = {}
     for run in (run for group in groups for run in group.runs):
         for name, graph in run.own_graphs.items():

@@ -84,9 +84,6 @@ def count_transitions(
 
     Returns:
         The transitions of each episode.
-
-    Raises:
-        InputError: if fewer than one episode is asked for, or the environments are of several goal graphs.
     """
     augmented = AugmentedGraph(graph_of(turns))
     node_of, n_nodes, n = NodeMap(augmented), len(augmented.nodes), len(turns)
@@ -130,9 +127,6 @@ def measure(
         seed: fixes the bootstrap.
         walk: the walk that is assumed.
         reading: interpretation of the paper's augmented graph.
-
-    Raises:
-        InputError: if fewer than one episode is asked for, or the environments are of several goal graphs.
     """
     counts = count_transitions(turns, player, episodes, progress)
     assumed = analyze(graph_of(turns), bool(turns.world.state.levels["can_drop"][0]), walk, reading)
@@ -164,9 +158,6 @@ def measure_named(
         walk: the walk that is assumed, to compare with.
         reading: interpretation of the paper's augmented graph, likewise.
         trust: whether to run the code that the run's config names, as for `load`.
-
-    Raises:
-        InputError: if there is no such run, or an argument is not valid.
     """
     require_number("episodes", episodes, 1, 10**9, is_whole=True)
     num_envs = min(MAX_ENVS, episodes)
@@ -184,11 +175,7 @@ def measure_named(
 
 
 def graph_of(turns: Turns) -> GoalGraph:
-    """The goal graph that all levels of the turns have.
-
-    Raises:
-        InputError: if they have several.
-    """
+    """The goal graph that all levels of the turns have."""
     graph, *others = turns.sampler.everything
     if others:
         raise InputError(f"a chain is measured in environments of one goal graph, not of {1 + len(others)}")

@@ -31,9 +31,6 @@ def level_mdp(graph: GoalGraph, seed: int, drop_key: bool = False, size: int = 1
         seed: of the level: the first episode of an environment with this seed.
         drop_key: whether keys can be dropped.
         size: cells along a side of the grid.
-
-    Raises:
-        InputError: if the level has more than a million states, or an argument is not valid.
     """
     return DeterministicMDP(*reachable_states(World([graph], size=size, drop_key=drop_key, seed=seed).state))
 
@@ -55,9 +52,6 @@ def measure_levels(
 
     Returns:
         A row for each level; with `SampledMeasures` where it has more than `MAX_LEVEL_STATES` states.
-
-    Raises:
-        InputError: if fewer than one level is asked for, or the horizon is too short for a level.
     """
     if n_levels < 1:
         raise InputError(f"measure at least one level of each goal graph, not {n_levels}")

@@ -23,9 +23,6 @@ class SampledLevel:
         state: the state of one environment at the start of its episode.
         horizon: number of steps T of an episode, at least 1.
         seed: fixes all that is drawn, in the order in which it is asked for.
-
-    Raises:
-        InputError: if the state holds another number of environments, or the horizon is too short for a solution.
     """
 
     def __init__(self, state: State, horizon: int, seed: int = 0) -> None:

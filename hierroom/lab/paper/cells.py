@@ -77,9 +77,6 @@ def table_3(rows: Sequence[Row], curves: Curves, sizes: Sequence[int]) -> list[C
         rows: of the sweep.
         curves: the learning curves by the digests of their rows.
         sizes: of the grids.
-
-    Raises:
-        InputError: if a row has no learning curve.
     """
     cells = []
     for size in sizes:
@@ -101,11 +98,7 @@ def table_3(rows: Sequence[Row], curves: Curves, sizes: Sequence[int]) -> list[C
 
 
 def curve_of(run: Row, curves: Curves) -> Sequence[Row]:
-    """The evaluations of a run.
-
-    Raises:
-        InputError: if there are none.
-    """
+    """The evaluations of a run."""
     if not curves.get(run["digest"]):
         raise InputError(
             f"curves.csv has no learning curve of {run['method']} on {run['graph']} with seed {run['seed']}; "

@@ -66,11 +66,7 @@ class Figure4:
     methods: ClassVar[tuple[str, ...]] = tuple(METHODS)
 
     def run(self) -> None:
-        """Train, and draw.
-
-        Raises:
-            InputError: if graph c is not among those of the runs.
-        """
+        """Train, and draw."""
         if not set(self.graphs) <= set(self.runs.graphs):
             raise InputError(f"figure 4 is of graph {self.graphs} alone, not of {', '.join(self.runs.graphs)}")
         sweep = replace(self.runs, graphs=tuple(self.graphs)).train(self.graphs, self.methods)

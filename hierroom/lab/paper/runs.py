@@ -77,7 +77,6 @@ class PaperRuns:
         """Train what is missing of some graphs and methods.
 
         Raises:
-            InputError: if a graph is not of the paper, or an entry cannot be used.
             RunError: if a run failed.
             KeyboardInterrupt: if it was interrupted; what was trained is kept.
         """

@@ -70,11 +70,7 @@ class Table2:
     """Print the table in Markdown."""
 
     def run(self) -> None:
-        """Print the table.
-
-        Raises:
-            InputError: if it is to be printed both ways.
-        """
+        """Print the table."""
         if self.csv and self.markdown:
             raise InputError("--csv and --markdown are both given; give one of them")
         cells = table_2()

@@ -36,9 +36,6 @@ class App:
     Attributes:
         surface: what the window shows.
         is_open: whether it has not been asked to close yet.
-
-    Raises:
-        InputError: if there is no screen on which to open a window.
     """
 
     def __init__(self, game: Game, steps_per_second: float = STEPS_PER_SECOND) -> None:

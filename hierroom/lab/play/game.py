@@ -106,9 +106,6 @@ class Game:
 
         Args:
             action: the person's action; None: the agent's.
-
-        Raises:
-            InputError: if it is the agent's turn and there is none.
         """
         if self.has_ended:
             self.message = "the level has ended: n begins the next one, r this one again"

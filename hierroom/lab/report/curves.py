@@ -50,9 +50,6 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
         runs: the runs.
         by: entries of the config that make a group, as for `hierroom.lab.compare`; None: those that tell them apart.
         progress: called after each metric.
-
-    Raises:
-        InputError: if a ``by`` that was given cannot be used.
     """
     evaluated = [run.evaluated for run in runs if run.evaluated is not None]
     alone = Curves([run.name for run in runs], {str(run.path): n for n, run in enumerate(runs)})

@@ -60,9 +60,6 @@ def read_runs(paths: Iterable[Path]) -> tuple[list[ReportedRun], list[str]]:
 
     Returns:
         the runs, each once; and lines on what could not be read.
-
-    Raises:
-        InputError: if a path is neither, or no run can be read.
     """
     found: dict[Path, Path] = {}
     for path in paths:

@@ -27,9 +27,6 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
         jobs: what to do.
         address: of the cluster, as `ray.init` takes it: ``auto``, ``HOST:6379`` or ``ray://HOST:10001``.
         interrupt: asks to stop: what has come back is kept, the rest is lost.
-
-    Raises:
-        InputError: if Ray is not installed, or there is no cluster.
     """
     try:
         import ray  # pyright: ignore[reportMissingImports] - an extra

@@ -52,7 +52,6 @@ class Job:
         """Train and evaluate; returns the results of the table's row, or None where it was interrupted and saved.
 
         Raises:
-            InputError: if the run's config cannot be used, or the folder holds something else.
             DivergenceError: if training diverges.
         """
         torch.set_num_threads(1)  # the processes are the parallel part
@@ -80,11 +79,7 @@ class Job:
             return self._numbers(trainer, folder) | {"own_code": own_code}
 
     def check_folder(self) -> None:
-        """Refuse a folder that holds another run.
-
-        Raises:
-            InputError: if it does.
-        """
+        """Refuse a folder that holds another run."""
         if not (self.folder / "config.json").is_file():
             return
         if differences := RunFolder.open(self.folder).config().differences(self.run.config):

@@ -68,9 +68,6 @@ class Plan:
         variants: by name, further values of entries; each is combined with all others.
         episodes: of the evaluations at the end.
         metas: other meta-controllers with which a trained controller that sees goals is evaluated too.
-
-    Raises:
-        InputError: if an entry or a value cannot be used.
     """
 
     values: Values
@@ -90,11 +87,7 @@ class Plan:
                 raise InputError(f"{one} and {several} are both given, which say the same of a run; leave one out")
 
     def runs(self) -> tuple[PlannedRun, ...]:
-        """All runs; the seeds are the outermost, so that what is there of an unfinished sweep is balanced.
-
-        Raises:
-            InputError: if a config cannot be used, or two runs are the same.
-        """
+        """All runs; the seeds are the outermost, so that what is there of an unfinished sweep is balanced."""
         runs: dict[str, PlannedRun] = {}
         named: dict[tuple[str, ...], PlannedRun] = {}
         varied = self._varied()
@@ -171,9 +164,6 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
         path: the file; None: words alone.
         words: ``entry=value`` or ``entry=value,value,...``; ``seed`` and ``graph`` take the place of the file's
             ``seeds`` and ``graphs``.
-
-    Raises:
-        InputError: if the file cannot be read, or an entry is unknown, of another type, or given by two words.
     """
     table = {} if path is None else read_toml(path, "sweep")
     where = "" if path is None else f"{path}: "

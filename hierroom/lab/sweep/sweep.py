@@ -30,11 +30,7 @@ class Shard:
 
     @classmethod
     def parse(cls, text: str) -> Shard:
-        """The shard that ``3/8`` means.
-
-        Raises:
-            InputError: if it means none.
-        """
+        """The shard that ``3/8`` means."""
         number, _, count = text.partition("/")
         if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count) <= 10**6):
             raise InputError(f"a shard is NUMBER/COUNT such as 3/8, the third of eight, not {text!r}")
@@ -52,9 +48,6 @@ class Sweep:
     Args:
         plan: what is trained.
         out: the folder.
-
-    Raises:
-        InputError: if it is no folder, or that of a single run.
     """
 
     plan: Plan
@@ -103,10 +96,6 @@ class Sweep:
             shard: which of them.
             command: what the rows tell of how they came about.
             console: where progress is shown; None: on standard error.
-
-        Raises:
-            InputError: if the number of processes, a run's config or a meta-controller cannot be used, the folder
-                cannot be written, or there is no cluster; then nothing is trained.
         """
         if processes is not None:
             require_number("processes", processes, 1, 1024, is_whole=True)

@@ -28,11 +28,7 @@ class SweepTable:
         self.path, self.curves_path = folder / "sweep.csv", folder / "curves.csv"
 
     def read(self) -> list[Row]:
-        """All rows, none if there is no file.
-
-        Raises:
-            InputError: if it cannot be read, or is no table of a sweep.
-        """
+        """All rows, none if there is no file."""
         return _read(self.path)
 
     def of(self, runs: Sequence[PlannedRun]) -> list[Row]:
@@ -44,22 +40,14 @@ class SweepTable:
         return [{**by_digest[run.digest], **run.identity} for run in runs if run.digest in by_digest]
 
     def curves(self) -> dict[str, list[Row]]:
-        """The learning curve of each run by its digest: rows of ``steps``, ``episodes``, ``success_rate``, ...
-
-        Raises:
-            InputError: if the file cannot be read, or is no table of a sweep.
-        """
+        """The learning curve of each run by its digest: rows of ``steps``, ``episodes``, ``success_rate``, ..."""
         curves: dict[str, list[Row]] = {}
         for row in _read(self.curves_path):
             curves.setdefault(row["digest"], []).append(row)
         return curves
 
     def complete(self, runs: Sequence[PlannedRun]) -> None:
-        """Fill what is empty of the columns that tell some runs apart, as those of entries that did not vary before.
-
-        Raises:
-            InputError: if the file cannot be read or written.
-        """
+        """Fill what is empty of the columns that tell some runs apart, as those of entries that did not vary before."""
         if not self.path.exists():
             return
         identities = {run.digest: run.identity for run in runs}
@@ -79,9 +67,6 @@ class SweepTable:
 
         Returns:
             Whether it stands in the place of another.
-
-        Raises:
-            InputError: if a file cannot be read or written; then the rows are as before.
         """
         row = {**run.identity, **{name: _text(value) for name, value in numbers.items()}, "digest": run.digest}
         with FileLock(self.path.with_name(f".{self.path.name}.lock")):

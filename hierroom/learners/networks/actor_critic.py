@@ -23,9 +23,6 @@ class AgentSpace:
     Args:
         cardinalities: number of values of each of the K features of an observation, 1 to 256 each.
         n_actions: number of actions A, legal or not, at least 1.
-
-    Raises:
-        InputError: if there is no feature, a feature has no value or more than 256, or there is no action.
     """
 
     cardinalities: tuple[int, ...]
@@ -44,11 +41,7 @@ class AgentSpace:
         return len(self.cardinalities)
 
     def check_features(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
-        """Check observations [M, K] of ``envs`` [M], because compiled code does not check array bounds.
-
-        Raises:
-            InputError: if the shape is wrong, or a value is outside the range of its feature.
-        """
+        """Check observations [M, K] of ``envs`` [M], because compiled code does not check array bounds."""
         if features.shape != (len(envs), self.n_features):
             raise InputError(
                 f"features must have shape {(len(envs), self.n_features)}, a row per environment, not {features.shape}"
@@ -61,11 +54,7 @@ class AgentSpace:
             )
 
     def check_masks(self, envs: NDArray[np.integer], masks: NDArray[np.bool_]) -> None:
-        """Check masks [M, A] of ``envs`` [M].
-
-        Raises:
-            InputError: if the shape is wrong, or an environment has no legal action.
-        """
+        """Check masks [M, A] of ``envs`` [M]."""
         if masks.shape != (len(envs), self.n_actions):
             raise InputError(
                 f"masks must have shape {(len(envs), self.n_actions)}, a row per environment, not {masks.shape}"

@@ -29,9 +29,6 @@ class FeatureEncoder(nn.Module):
         hidden_size: number of outputs H.
         feature_vectors: None, or for each feature either None (a learned row per value) or a [cardinality, d] array:
             the d numbers that represent each value.
-
-    Raises:
-        InputError: if ``feature_vectors`` does not fit ``cardinalities``.
     """
 
     offsets: Tensor

@@ -68,9 +68,6 @@ class TrainConfig:
         warm_start: the folder of a run, or a .safetensors file, or an agent that ships (a to g), whose controller
             this one begins as: its weights and nothing else. The controllers must be alike; the meta-controllers need
             not be.
-
-    Raises:
-        InputError: if a number is outside its range.
     """
 
     env: tyro.conf.OmitArgPrefixes[EnvConfig] = field(default_factory=EnvConfig)
@@ -127,9 +124,6 @@ class TrainConfig:
 
         Args:
             **entries: entries of the config itself, of ``env``, ``agents`` and ``ppo``, each by its own name.
-
-        Raises:
-            InputError: if there is no such entry.
         """
         if entries.get("preset", self.preset) != self.preset:
             raise InputError(
@@ -149,11 +143,7 @@ class TrainConfig:
         return config
 
     def to_dict(self) -> dict[str, Any]:
-        """As plain types, for JSON; goal graphs of one's own by their content, whatever becomes of their files.
-
-        Raises:
-            InputError: if reward, meta-controller or network have no name that another process could find them by.
-        """
+        """As plain types, for JSON; goal graphs of one's own by their content, whatever becomes of their files."""
         named = {"reward": self.env.reward, "meta": self.agents.meta, "network": self.agents.network}
         for what, given in named.items():
             if not isinstance(given, str | None):
@@ -164,11 +154,7 @@ class TrainConfig:
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> TrainConfig:
-        """The config that `to_dict` gave.
-
-        Raises:
-            InputError: if an entry is missing, unknown, of another type or out of its range.
-        """
+        """The config that `to_dict` gave."""
         try:
             return _whole(cls, table)
         except InputError as error:

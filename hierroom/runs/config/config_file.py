@@ -37,10 +37,6 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
             entries do not name: a network, a reward or a meta-controller of somebody's own.
         **entries: entries that replace those of the file; a ``preset`` among them is what those of a TOML file start
             from.
-
-    Raises:
-        InputError: if the file cannot be read, an entry is unknown, of another type or out of its range, or a
-            ``config.json`` names code and is not trusted.
     """
     path = Path(path)
     if path.name == "config.json":

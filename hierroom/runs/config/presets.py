@@ -82,11 +82,7 @@ them value by value."""
 
 
 def find_preset(name: str) -> TrainConfig:
-    """Return the preset of that name.
-
-    Raises:
-        InputError: if there is none.
-    """
+    """Return the preset of that name."""
     if name not in PRESETS:
         raise InputError(f"the presets are {', '.join(PRESETS)}; there is no {name!r}")
     return PRESETS[name]

@@ -34,9 +34,6 @@ def typed_value(name: str, kind: Any, value: Any) -> Any:
         name: of the entry, for the message.
         kind: its type, from `entry_types`.
         value: what the file holds; none is ``null`` in JSON, and in TOML, which has none, the text ``"None"``.
-
-    Raises:
-        InputError: if it is of another type.
     """
     try:
         return _typed(kind, value)

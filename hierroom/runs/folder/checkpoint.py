@@ -40,9 +40,6 @@ def to_bytes(state: Mapping[str, Any]) -> bytes:
 
     Args:
         state: what `Trainer.state_dict` gave.
-
-    Raises:
-        InputError: if an entry, which a user's own code may have given, is one that could not be read again.
     """
     plain = {name: plain_state(entry, name) for name, entry in state.items()}
     buffer = io.BytesIO()
@@ -60,10 +57,6 @@ def from_bytes(content: bytes) -> dict[str, Any]:
 
     Args:
         content: what `to_bytes` gave.
-
-    Raises:
-        InputError: if the content does not match its digest, holds no state, or has the format of another version of
-            hierroom; the message completes a sentence that begins with "the checkpoint PATH".
     """
     content, last_line = content[:-_LENGTH], content[-_LENGTH:]
     if not last_line.startswith(_MARK):

@@ -60,9 +60,6 @@ class CSVTable:
         """Append rows, after dropping what a crash left of the last one; an empty sequence writes nothing.
 
         An entry that a row lacks is NaN. A new entry makes a new column, which is NaN in all earlier rows.
-
-        Raises:
-            InputError: if they cannot be written; the previous rows are still there.
         """
         if not rows:
             return
@@ -88,19 +85,11 @@ class CSVTable:
         write_atomically(self.path, lines())
 
     def sync(self) -> None:
-        """Have the rows outlive a loss of power.
-
-        Raises:
-            InputError: if they cannot be written.
-        """
+        """Have the rows outlive a loss of power."""
         sync(self.path)
 
     def _lines(self) -> Iterator[_Line]:
-        """The lines of the file but for blank ones, of which a crash leaves some too.
-
-        Raises:
-            InputError: if the file cannot be read.
-        """
+        """The lines of the file but for blank ones, of which a crash leaves some too."""
         end, n_columns = 0, None
         try:
             with suppress(FileNotFoundError), self.path.open("rb") as file:
@@ -137,11 +126,7 @@ class CSVTable:
             raise InputError(f"cannot write {self.path}: {error.strerror}") from error
 
     def read(self) -> list[dict[str, str]]:
-        """The rows as text by column, none where there is no file. What a crash left after the last one is no row.
-
-        Raises:
-            InputError: if a row is too short or too long, something else is no row, or no line names the columns.
-        """
+        """The rows as text by column, none where there is no file. What a crash left after the last one is no row."""
         names, rows, torn = None, [], None
         for line in self._lines():
             if line.entries is None and line.is_torn:
@@ -166,11 +151,7 @@ class CSVTable:
         return rows
 
     def numbers(self) -> list[dict[str, float]]:
-        """The rows as numbers by column.
-
-        Raises:
-            InputError: as `read`, or if an entry is not a number.
-        """
+        """The rows as numbers by column."""
         try:
             return [{name: float(text) for name, text in row.items()} for row in self.read()]
         except ValueError as error:
@@ -187,9 +168,6 @@ class CSVTable:
 
         Returns:
             a line that tells of the damage, or None.
-
-        Raises:
-            InputError: if the file cannot be written.
         """
         self._names = None
         end, is_suspect, is_damaged = 0, False, False

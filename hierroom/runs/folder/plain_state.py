@@ -21,9 +21,6 @@ def plain_state(value: Any, name: str, depth: int = 0) -> Any:
         value: the state.
         name: what it is, for the error message, such as ``agents.meta_0``.
         depth: how many lists and dicts it stands in.
-
-    Raises:
-        InputError: if an entry is of another type.
     """
     if depth > _DEEPEST:
         raise InputError(f"a checkpoint cannot hold {name[:100]}...: it lies in more than {_DEEPEST} lists and dicts")

@@ -42,9 +42,6 @@ def record_session(path: Path, config: TrainConfig, variant: str = "") -> list[s
 
     Returns:
         a warning for each module that is not what it was before, or of which there is no copy.
-
-    Raises:
-        InputError: if a file cannot be read or written.
     """
     sessions, files = _sessions(path), find_module_files(config)
     before = _newest_modules(path, sessions)
@@ -76,9 +73,6 @@ def changed_modules(path: Path, config: TrainConfig) -> list[str]:
     Args:
         path: folder of the run.
         config: names the modules, which are loaded.
-
-    Raises:
-        InputError: if provenance.json is broken.
     """
     before = _newest_modules(path, _sessions(path))
     return _changes(path, find_module_files(config), before) if before else []

@@ -54,9 +54,6 @@ class RunFolder:
         Args:
             path: the folder: a new one, an empty one, or one that an earlier call left when it was killed.
             config: config of the run.
-
-        Raises:
-            InputError: if the folder is not empty or cannot be created.
         """
         run = cls(path)
         try:
@@ -89,11 +86,7 @@ class RunFolder:
 
     @classmethod
     def open(cls, path: str | Path) -> RunFolder:
-        """Open the folder of an existing run.
-
-        Raises:
-            InputError: if there is no run.
-        """
+        """Open the folder of an existing run."""
         run = cls(path)
         if not (run.path / "config.json").is_file():
             raise InputError(f"{run.path} is not a run folder: it has no config.json")
@@ -109,11 +102,7 @@ class RunFolder:
         write_atomically(self.path / "config.json", to_json(config.to_dict()).encode())
 
     def config(self) -> TrainConfig:
-        """Read the config of the run.
-
-        Raises:
-            InputError: if config.json is broken.
-        """
+        """Read the config of the run."""
         path = self.path / "config.json"
         try:
             return TrainConfig.from_dict(json.loads(path.read_text()))
@@ -123,21 +112,13 @@ class RunFolder:
             raise InputError(f"cannot read {path}: {error}") from error
 
     def save_checkpoint(self, state: Mapping[str, Any]) -> Path:
-        """Write a checkpoint, named by its steps, from the result of `Trainer.state_dict`.
-
-        Raises:
-            InputError: if an entry, which a user's own code may have given, is one that could not be read again.
-        """
+        """Write a checkpoint, named by its steps, from the result of `Trainer.state_dict`."""
         path = self._write_checkpoint(state, f"{state['steps']:012d}.pt")
         self._remove_interrupted()
         return path
 
     def save_interrupted(self, state: Mapping[str, Any]) -> Path:
-        """Write a checkpoint where a run is interrupted; the next `save_checkpoint` deletes it.
-
-        Raises:
-            InputError: as `save_checkpoint`.
-        """
+        """Write a checkpoint where a run is interrupted; the next `save_checkpoint` deletes it."""
         return self._write_checkpoint(state, f"{state['steps']:012d}{_INTERRUPTED}.pt")
 
     def _write_checkpoint(self, state: Mapping[str, Any], name: str) -> Path:
@@ -162,11 +143,7 @@ class RunFolder:
                     path.unlink()
 
     def tidy(self) -> None:
-        """Delete what a killed process left: unfinished files, and interrupted checkpoints that a later one replaced.
-
-        Raises:
-            InputError: if a file cannot be deleted.
-        """
+        """Delete what a killed process left: unfinished files, and interrupted checkpoints that were replaced."""
         remove_unfinished(self.path)
         self._remove_interrupted()
 
@@ -179,7 +156,6 @@ class RunFolder:
         """Read the checkpoint after ``steps`` steps, by default the newest; no code from the file is executed.
 
         Raises:
-            InputError: if there is none or it cannot be read.
             CheckpointError: if it is damaged, or another version of hierroom wrote it in another format.
         """
         paths = self._checkpoint_paths()
@@ -207,9 +183,6 @@ class RunFolder:
             config: what config.json says now; steps, threads and device may be others.
             checkpoint: what `load_checkpoint` gave.
             besides: entries that are not used, and so may be others too.
-
-        Raises:
-            InputError: if another entry differs, or the checkpoint does not hold its config.
         """
         try:
             trained = TrainConfig.from_dict(json.loads(checkpoint["config"]))
@@ -232,11 +205,7 @@ class RunFolder:
 
 
 def claim_folder(path: Path) -> Path:
-    """Create the first of the folders path, path-2, path-3, ... that is not there; no two processes get the same.
-
-    Raises:
-        InputError: if it cannot be created.
-    """
+    """Create the first of the folders path, path-2, path-3, ... that is not there; no two processes get the same."""
     candidate, number = path, 1
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -27,20 +27,12 @@ class RunLock:
         self._lock = FileLock(folder / self.FILE, timeout=0)
 
     def acquire(self) -> None:
-        """Hold the lock from now on.
-
-        Raises:
-            InputError: if another process holds it, or the folder cannot be written.
-        """
+        """Hold the lock from now on."""
         if not self.try_acquire():
             raise InputError(f"{self._folder} is being trained by another process; wait until that ends, or stop it")
 
     def try_acquire(self) -> bool:
-        """Try to hold the lock from now on; returns whether this object holds it.
-
-        Raises:
-            InputError: if the folder cannot be written.
-        """
+        """Try to hold the lock from now on; returns whether this object holds it."""
         try:
             if not self._lock.is_locked:
                 self._lock.acquire()

@@ -33,9 +33,6 @@ def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mappin
         config: of the run, as it is to be used.
         trust: whether the user agrees to run what the folder names.
         named: what the user named, by ``meta``, ``network`` and ``reward``.
-
-    Raises:
-        InputError: if it does, and ``trust`` is False.
     """
     given = named or {}
     unnamed = {what: spec for what, spec in named_code(config).items() if given.get(what) != spec}

@@ -45,11 +45,7 @@ class SavedAgent:
     agents: Mapping[str, dict[str, Any]]
 
     def write(self, path: Path) -> None:
-        """Write it to a file, which is replaced.
-
-        Raises:
-            InputError: if the file cannot be written.
-        """
+        """Write it to a file, which is replaced."""
         tensors = {
             f"{agent}.{name}": tensor.detach().cpu().clone(memory_format=torch.contiguous_format)  # it may be shared
             for agent, state in self.agents.items()
@@ -69,11 +65,7 @@ class SavedAgent:
 
     @classmethod
     def read(cls, path: Path) -> SavedAgent:
-        """Read it from a file.
-
-        Raises:
-            InputError: if the file cannot be read, is damaged, or holds something else.
-        """
+        """Read it from a file."""
         if not path.is_file():
             raise InputError(f"there is no file {path}")
         try:

@@ -127,11 +127,7 @@ class EpisodeLog:
         }
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
-        """Restore what `state_dict` returned.
-
-        Raises:
-            InputError: if it cannot be the state of a log of as many environments.
-        """
+        """Restore what `state_dict` returned."""
         n, ranges = len(self._goals), {"success": Whole(0, 1), "length": Whole(1), "return": Real()}
         Table(
             {

@@ -40,11 +40,7 @@ class Events:
         self._file: Path | None = None
 
     def _write(self, *events: Event) -> None:
-        """Append events to the file; an event is there as soon as this returns.
-
-        Raises:
-            InputError: if it cannot be written.
-        """
+        """Append events to the file; an event is there as soon as this returns."""
         if self._file is None:
             events = (*self._begin(), *events)
         assert self._file is not None

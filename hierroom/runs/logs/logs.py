@@ -29,11 +29,7 @@ _FILE = "logs.json"
 
 
 def logger_names(text: str) -> tuple[str, ...]:
-    """The loggers that ``tensorboard,wandb`` names; none of ``none``.
-
-    Raises:
-        InputError: if one is unknown, or its package is not installed.
-    """
+    """The loggers that ``tensorboard,wandb`` names; none of ``none``."""
     if not isinstance(text, str):
         raise InputError(f"log is a text of names joined by commas, or {NONE!r}, not {shown(text)}")
     names = tuple(dict.fromkeys(name.strip() for name in text.split(",")))

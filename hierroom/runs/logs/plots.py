@@ -22,9 +22,6 @@ def plot_learning_curve(run: RunFolder, curve: LearningCurve | None, path: Path)
         run: folder of the run.
         curve: its evaluations; None where there are none.
         path: the file to write.
-
-    Raises:
-        InputError: if the plot cannot be written.
     """
     from matplotlib.figure import Figure  # imported here, because it loads slowly
 

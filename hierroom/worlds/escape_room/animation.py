@@ -24,9 +24,6 @@ def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_f
         frames: [H, W, 3] uint8 each, at least one.
         path: the file, whose folder must exist: a .gif, which loops for ever, or an .mp4, which needs PyAV.
         seconds_per_frame: duration of each other picture, which GIFs store in units of 0.01.
-
-    Raises:
-        InputError: if there is no frame, the format is another, PyAV is not installed or the file cannot be written.
     """
     kind = Path(path).suffix.lower()
     if kind not in FORMATS:
@@ -39,11 +36,7 @@ def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_f
 
 
 def require_format(path: str | Path) -> None:
-    """Check that what an animation in a file needs is there, before hours are spent on what it is to show.
-
-    Raises:
-        InputError: if it is an .mp4 and PyAV is not installed.
-    """
+    """Check that what an animation in a file needs is there, before hours are spent on what it is to show."""
     if Path(path).suffix.lower() == ".mp4":
         try:
             import av  # noqa: F401  # pyright: ignore[reportMissingImports]

@@ -152,11 +152,7 @@ def empty_state(num_envs: int, size: int) -> State:
 
 
 def graph_records(graphs: Sequence[GoalGraph]) -> np.ndarray:
-    """Convert goal graphs to the records [P] from which kernels sample.
-
-    Raises:
-        InputError: if there is no graph, or one has more rooms than a grid can hold.
-    """
+    """Convert goal graphs to the records [P] from which kernels sample."""
     if not graphs:
         raise InputError("levels need at least one goal graph, but there is none")
     records = np.zeros(len(graphs), GRAPH)

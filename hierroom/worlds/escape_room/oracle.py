@@ -240,9 +240,6 @@ def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.i
         [N] int64; 0 where the goal is achieved already (the key is held, the door is open, or the agent is at the
         exit), -1 where it cannot be achieved (the level has no such key or door, its key cannot be come by, or the
         episode has ended at the exit).
-
-    Raises:
-        InputError: if a goal is not a goal id, or the state cannot be one of environments.
     """
     check_state(state)
     ids = np.broadcast_to(np.asarray(goals), len(state))
@@ -262,10 +259,6 @@ def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
 
     Returns:
         [length] int64, empty if the goal is achieved already. A path to a key or a door never enters the exit.
-
-    Raises:
-        InputError: if the state holds more than one environment or cannot be one, or the goal is not a goal id or
-            cannot be achieved.
     """
     check_state(state)
     if len(state) != 1:

@@ -42,7 +42,6 @@ def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStat
         max_states: most states, that of having escaped included.
 
     Raises:
-        InputError: if the state holds more than one environment, or the episode has ended.
         TooManyStatesError: if there are more states.
     """
     if len(state) != 1:

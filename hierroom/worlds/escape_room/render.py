@@ -56,9 +56,6 @@ def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: st
 
     Returns:
         [size * tile_size, size * tile_size, 3] uint8, red, green, blue.
-
-    Raises:
-        InputError: if the state holds more than one environment, or an argument is outside its range.
     """
     _check(state, goal)
     if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
@@ -89,9 +86,6 @@ def text(state: State, goal: int = NO_GOAL) -> str:
     Args:
         state: one environment.
         goal: id of the current subgoal, -1 for none.
-
-    Raises:
-        InputError: if the state holds more than one environment, or the goal is not a goal id.
     """
     _check(state, goal)
     tiles, level = _tiles(state), state.levels[0]
@@ -121,9 +115,6 @@ class Screen:
 
     Args:
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"``, or None to show nothing.
-
-    Raises:
-        InputError: if the mode is none of these.
     """
 
     def __init__(self, render_mode: str | None):

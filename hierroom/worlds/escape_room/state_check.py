@@ -119,9 +119,6 @@ def check_state(state: State) -> None:
 
     Args:
         state: N environments.
-
-    Raises:
-        InputError: if it cannot be the state of environments whose episodes have begun.
     """
     grids, levels = state.grids, state.levels
     if not isinstance(levels, np.ndarray) or levels.dtype != LEVEL or levels.ndim != 1:

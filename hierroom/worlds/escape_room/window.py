@@ -30,11 +30,7 @@ class Window:
         return {**self.__dict__, "_screen": None, "_clock": None}
 
     def show(self, frame: NDArray[np.uint8]) -> None:
-        """Show a picture [H, W, 3] uint8 and process the window's events.
-
-        Raises:
-            InputError: if there is no screen on which to open a window.
-        """
+        """Show a picture [H, W, 3] uint8 and process the window's events."""
         import pygame  # imported only when needed: it loads slowly, and servers have no screen
 
         height, width = frame.shape[:2]
@@ -65,9 +61,6 @@ class Window:
 
         Returns:
             why it ended: the pictures did, or the user asked for what comes next, or to end.
-
-        Raises:
-            InputError: if there is no screen on which to open a window.
         """
         is_paused = False
         for frame in frames:

@@ -68,9 +68,6 @@ class World:
         state: the state of the environments, updated in place by each step.
         outcomes: [N] records of `layout.OUTCOME`, overwritten by each step.
         finals: [N] records of `layout.LEVEL`, each level at the end of its last episode.
-
-    Raises:
-        InputError: if an argument is outside its range or a graph has more rooms than a grid can hold.
     """
 
     def __init__(
@@ -121,9 +118,6 @@ class World:
         Args:
             seed: 0 to 2**63 - 1, one for all of them; or a sequence with one, or None, for each of them.
             indices: which.
-
-        Raises:
-            InputError: if a seed is none, or there is not one for each.
         """
         chosen, levels = self._chosen(indices), self.state.levels
         if is_list(seed):
@@ -170,9 +164,6 @@ class World:
 
         Args:
             actions: [N] integers; one that is not an action of the environment has no effect, but the step counts.
-
-        Raises:
-            InputError: if the actions have another shape or type.
         """
         actions, graphs, step = self.as_actions(actions), self.graph_records, _compiled_step()
         levels, grids, outcomes, finals = self.state.levels, self.state.grids, self.outcomes, self.finals
@@ -214,12 +205,7 @@ class World:
         return self.state[self._chosen(indices)]
 
     def check_state(self, state: State, indices: Indices = slice(None)) -> None:
-        """Check that `set_state` can take a state.
-
-        Raises:
-            InputError: if it cannot be the state of environments, the grid size or the number of environments differs,
-                or an index is out of range.
-        """
+        """Check that `set_state` can take a state."""
         n_chosen = len(self._chosen(indices))
         check_state(state)
         if state.size != self.state.size or len(state) != n_chosen:
@@ -233,9 +219,6 @@ class World:
 
         The state includes everything: the graph, the step limit, whether keys can be dropped, what is remembered, and
         the seed and index of the original environment, which determine the episodes that follow.
-
-        Raises:
-            InputError: if `check_state` finds that it cannot be taken.
         """
         self.check_state(state, indices)
         chosen = self._chosen(indices)
@@ -261,11 +244,7 @@ class World:
         self.outcomes[indices] = outcomes
 
     def as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:
-        """Actions as kernels take them: [N] int64, contiguous; the same array where it is so already.
-
-        Raises:
-            InputError: if they have another shape or type.
-        """
+        """Actions as kernels take them: [N] int64, contiguous; the same array where it is so already."""
         if isinstance(actions, np.ndarray) and actions.dtype is INT64 and actions.shape == self._shape:
             return actions if actions.flags.c_contiguous else actions.copy()
         return whole_numbers(actions, len(self))
@@ -275,9 +254,6 @@ def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
     """Actions in some environments as [n] int64.
 
     A number that is too large becomes a negative one, which is no action either.
-
-    Raises:
-        InputError: if they have another shape or type.
     """
     try:
         given = np.asarray(actions)
