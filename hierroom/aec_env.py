@@ -30,11 +30,12 @@ from pettingzoo import AECEnv
 from pettingzoo.utils.env import AECIterable
 from pettingzoo.utils.wrappers import AssertOutOfBoundsWrapper, OrderEnforcingWrapper
 
-from hierroom.envs.global_state import global_state, state_space
 from hierroom.envs.single_env import SingleEnv
 from hierroom.goals import GraphSpecs
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import (
+from hierroom.turns.ledger import AGENTS, CONTROLLER, META
+from hierroom.turns.rewards import RewardSpec
+from hierroom.worlds.env_config import (
     FRAMES_PER_SECOND,
     NOVELTY_BONUS,
     EnvConfig,
@@ -43,8 +44,7 @@ from hierroom.turns.env_config import (
     P,
     known_arguments,
 )
-from hierroom.turns.ledger import AGENTS, CONTROLLER, META
-from hierroom.turns.rewards import RewardSpec
+from hierroom.worlds.escape_room.global_state import global_state, state_space
 from hierroom.worlds.escape_room.render import RENDER_MODES
 
 

@@ -14,7 +14,9 @@ from hierroom.envs.registered_env import PlayableEnv
 from hierroom.envs.single_env import SingleEnv
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta
-from hierroom.turns.env_config import (
+from hierroom.turns.ledger import CONTROLLER
+from hierroom.turns.rewards import RewardSpec
+from hierroom.worlds.env_config import (
     FRAMES_PER_SECOND,
     NOVELTY_BONUS,
     EnvConfig,
@@ -22,8 +24,6 @@ from hierroom.turns.env_config import (
     LevelsName,
     known_arguments,
 )
-from hierroom.turns.ledger import CONTROLLER
-from hierroom.turns.rewards import RewardSpec
 from hierroom.worlds.escape_room.render import RENDER_MODES
 
 

@@ -15,8 +15,8 @@ from hierroom.support.errors import InputError, in_one_line, own_code, shown
 from hierroom.support.plugins import load_plugin
 from hierroom.turns.ledger import Transition
 from hierroom.turns.meta_check import checked_meta
+from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
-from hierroom.turns.step import Step
 from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.level import Goal, Level

@@ -17,11 +17,12 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from hierroom.envs.global_state import global_state, state_space
 from hierroom.envs.single_env import SingleEnv, as_action
 from hierroom.goals import GraphSpecs
 from hierroom.support.errors import InputError, shown
-from hierroom.turns.env_config import (
+from hierroom.turns.ledger import AGENTS, META
+from hierroom.turns.rewards import RewardSpec
+from hierroom.worlds.env_config import (
     FRAMES_PER_SECOND,
     NOVELTY_BONUS,
     EnvConfig,
@@ -29,8 +30,7 @@ from hierroom.turns.env_config import (
     LevelsName,
     known_arguments,
 )
-from hierroom.turns.ledger import AGENTS, META
-from hierroom.turns.rewards import RewardSpec
+from hierroom.worlds.escape_room.global_state import global_state, state_space
 from hierroom.worlds.escape_room.render import RENDER_MODES
 
 

@@ -15,7 +15,10 @@ from hierroom.envs.vector_arrays import VectorArrays
 from hierroom.goals import GraphSpecs
 from hierroom.meta import MetaSpec, make_meta, show_step
 from hierroom.support.errors import InputError, require_name, require_number, shown
-from hierroom.turns.env_config import (
+from hierroom.turns.ledger import CONTROLLER
+from hierroom.turns.rewards import RewardSpec
+from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import (
     FRAMES_PER_SECOND,
     NOVELTY_BONUS,
     EnvConfig,
@@ -24,11 +27,8 @@ from hierroom.turns.env_config import (
     fresh_seed,
     known_arguments,
 )
-from hierroom.turns.ledger import CONTROLLER
-from hierroom.turns.rewards import RewardSpec
-from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.engine import Seeds, is_list
 from hierroom.worlds.escape_room.render import Screen
-from hierroom.worlds.escape_room.world import Seeds, is_list
 
 VECTOR_RENDER_MODES = ("ansi", "rgb_array")
 

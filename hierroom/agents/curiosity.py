@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.agents.features import GOAL_FEATURES, Features
 from hierroom.controller import Observation
 from hierroom.learners.distillation import RandomNetworkDistillation
 from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room.features import GOAL_FEATURES, Features
 
 NOT_OF_THE_LEVEL = (*GOAL_FEATURES, "object-places", "doorway-places", "frontier-places", "previous-action")
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hierroom.agents.player import Pair
 from hierroom.learners.decision import Decision
-from hierroom.turns.step import Step
+from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 
 

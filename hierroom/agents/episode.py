@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import GoalGraph
-from hierroom.turns.step import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+from hierroom.turns.records import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, OPEN, PICKUP, RIGHT
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.level import goal_name, uncoloured
-from hierroom.worlds.escape_room.world import World
 
 ACTION_NAMES = {FORWARD: "forward", LEFT: "left", RIGHT: "right", PICKUP: "pick up", OPEN: "open", DROP: "drop"}
 OUTCOME_NAMES = {REACHED: "reached", TIMED_OUT: "timed out", OTHER: "episode ended"}

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.episode import Episode
+from hierroom.support.animation import FORMATS, animate, require_format
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json, write_atomically
-from hierroom.worlds.escape_room.animation import FORMATS, animate, require_format
 from hierroom.worlds.escape_room.render import draw_level, text, without_colours
 
 FILE_FORMATS = (*FORMATS, ".txt", ".json")

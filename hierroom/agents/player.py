@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.support.errors import InputError, shown
 from hierroom.turns.ledger import CONTROLLER, META, Transition
-from hierroom.turns.step import Step
+from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.oracle import shortest_actions
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.curiosity import Curiosity
-from hierroom.agents.features import Features
 from hierroom.agents.warm_up import WarmUp
 from hierroom.controller import Observation
 from hierroom.learners.decision import Decision
@@ -20,6 +19,7 @@ from hierroom.support.schema import AnyMapping, Exactly, Real, Table
 from hierroom.turns.ledger import Transition
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.features import Features
 
 
 class PPOAgent:

@@ -8,7 +8,7 @@ import numpy as np
 
 from hierroom.agents.episode import Episode
 from hierroom.agents.player import PlayedStep, Player, play
-from hierroom.turns.step import NO_OUTCOME
+from hierroom.turns.records import NO_OUTCOME
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.layout import State
 

@@ -17,7 +17,7 @@ from rich.progress import Progress
 from hierroom.goals import GraphSpecs
 from hierroom.support.cli import one_line_usage, program, run, words
 from hierroom.support.errors import InputError, require_number
-from hierroom.turns.env_config import GRAPHS
+from hierroom.worlds.env_config import GRAPHS
 
 if TYPE_CHECKING:
     from hierroom.agents.episode import Episode

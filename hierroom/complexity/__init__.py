@@ -46,7 +46,7 @@ from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.tables import to_frame
 from hierroom.complexity.trajectories import measure_trajectories
 from hierroom.complexity.walk import Reading, Walk
-from hierroom.turns.graph_sampler import Curriculum
+from hierroom.worlds.escape_room.graph_sampler import Curriculum
 
 __all__ = [
     "AugmentedGraph",

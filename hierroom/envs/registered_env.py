@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from hierroom.goals import graph_specs
 from hierroom.support.errors import InputError, shown
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.ledger import CONTROLLER
+from hierroom.worlds.env_config import EnvConfig
 
 
 def checked_options(options: Any) -> dict[str, Any]:

@@ -15,14 +15,14 @@ from hierroom.goals import GOAL_VECTORS, NO_GOAL
 from hierroom.meta import MetaController, show_step
 from hierroom.support.errors import InputError, shown
 from hierroom.support.schema import Whole
-from hierroom.turns.env_config import EnvConfig, fresh_seed
 from hierroom.turns.ledger import AGENTS, CONTROLLER, META
-from hierroom.turns.step import STEP, Step
+from hierroom.turns.records import STEP, Step
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig, fresh_seed
+from hierroom.worlds.escape_room.engine import whole_numbers
 from hierroom.worlds.escape_room.observations import compiled_one, empty_parts
 from hierroom.worlds.escape_room.render import Screen
 from hierroom.worlds.escape_room.tiles import TRIPLES
-from hierroom.worlds.escape_room.world import whole_numbers
 
 _ONLY = np.zeros(1, np.int64)
 _INT64 = tuple(np.int64(i) for i in range(4))

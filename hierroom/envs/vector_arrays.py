@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
+from hierroom.support.array_pool import ArrayPool
 from hierroom.support.compile.kernel import compiled, njit
 from hierroom.turns.kernels import write_results
 from hierroom.turns.ledger import CONTROLLER, LEDGER
-from hierroom.turns.step import STEP, Step
+from hierroom.turns.records import STEP, Step
 from hierroom.turns.turns import Turns
-from hierroom.worlds.escape_room.array_pool import ArrayPool
 from hierroom.worlds.escape_room.layout import LEVEL, OUTCOME
 from hierroom.worlds.escape_room.observations import IMAGE, N_DIRECTIONS, N_NUMBERS, write_batch, write_flat
 from hierroom.worlds.escape_room.tiles import TRIPLES

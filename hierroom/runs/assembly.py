@@ -12,7 +12,6 @@ import torch
 from torch import nn
 
 from hierroom.agents.curiosity import Curiosity
-from hierroom.agents.features import GOAL_FEATURES, Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.agents.networks import make_network
 from hierroom.agents.player import Pair
@@ -27,10 +26,11 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import LevelsName
 from hierroom.turns.ledger import CONTROLLER, META
 from hierroom.turns.situation import N_META_ACTIONS
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import LevelsName
+from hierroom.worlds.escape_room.features import GOAL_FEATURES, Features
 
 
 def make_turns(

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.goals import N_GOALS, NO_GOAL
+from hierroom.support.array_pool import ArrayPool
 from hierroom.support.compile.kernel import compiled
 from hierroom.support.schema import Table, of_records
 from hierroom.turns.kernels import NO_OUTCOME, OTHER, OWN_REWARD, choose_goals, record_turns
-from hierroom.turns.step import STEP, Step
-from hierroom.worlds.escape_room.array_pool import ArrayPool
+from hierroom.turns.records import STEP, Step
 from hierroom.worlds.escape_room.layout import LEVEL, OUTCOME
 
 META, CONTROLLER = "meta_0", "controller_0"

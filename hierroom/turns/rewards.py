@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from hierroom.support.errors import InputError, in_one_line, own_code, raise_told, shown
 from hierroom.support.plugins import load_plugin
-from hierroom.turns.env_config import NOVELTY_BONUS, RewardName
-from hierroom.turns.step import Step
+from hierroom.turns.records import Step
+from hierroom.worlds.env_config import NOVELTY_BONUS, RewardName
 from hierroom.worlds.escape_room.layout import MEMORIES
 
 ENTRY_POINT_GROUP = "hierroom.rewards"

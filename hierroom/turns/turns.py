@@ -16,17 +16,17 @@ from hierroom.controller import Observation, observation_spaces
 from hierroom.goals import NO_GOAL
 from hierroom.meta import MetaController, NoGoals, choose_goals
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
-from hierroom.turns.graph_sampler import GraphSampler
 from hierroom.turns.kernels import KERNEL_REWARDS, OWN_REWARD
 from hierroom.turns.ledger import META, Ledger, Transition, reset_values, transitions
+from hierroom.turns.records import N_OUTCOMES, Step
 from hierroom.turns.rewards import make_reward
 from hierroom.turns.situation import GOAL_MASKS, N_META_ACTIONS, NO_GOAL_ACTION, Situation
-from hierroom.turns.step import N_OUTCOMES, Step
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.escape_room.engine import Seeds, World, whole_numbers
+from hierroom.worlds.escape_room.graph_sampler import GraphSampler
 from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 from hierroom.worlds.escape_room.random_kernels import turn_uniforms
-from hierroom.worlds.escape_room.world import Seeds, World, whole_numbers
 
 
 class Turns:

@@ -15,8 +15,8 @@ from pettingzoo.utils.wrappers import BaseWrapper
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.support.errors import InputError
 from hierroom.turns.ledger import META
+from hierroom.turns.records import N_OUTCOMES
 from hierroom.turns.situation import N_META_ACTIONS
-from hierroom.turns.step import N_OUTCOMES
 from hierroom.worlds.escape_room.constants import VIEW
 
 SIZES = {

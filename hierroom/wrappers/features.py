@@ -22,11 +22,11 @@ from pettingzoo.utils import BaseParallelWrapper
 from pettingzoo.utils.wrappers import BaseWrapper
 
 from hierroom.agents.config import require_features
-from hierroom.agents.features import Features
 from hierroom.controller import Observation
 from hierroom.support.errors import InputError
 from hierroom.turns.ledger import AGENTS, CONTROLLER
 from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.features import Features
 
 Env = TypeVar("Env", AECEnv, ParallelEnv, gymnasium.Env, VectorEnv)
 

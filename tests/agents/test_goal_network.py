@@ -4,13 +4,13 @@ import numpy as np
 import torch
 from turns_helpers import goal_ids, make
 
-from hierroom.agents.features import FEATURES, Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.runs.config.presets import find_preset
 from hierroom.turns.ledger import META
-from hierroom.turns.step import NO_OUTCOME
+from hierroom.turns.records import NO_OUTCOME
+from hierroom.worlds.escape_room.features import FEATURES, Features
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from rich.progress import Progress
 
 from hierroom.goals import enumerate_graphs
-from hierroom.turns.env_config import EnvConfig, GoalMaskName
-from hierroom.turns.step import Step
+from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig, GoalMaskName
 from hierroom.worlds.escape_room.layout import MARGIN, MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 from hierroom.worlds.escape_room.state_check import check_state

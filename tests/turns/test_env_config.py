@@ -9,9 +9,9 @@ import pytest
 import hierroom
 from hierroom.gym_env import EscapeRoom
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.env_config import EnvConfig
 
 WRONG = [
     ({"goal_mask": "some"}, "goal_mask is one of reachable, existing, seen, none, not 'some'"),

@@ -14,9 +14,9 @@ from turns_helpers import make
 
 from hierroom.turns.kernels import KERNEL_REWARDS, write_results
 from hierroom.turns.ledger import LEDGER, Ledger
+from hierroom.turns.records import STEP, Step
 from hierroom.turns.rewards import REWARDS, make_reward
 from hierroom.turns.situation import GOAL_MASKS
-from hierroom.turns.step import STEP, Step
 from hierroom.worlds.escape_room.layout import OUTCOME
 from hierroom.worlds.escape_room.oracle import shortest_actions
 

@@ -33,8 +33,8 @@ from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph, GraphSpec
 from hierroom.runs.trained_agent import load
 from hierroom.support.errors import InputError, require_number
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
 
 MAX_ENVS = 100
 """Environments played in side by side, at most."""

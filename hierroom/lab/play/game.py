@@ -10,7 +10,7 @@ from hierroom.goals import COLOURS, EXIT_GOAL, NO_GOAL, GoalGraph
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.support.errors import InputError
 from hierroom.turns.ledger import CONTROLLER, META
-from hierroom.turns.step import Step
+from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import COL_STEP, KEY, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, ROW_STEP
 from hierroom.worlds.escape_room.layout import State

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL, ROOM_GOAL_NAMES, room_goals
 from hierroom.support.schema import Array, Items, Real, Table, Whole
-from hierroom.turns.step import Step
+from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 
 WINDOW = 500

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hierroom.support.array_pool import ArrayPool
 from hierroom.vector_env import EscapeRooms
-from hierroom.worlds.escape_room.array_pool import ArrayPool
 
 
 def make():

@@ -17,8 +17,8 @@ from hierroom.worlds.escape_room.constants import (
     PICKUP,
     WALL,
 )
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.layout import MEMORIES
-from hierroom.worlds.escape_room.world import World
 
 
 def face(world: World, tile: int) -> None:

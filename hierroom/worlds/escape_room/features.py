@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.config import require_features
-from hierroom.agents.frontier import nearest_frontiers
 from hierroom.controller import Observation
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.support.compile.kernel import njit
 from hierroom.support.errors import InputError
 from hierroom.turns.ledger import CONTROLLER
-from hierroom.turns.step import N_OUTCOMES, NO_OUTCOME
+from hierroom.turns.records import N_OUTCOMES, NO_OUTCOME
 from hierroom.worlds.escape_room.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
+from hierroom.worlds.escape_room.frontier import nearest_frontiers
 from hierroom.worlds.escape_room.tiles import TRIPLES
 
 N_CELLS = VIEW * VIEW

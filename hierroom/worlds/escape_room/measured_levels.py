@@ -9,10 +9,10 @@ from hierroom.complexity.measures.mdp import DeterministicMDP
 from hierroom.complexity.measures.summary import measure_mdp
 from hierroom.complexity.measures.table import MeasuredGraph
 from hierroom.goals import GoalGraph
-from hierroom.lab.measure.sampled_level import SampledLevel
 from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.reachable import TooManyStatesError, reachable_states
-from hierroom.worlds.escape_room.world import World
+from hierroom.worlds.escape_room.sampled_level import SampledLevel
 
 MAX_LEVEL_STATES = 20_000
 """Levels with more states are measured by rollouts: the values of all states would take minutes."""
