@@ -109,7 +109,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     from hierroom.runs.trainer import Trainer
     from hierroom.turns.rewards import REWARDS
     from hierroom.vector_env import EscapeRooms
-    from hierroom.worlds.escape_room.engine import World
+    from hierroom.worlds.escape_room.engine import Engine
     from hierroom.worlds.escape_room.features import FEATURES
     from hierroom.worlds.escape_room.measured_levels import measure_levels
     from hierroom.worlds.escape_room.sampled_level import SampledLevel
@@ -156,7 +156,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield analyze("a").goal_sensitivity
     yield partial(measure_levels, [hierroom.GoalGraph.named("a")], 1, 60)
     few: Mapping[str, int] = {"episodes": 2, "n_policies": 2, "policy_episodes": 2, "gorp_runs": 2, "max_steps": 0}
-    yield partial(SampledLevel(World([hierroom.GoalGraph.named("a")]).state, 60).measure, **few)
+    yield partial(SampledLevel(Engine([hierroom.GoalGraph.named("a")]).state, 60).measure, **few)
     yield lambda: measure_graphs([hierroom.GoalGraph.named("a")], 20)
     yield partial(sampled_cover_time, np.eye(2)[::-1], 0, 2)
     yield lambda: list(hierroom.rollout("oracle", hierroom.EnvConfig(**small), episodes=4))

@@ -111,7 +111,7 @@ def main() -> int:
     else:
         console = Console()
         graphs = results["sampled"].graphs
-        n_known = len(played["sampled"][0].sampler.everything)
+        n_known = len(played["sampled"][0].world.variants)
         where = f"graph {next(iter(graphs))}" if n_known == 1 else f"{len(graphs)} graphs"
         if n_known > len(graphs):
             where = f"{len(graphs)} of {n_known} graphs (the others had no episode)"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from itertools import pairwise
-from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,25 +27,16 @@ from hierroom.worlds.escape_room.layout import (
     graph_records,
 )
 from hierroom.worlds.escape_room.state_check import check_state
+from hierroom.worlds.world import INT64, Seeds, is_list, whole_numbers
 
 MIN_ENVS_PER_THREAD = 1024
 """With fewer environments per thread, starting another thread costs more than it saves."""
 
 Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
 """Selects some environments of a batch."""
-Seeds = int | Sequence[int | None] | None
-"""One seed for all environments, one or None for each, or none: see `World.reset`."""
-INT64 = np.dtype(np.int64)
 
 
-def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
-    """Whether it is one seed for each environment."""
-    if isinstance(seed, np.ndarray):
-        return seed.ndim > 0
-    return isinstance(seed, Sequence) and not isinstance(seed, (str, bytes))
-
-
-class World:
+class Engine:
     """N environments that are stepped together; where an episode ends, the next one begins.
 
     The episodes of an environment are determined by ``(seed, index, episode)``, independent of the batch it belongs to
@@ -148,6 +138,8 @@ class World:
             memories: names in `layout.MEMORIES`.
         """
         for name in memories:
+            if name not in MEMORIES:
+                raise InputError(f"levels can remember {', '.join(MEMORIES)}, not {name!r}")
             self.state.levels["remembers"] |= MEMORIES[name]
 
     def stagger_clocks(self) -> None:
@@ -165,7 +157,15 @@ class World:
         Args:
             actions: [N] integers; one that is not an action of the environment has no effect, but the step counts.
         """
-        actions, graphs, step = self.as_actions(actions), self.graph_records, _compiled_step()
+        return self.advance(self.as_actions(actions))
+
+    def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
+        """Act once in every environment whose episode has not ended and return the outcomes, without resets."""
+        return self.advance_within_episode(self.as_actions(actions))
+
+    def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
+        """Step as `step` does, with actions as `as_actions` gives them."""
+        graphs, step = self.graph_records, _compiled_step()
         levels, grids, outcomes, finals = self.state.levels, self.state.grids, self.outcomes, self.finals
         if len(self._slices) == 1:
             step(levels, grids, graphs, actions, outcomes, finals)
@@ -178,9 +178,8 @@ class World:
                 part.result()
         return outcomes
 
-    def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
-        """Act once in every environment whose episode has not ended and return the outcomes, without resets."""
-        actions = self.as_actions(actions)
+    def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
+        """Step as `step_within_episode` does, with actions as `as_actions` gives them."""
         _compiled_step_within()(self.state.levels, self.state.grids, actions, self.outcomes)
         return self.outcomes
 
@@ -240,7 +239,7 @@ class World:
     def _clear_outcomes(self, indices: NDArray[np.integer], lengths: ArrayLike) -> None:
         """Set the outcomes of environments that have taken no step since they were reset or restored."""
         outcomes = np.zeros(len(indices), OUTCOME)
-        outcomes["event"], outcomes["length"] = -1, lengths
+        outcomes["length"] = lengths
         self.outcomes[indices] = outcomes
 
     def as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:
@@ -248,23 +247,6 @@ class World:
         if isinstance(actions, np.ndarray) and actions.dtype is INT64 and actions.shape == self._shape:
             return actions if actions.flags.c_contiguous else actions.copy()
         return whole_numbers(actions, len(self))
-
-
-def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
-    """Actions in some environments as [n] int64.
-
-    A number that is too large becomes a negative one, which is no action either.
-    """
-    try:
-        given = np.asarray(actions)
-    except ValueError:  # rows of unequal lengths
-        given = np.array(None)
-    if given.shape != (n,) or given.dtype.kind not in "iu":
-        raise InputError(
-            f"actions must be {n} whole numbers, one for each environment, "
-            f"not an array of {given.dtype} and shape {given.shape}"
-        )
-    return given.astype(np.int64)
 
 
 @cache

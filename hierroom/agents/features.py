@@ -1,0 +1,107 @@
+"""Features: what a network reads of an observation, as small whole numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.agents.config import require_features
+from hierroom.controller import Observation
+from hierroom.goals.goal_set import GoalSet
+from hierroom.support.errors import InputError
+from hierroom.turns.kernels import NO_OUTCOME
+from hierroom.turns.records import CONTROLLER, N_OUTCOMES
+from hierroom.worlds.make import WorldSpec
+from hierroom.worlds.world import Feature
+
+
+def features_of_turns(goals: GoalSet) -> dict[str, Feature]:
+    """Return the features that every world has.
+
+    They are symbol, the goal as one of G + 1, no goal the last; previous-action, the controller's last action; and
+    goal-outcome, for the last goal how its option ended, for the others 0, which is for meta-controllers.
+    """
+    n, ids = len(goals), np.arange(len(goals))
+    return {
+        "symbol": Feature(
+            lambda _: (n + 1,), lambda o: (o.goals % (n + 1))[:, None], is_of_goal=True, is_of_world=False
+        ),
+        "previous-action": Feature(
+            lambda n_actions: (n_actions + 1,), lambda o: o.previous_actions[:, None], is_of_world=False
+        ),
+        "goal-outcome": Feature(
+            lambda _: (N_OUTCOMES,) * n,
+            lambda o: np.where(o.goals[:, None] == ids, o.outcomes[:, None], NO_OUTCOME),
+            is_by_goal=True,
+        ),
+    }
+
+
+@dataclass(frozen=True)
+class Features:
+    """The features of one agent, side by side.
+
+    Args:
+        world: what offers them.
+        names: of features, in order.
+        agent: who reads them: how the last option ended is for meta-controllers alone.
+    """
+
+    world: WorldSpec
+    names: Sequence[str]
+    agent: str = CONTROLLER
+
+    def __post_init__(self) -> None:
+        require_features("features", self.names)
+        if unknown := [name for name in self.names if name not in self._offered]:
+            raise InputError(f"this world offers the features {', '.join(self._offered)}; not {', '.join(unknown)}")
+        if self.agent == CONTROLLER and "goal-outcome" in self.names:
+            raise InputError("goal-outcome is how the last option ended: one of meta_features, not of features")
+
+    @cached_property
+    def _offered(self) -> Mapping[str, Feature]:
+        return {**self.world.features, **features_of_turns(self.world.goals)}
+
+    @cached_property
+    def _chosen(self) -> list[Feature]:
+        return [self._offered[name] for name in self.names]
+
+    def subset(self, *, of_goal: bool | None = None, of_world: bool | None = None) -> list[str]:
+        """Return the names of those that show the goal or not, or the world or not, where this is given."""
+        return [
+            name
+            for name, feature in zip(self.names, self._chosen, strict=True)
+            if of_goal in (None, feature.is_of_goal) and of_world in (None, feature.is_of_world)
+        ]
+
+    @property
+    def cardinalities(self) -> tuple[int, ...]:
+        """Number of values of each of the K numbers."""
+        return tuple(c for feature in self._chosen for c in feature.cardinalities(self.world.n_actions))
+
+    @property
+    def vectors(self) -> list[NDArray | None] | None:
+        """For each of the K numbers the fixed numbers that stand for its values, if any; None where none has any."""
+        n_actions = self.world.n_actions
+        vectors = [feature.vectors for feature in self._chosen for _ in feature.cardinalities(n_actions)]
+        return None if all(of_number is None for of_number in vectors) else vectors
+
+    @property
+    def are_by_goal(self) -> bool:
+        """Whether each of them has one number for each goal, so that a network can treat all colours alike."""
+        return all(feature.is_by_goal for feature in self._chosen)
+
+    @property
+    def memories(self) -> tuple[str, ...]:
+        """What the world must remember for them."""
+        return tuple(memory for feature in self._chosen for memory in feature.memories)
+
+    def encode(self, observation: Observation) -> NDArray[np.uint8]:
+        """Return the features of M environments, [M, K] uint8."""
+        return np.concatenate(
+            [feature.encode(observation) for feature in self._chosen], axis=1, dtype=np.uint8, casting="unsafe"
+        )

@@ -1,0 +1,236 @@
+"""The EscapeRoom as a world: its goals, its goal graphs and their curriculum, its features, and what it shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from hierroom.complexity.augmented import AugmentedGraph
+from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.goals import (
+    EXIT_GOAL,
+    GOAL_NAMES,
+    GOAL_VECTORS,
+    N_COLOURS,
+    N_GOALS,
+    ROOM_GOAL_NAMES,
+    GoalGraph,
+    room_goals,
+)
+from hierroom.goals.goal_set import GoalSet
+from hierroom.support.errors import InputError
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.escape_room.engine import Engine
+from hierroom.worlds.escape_room.features import FEATURES
+from hierroom.worlds.escape_room.global_state import global_state, state_space
+from hierroom.worlds.escape_room.graph_sampler import GraphSampler
+from hierroom.worlds.escape_room.layout import State
+from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView, legal_goals
+from hierroom.worlds.escape_room.node_map import NodeMap
+from hierroom.worlds.escape_room.observations import BatchObservations, write_one
+from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
+from hierroom.worlds.escape_room.replayer import LevelReplayer
+from hierroom.worlds.escape_room.screen import LevelScreen
+from hierroom.worlds.world import Seeds
+
+GOALS = GoalSet(
+    GOAL_NAMES, GOAL_VECTORS, EXIT_GOAL, ("key", "door", "exit"), np.arange(N_GOALS) // N_COLOURS, ROOM_GOAL_NAMES
+)
+
+
+class EscapeRoomWorld(Engine):
+    """N EscapeRooms, of goal graphs that a curriculum may choose; see `World`.
+
+    Args:
+        config: what they are made of.
+        num_envs: number of environments N.
+        seed: of their first episodes; None: `reset` must be called with one first.
+        autoreset: whether an environment whose episode ends begins its next one in the same step.
+        threads: maximal number of threads.
+        memories: what levels remember of their episode, names in `layout.MEMORIES`.
+    """
+
+    goals = GOALS
+    features = FEATURES
+    replayer = LevelReplayer()
+
+    def __init__(
+        self,
+        config: EnvConfig,
+        num_envs: int,
+        *,
+        seed: int | None = None,
+        autoreset: bool = True,
+        threads: int = 1,
+        memories: Iterable[str] = (),
+    ) -> None:
+        self.sampler = GraphSampler(config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages)
+        super().__init__(
+            self.sampler.graphs,
+            num_envs,
+            size=config.size,
+            max_steps=config.max_steps,
+            drop_key=config.drop_key,
+            seed=seed,
+            first_index=config.env_index,
+            threads=threads,
+            memories=memories,
+            levels=config.levels,
+        )
+        self.config = config
+        self.everywhere = np.arange(num_envs)
+        self.everywhere.setflags(write=False)
+        self.variants = tuple(dict.fromkeys(graph.name for graph in self.sampler.everything))
+        self.stage_titles: Sequence[str] = self.sampler.stage_titles
+        self._autoreset, self._has_stages = autoreset, self.sampler.n_stages > 1
+        self._last_levels = self.finals if autoreset else self.state.levels
+
+    @property
+    def rules(self) -> GoalGraph:
+        """The goal graph; of several the hardest."""
+        return self.sampler.everything[-1]
+
+    @property
+    def stage(self) -> int:
+        """The current stage of the curriculum, counted from 0."""
+        return self.sampler.stage
+
+    @property
+    def complexity(self) -> ComplexityReport:
+        """How hard the environments are to explore; of several goal graphs, the hardest."""
+        return analyze(self.rules, drop_key=self.n_actions == 6)
+
+    @property
+    def observation_spaces(self) -> dict[str, spaces.Space]:
+        """The spaces of the entries of `LevelView.as_dict`, of one environment."""
+        return OBSERVATION_SPACES
+
+    def reset(self, seed: Seeds = None, indices: Any = slice(None)) -> None:
+        """Begin an episode: see `Engine.reset`. A curriculum stays in its stage, so that a seed fixes its levels."""
+        super().reset(seed, indices)
+        self.sampler.reset(indices)
+
+    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
+        """Act once in every environment and return the outcomes; the curriculum counts the episodes that end."""
+        advance = self.advance if self._autoreset else self.advance_within_episode
+        if not self._has_stages:
+            return advance(actions)
+        had_ended = self.state.levels["has_ended"].copy()
+        outcomes = advance(actions)
+        escaped, truncated = outcomes["terminated"] & ~had_ended, outcomes["truncated"] & ~had_ended
+        if self.sampler.add(escaped | truncated, escaped):
+            self.set_graphs(self.sampler.graphs)
+        return outcomes
+
+    def observe(self, envs: NDArray[np.integer]) -> LevelView:
+        """Return what environments [M] show now; if they are all there are, the next step overwrites it."""
+        if envs is self.everywhere or len(self) == 1:
+            return LevelView(self.outcomes["tiles"], self.state.levels)
+        return LevelView(self.outcomes["tiles"][envs], self.state.levels[envs])
+
+    def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> LevelView:
+        """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
+        if ended.all():
+            return LevelView(self.outcomes["final_tiles"][envs], self._last_levels[envs])
+        tiles, levels = self.outcomes["tiles"][envs], self.state.levels[envs]
+        tiles[ended], levels[ended] = self.outcomes["final_tiles"][envs[ended]], self._last_levels[envs[ended]]
+        return LevelView(tiles, levels)
+
+    def exact_view(self, envs: NDArray[np.integer]) -> LevelView:
+        """Return what environments [M] show now and their exact state, copied."""
+        return LevelView(self.outcomes["tiles"][envs], self.state.levels[envs], self.state.grids[envs])
+
+    def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: LevelView | None = None) -> NDArray[np.bool_]:
+        """Return the meta-controllers' legal actions [M, 14], of a view or of all; off turn they can only wait."""
+        return legal_goals(self.state.levels if view is None else view.levels, mask, are_turns)
+
+    def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Return the shortest possible lengths [M] of the episodes of environments [M] from where they stand."""
+        return shortest_lengths(self.state if envs is self.everywhere or len(self) == 1 else self.get_state(envs))
+
+    def shortest_actions(self, env: int) -> NDArray[np.integer]:
+        """Return the actions of a shortest way to the exit in one environment."""
+        return shortest_actions(self.get_state(env))
+
+    def clocks(self) -> NDArray[np.integer]:
+        """Return [N] the steps of the episodes under way."""
+        return self.state.levels["steps"]
+
+    def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
+        """Return the names of the goal graphs of the episodes that ended last in environments [M]."""
+        return self.sampler.names(self._last_levels[envs])
+
+    def milestones_of(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Return goals [M] of the episodes that ended last in environments [M] by room instead of by colour."""
+        return room_goals(goals, self._last_levels["branches"][envs])
+
+    def possible_milestones(self, variants: Sequence[str]) -> list[int]:
+        """Return the milestones that levels of these goal graphs have."""
+        named = set(variants)
+        n_rooms = max(graph.n_rooms for graph in self.sampler.everything if graph.name in named)
+        return [c for c in range(N_GOALS) if c == EXIT_GOAL or c % N_COLOURS < n_rooms - 1]
+
+    def node_map(self, augmented: AugmentedGraph) -> NodeMap:
+        """Return what says where levels of one goal graph stand in its augmented graph."""
+        return NodeMap(augmented)
+
+    def nodes(self, node_map: NodeMap, *, terminated: NDArray[np.bool_], ended: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return the node of each environment after a step, where it ended the episode that of its end."""
+        return node_map(np.where(ended, self._last_levels, self.state.levels), terminated)
+
+    def graph_of(self, start: State) -> GoalGraph:
+        """Return the goal graph of a level, as it was given."""
+        return self.sampler.graphs_of(start.levels)[0]
+
+    def observe_one(self, goal: int) -> dict[str, Any]:
+        """Return the observation's entries of the only environment and the vector of a goal, in fresh arrays."""
+        return write_one(self.outcomes, self.state.levels, goal)
+
+    def batch_observations(self, *, flat: bool) -> BatchObservations:
+        """Return what writes the observations of all environments at once."""
+        return BatchObservations(self, flat=flat)
+
+    def global_state(self, goal: int) -> NDArray[np.uint8]:
+        """Return the whole grid of the only environment: see `global_state.global_state`."""
+        if not self.has_begun:
+            raise InputError("reset the environment before its state is asked for")
+        return global_state(self.state, goal)
+
+    @property
+    def global_state_space(self) -> spaces.Box:
+        """The space of `global_state`."""
+        return state_space(self.state.size)
+
+    def screen(self, render_mode: str | None) -> LevelScreen:
+        """Return what shows environments in a render mode."""
+        return LevelScreen(self, render_mode)
+
+    def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
+        """Return everything that changes in environments [M], as fresh arrays."""
+        state = self.get_state(envs)
+        return {**self.sampler.get_state(envs), "grids": state.grids, "levels": state.levels}
+
+    def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Refuse arrays that `get_arrays` of as many environments of the same size cannot have given."""
+        self.check_state(State(arrays["grids"], arrays["levels"]))
+        self.sampler.check_state(arrays, arrays["levels"])
+
+    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go back to what `get_arrays` gave, after `check_arrays`."""
+        self.set_state(State(arrays["grids"], arrays["levels"]))
+        self.sampler.set_state(arrays)
+        self.set_graphs(self.sampler.graphs)
+
+    @property
+    def can_split(self) -> bool:
+        """Whether no environment depends on others, by stages of a curriculum."""
+        return not self._has_stages
+
+    @property
+    def keys_to_action(self) -> dict[str, int]:
+        """Names of keys of the keyboard that stand for actions: arrows move, tab picks up, space opens, shift drops."""
+        return dict(zip(("up", "left", "right", "tab", "space", "left shift"), range(self.n_actions), strict=False))
