@@ -2,20 +2,20 @@
 
 import numpy as np
 import torch
+from escape_room import FEATURES, WORLD
 from turns_helpers import goal_ids, make
 
+from hierroom.agents.features import Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.runs.config.presets import find_preset
-from hierroom.turns.ledger import META
-from hierroom.turns.records import NO_OUTCOME
-from hierroom.worlds.escape_room.features import FEATURES, Features
+from hierroom.turns.records import META, NO_OUTCOME
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 
 def test_permuting_colours_permutes_what_the_network_says():
-    cardinalities = Features(find_preset("learned").agents.meta_features, 5, META).cardinalities
+    cardinalities = Features(WORLD, find_preset("learned").agents.meta_features, META).cardinalities
     network = GoalNetwork(AgentSpace(cardinalities, 14), 8)
     with torch.no_grad():
         for head in (network.colour_head, network.exit_head):

@@ -12,11 +12,11 @@ from turns_helpers import achieve, goal_ids, make
 
 from hierroom.agents.player import Pair, play
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.meta import choose_goals, make_meta
+from hierroom.meta import choose_goals, make_meta, take_turn
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
-from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR
@@ -142,7 +142,7 @@ def test_the_reward_of_ones_own_trains_and_is_known_to_evaluate_and_resume(rewar
 def test_the_reward_of_ones_own_is_nearness_by_hand(monkeypatch):
     monkeypatch.syspath_prepend(EXAMPLES)
     turns = Turns(EnvConfig("a", size=11, reward="own_reward:Closer"), 1, seed=0)
-    turns.ask(make_meta("fixed-dfs"))
+    take_turn(make_meta("fixed-dfs"), turns)
     key = int(turns.goals[0])
     for action in shortest_actions(turns.world.get_state(), key):
         before = turns.world.get_state().distances(turns.goals)[0]
@@ -175,7 +175,7 @@ def test_the_class_of_ones_own_chooses_the_nearest_key(monkeypatch):
     from own_meta_controller import NearestKeyFirst
 
     turns = make("e", 50, size=19)
-    turns.ask(NearestKeyFirst())
+    take_turn(NearestKeyFirst(), turns)
     state, n_unequal = turns.world.state, 0
     for m in range(50):
         ways = {colour: distance(state, m, KEY + colour) for colour in state.levels[m].colours[:3].tolist()}
@@ -194,7 +194,7 @@ def test_the_class_of_ones_own_chooses_the_nearest_key(monkeypatch):
 def test_the_function_of_ones_own_chooses_the_nearest_goal(monkeypatch):
     monkeypatch.syspath_prepend(EXAMPLES)
     turns = make("e", 50, size=19, goal_mask="existing")
-    turns.ask(make_meta("own_meta_controller:nearest"))
+    take_turn(make_meta("own_meta_controller:nearest"), turns)
     state, kinds = turns.world.state, set()
     for m in range(50):
         colours = state.levels[m].colours[:3].tolist()

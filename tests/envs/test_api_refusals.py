@@ -12,7 +12,7 @@ from hierroom import InputError
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.gym_env import EscapeRoom
 from hierroom.vector_env import EscapeRooms
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 
 
 @pytest.mark.parametrize("api", [hierroom.env, hierroom.raw_env, hierroom.parallel_env, EscapeRoom, EscapeRooms])

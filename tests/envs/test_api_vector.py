@@ -185,7 +185,7 @@ def test_all_environments_are_rendered():
 def test_an_episode_begun_anew_by_itself_counts_in_the_new_stage():
     """An environment that is reset alone plays an episode of the current stage, as all do after a reset of all."""
     turns = Turns(EscapeRooms(1, "rooms:4", curriculum_stages=2).turns.config, 3, seed=0, autoreset=False)
-    turns.sampler._n_ended[:] = -1, -1, 2
+    turns.world.sampler._n_ended[:] = -1, -1, 2
     turns.reset(None, np.array([1, 2]))
     assert turns.get_state()["n_ended"].tolist() == [-1, 0, 2]
     assert turns.world.state.levels["episode"].tolist() == [0, 1, 1]

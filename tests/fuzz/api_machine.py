@@ -18,7 +18,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 import hierroom
 from hierroom.support.errors import InputError
-from hierroom.turns.ledger import AGENTS, CONTROLLER, META
+from hierroom.turns.records import AGENTS, CONTROLLER, META
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 INFO_KEYS = {"goal_event", "elapsed", "illegal_actions", "success", "length", "shortest_length"}

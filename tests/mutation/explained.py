@@ -366,8 +366,8 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD"
         "  ->  self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if not isinstance(name, str) else OWN_REWARD"
         "": "the same rewards, written by Python and not by the kernel",
-        "self._autoreset, self._has_stages = autoreset, self.sampler.n_stages > 1"
-        "  ->  self._autoreset, self._has_stages = autoreset, self.sampler.n_stages >= 1": (
+        "self._autoreset, self._has_stages = autoreset, self.world.sampler.n_stages > 1"
+        "  ->  self._autoreset, self._has_stages = autoreset, self.world.sampler.n_stages >= 1": (
             "a sampler of one stage is told of ends and does nothing"
         ),
     },

@@ -11,7 +11,7 @@ from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.config import TrainConfig
 from hierroom.worlds.env_config import NOVELTY_BONUS
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 

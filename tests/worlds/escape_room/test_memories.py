@@ -8,7 +8,7 @@ from turns_helpers import make
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.turns.rewards import REWARDS
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES, OUTCOME
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]
@@ -69,7 +69,7 @@ def test_what_is_not_asked_for_stays_zero_and_the_rest_is_the_same(memories, ste
 
 def test_the_outcomes_compared_are_all_there_are():
     """The views included."""
-    assert {"tiles", "final_tiles", "event", "reward", "is_discovery", "is_novel"} < set(OUTCOME.names or ())
+    assert {"tiles", "final_tiles", "achieved", "reward", "is_discovery", "is_novel"} < set(OUTCOME.names or ())
 
 
 @pytest.mark.parametrize("memory", MEMORIES)
