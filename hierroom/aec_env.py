@@ -96,7 +96,7 @@ class raw_env(AECEnv):
         self.agent_selection = META
 
     def _require_reset(self) -> None:
-        if not self.single.turns.world.has_begun:
+        if not self.single.has_begun:
             raise InputError("reset the environment before its first step")
 
     def last(self, observe: bool = True) -> tuple[Any, float, bool, bool, dict[str, Any]]:
@@ -132,7 +132,7 @@ class raw_env(AECEnv):
         self._accumulate_rewards()
         self.infos = self.single.infos()
         has_ended = self.terminations[META] or self.truncations[META]
-        self.agent_selection = META if has_ended or self.single.is_meta_turn else CONTROLLER
+        self.agent_selection = META if has_ended or self.single.turns.ledger.is_meta_turn[0] else CONTROLLER
 
     def state(self) -> NDArray[np.uint8]:
         """The whole grid [size, size, 4], as the world's `global_state` lays it out."""

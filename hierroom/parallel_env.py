@@ -91,7 +91,7 @@ class parallel_env(ParallelEnv):
             (observations, rewards, terminations, truncations, infos), each a dict by agent.
         """
         if not self.agents:
-            if not self.single.turns.world.has_begun:
+            if not self.single.has_begun:
                 raise InputError("reset the environment before its first step")
             return {}, {}, {}, {}, {}
         if not isinstance(actions, Mapping):

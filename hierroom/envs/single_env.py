@@ -15,7 +15,7 @@ from hierroom.goals import NO_GOAL
 from hierroom.meta import MetaController, show_step, take_turn
 from hierroom.support.errors import InputError, shown
 from hierroom.support.schema import Whole
-from hierroom.turns.records import AGENTS, CONTROLLER, META, N_OUTCOMES, STEP, Step
+from hierroom.turns.records import AGENTS, CONTROLLER, META, N_OUTCOMES, STEP
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig, fresh_seed
 from hierroom.worlds.world import whole_numbers
@@ -57,11 +57,12 @@ class SingleEnv:
         }
         self.action_spaces: dict[str, spaces.Space] = {agent: self.turns.action_space(agent) for agent in AGENTS}
         self._screen = self.turns.world.screen(render_mode)
-        self._is_seeded = False
+        self._has_window = render_mode == "human"
+        self.has_begun = False
         self._action = np.zeros(1, np.int64)
         self._all_legal = np.ones(self.turns.world.n_actions, np.int8)
         self._waits = NO_GOAL, self.turns.world.goals.no_goal_action
-        self._step: Step | None = None  # of which these are the values
+        self._records: np.ndarray | None = None  # of which these are the values
         self._values = _AT_RESET
 
     def reset(self, seed: int | None, options: dict | None) -> dict[str, dict[str, Any]]:
@@ -69,8 +70,8 @@ class SingleEnv:
         if seed is not None:
             Whole(0, 2**63 - 1).check(seed, "a seed")  # a batch of one would take a list of one
         asks_complexity = checked_options(options).get("complexity")
-        self.turns.reset(fresh_seed() if seed is None and not self._is_seeded else seed)
-        self._is_seeded = True
+        self.turns.reset(fresh_seed() if seed is None and not self.has_begun else seed)
+        self.has_begun = True
         self._show()
         infos = self.infos()
         if asks_complexity:
@@ -140,9 +141,12 @@ class SingleEnv:
         Returns:
             (rewards, terminations, truncations), each a dict by agent.
         """
+        if not self.has_begun:
+            raise InputError("reset the environment before its first step")
         self._action[0] = as_action(action)
-        self.turns.step(self._action)
-        self._show()
+        self.turns.take_step(self._action)
+        if self._has_window:
+            self._show()
         _, _, _, _, reward, extrinsic, terminated, truncated, _, _ = self._last()
         return (
             {META: extrinsic, CONTROLLER: reward},
@@ -164,13 +168,10 @@ class SingleEnv:
     def info(self, agent: str) -> dict[str, Any]:
         """What there is to say to one agent: see `infos`."""
         event, meta_elapsed, length, shortest, _, _, terminated, _, _, _ = self._last()
-        ledger = self.turns.ledger
-        if self._step is None:
-            shortest = int(ledger.shortest[0])
-        is_meta = agent == META
+        ledger, is_meta = self.turns.ledger, agent == META
         return {
             "goal_event": event,
-            "elapsed": meta_elapsed if is_meta else int(self._step is not None),
+            "elapsed": meta_elapsed if is_meta else int(meta_elapsed > 0),
             "illegal_actions": int((ledger.illegal_goals if is_meta else ledger.illegal_actions)[0]),
             "success": terminated,
             "length": length,
@@ -179,14 +180,16 @@ class SingleEnv:
 
     def _last(self) -> tuple:
         """What the last step did, in Python's numbers; before the first one, what there is to say at reset."""
-        step = self.turns.last_step
-        if step is not self._step:
-            self._step, self._values = step, _AT_RESET if step is None else _told(step.records.item())
+        records = self.turns.last_records
+        if records is None:
+            return (*_AT_RESET[:3], int(self.turns.ledger.shortest[0]), *_AT_RESET[4:])
+        if records is not self._records:
+            self._records, self._values = records, _told(records.item())
         return self._values
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
-        if not self._is_seeded:
+        if not self.has_begun:
             raise InputError("reset the environment before it is rendered")
         return self._screen.render(0, int(self.turns.goals[0]))
 

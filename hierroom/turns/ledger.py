@@ -107,13 +107,13 @@ class Ledger:
         """
         (steps,), _ = self._steps.take()
         if self._record is None:
-            self._record = _compiled_record(outcomes.dtype)
+            self._record = compiled_record(outcomes.dtype)
         flags = return_ends_with_option, subgoal_horizon, n_actions, reward, novelty_bonus, autoreset
         return steps, self._record(outcomes, actions, self.records, steps, *flags)
 
 
 @cache
-def _compiled_record(outcome: np.dtype) -> Callable[..., int]:
+def compiled_record(outcome: np.dtype) -> Callable[..., int]:
     """Compile `kernels.record_turns` for the outcomes of a world."""
     arrays = np.zeros(1, outcome), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)
     return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True)

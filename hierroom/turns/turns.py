@@ -13,10 +13,11 @@ from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.controller import Observation, observation_spaces
+from hierroom.support.array_pool import ArrayPool
 from hierroom.support.errors import InputError
 from hierroom.turns.kernels import KERNEL_REWARDS, OWN_REWARD
-from hierroom.turns.ledger import Ledger
-from hierroom.turns.records import META, N_OUTCOMES, Step, ledger_schema, reset_values
+from hierroom.turns.ledger import Ledger, compiled_record
+from hierroom.turns.records import META, N_OUTCOMES, STEP, Step, ledger_schema, reset_values
 from hierroom.turns.rewards import make_reward
 from hierroom.turns.situation import Situation
 from hierroom.worlds.env_config import EnvConfig
@@ -41,7 +42,7 @@ class Turns:
         world: the `World`.
         ledger: who is to act in each environment, and what else there is to know of the turns.
         reward: how the controller is rewarded.
-        last_step: what the last step did, or None before the first one since a reset.
+        last_records: [N] records of what the last step did, or None before the first one since a reset.
         n_ended: in how many environments it ended the episode.
     """
 
@@ -63,8 +64,11 @@ class Turns:
         settings: dict[str, Any] = {"seed": seed, "autoreset": autoreset, "threads": threads, "memories": memories}
         self.world = world = make_world(config, num_envs, **settings)
         self.ledger = Ledger.at_reset(num_envs, world.n_actions)
-        self.last_step: Step | None = None
         self.n_ended = 0
+        self._steps = ArrayPool(self._empty_steps)
+        self.last_records: np.ndarray | None = None
+        self._last_step: Step | None = None
+        self._n_goals, self._record = len(world.goals), compiled_record(world.outcomes.dtype)
         self._subgoal_horizon = np.iinfo(np.int64).max if horizon is None else int(horizon)
         self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD
         self._autoreset, self._measure_shortest = autoreset, measure_shortest
@@ -77,6 +81,16 @@ class Turns:
 
     def __len__(self) -> int:
         return len(self._everywhere)
+
+    def _empty_steps(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
+        return (np.empty(len(self), STEP),), {}
+
+    @property
+    def last_step(self) -> Step | None:
+        """What the last step did, or None before the first one since a reset."""
+        if self._last_step is None and self.last_records is not None:
+            self._last_step = Step(self.last_records, self._n_goals)
+        return self._last_step
 
     @property
     def goals(self) -> NDArray[np.integer]:
@@ -91,7 +105,7 @@ class Turns:
             envs: [M] which; None: all.
         """
         if envs is None:
-            self.last_step, envs = None, self._everywhere
+            self._last_step, self.last_records, envs = None, None, self._everywhere
         self.world.reset(seed, envs)
         self._begin(envs)
 
@@ -188,36 +202,48 @@ class Turns:
         """
         if not self.world.has_begun:
             raise InputError("reset the environment before its first step")
-        return self.take_step(self.world.as_actions(actions))
-
-    def take_step(self, actions: NDArray[np.int64]) -> Step:
-        """Take the controller's turn as `step` does, with actions [N] that were checked, after a reset."""
-        before = self.world.get_state() if self.reward.needs_states else None
-        records, self.n_ended = self.ledger.record(
-            actions,
-            self.world.step(actions),
-            return_ends_with_option=self.reward.ends_with_option,
-            subgoal_horizon=self._subgoal_horizon,
-            n_actions=self.world.n_actions,
-            reward=self._kernel_reward,
-            novelty_bonus=self.config.novelty_bonus,
-            autoreset=self._autoreset,
-        )
-        after = None if before is None else self.world.state_after(before, actions)
-        step = Step(records, len(self.world.goals), before, after)
-        if self._kernel_reward == OWN_REWARD:
-            self.reward.write(step)
-        if self.n_ended and self._autoreset and self._measure_shortest:
-            begun = np.flatnonzero(step.episode_ended)
-            self.ledger.shortest[begun] = self.world.shortest_lengths(begun)
-        self.last_step = step
+        self.take_step(self.world.as_actions(actions))
+        step = self.last_step
+        assert step is not None
         return step
+
+    def take_step(self, actions: NDArray[np.int64]) -> np.ndarray:
+        """Take the controller's turn as `step` does, with actions [N] that were checked, after a reset.
+
+        Returns:
+            [N] records of `records.STEP`, which are those of `last_step`.
+        """
+        world, reward, ledger = self.world, self.reward, self.ledger
+        before = world.get_state() if reward.needs_states else None
+        outcomes, (records,) = world.step(actions), self._steps.take()[0]
+        self.n_ended = self._record(
+            outcomes,
+            actions,
+            ledger.records,
+            records,
+            reward.ends_with_option,
+            self._subgoal_horizon,
+            world.n_actions,
+            self._kernel_reward,
+            self.config.novelty_bonus,
+            self._autoreset,
+        )
+        self.last_records, self._last_step = records, None
+        if self._kernel_reward == OWN_REWARD:
+            after = None if before is None else world.state_after(before, actions)
+            self._last_step = Step(records, self._n_goals, before, after)
+            reward.write(self._last_step)
+        if self.n_ended and self._autoreset and self._measure_shortest:
+            begun = np.flatnonzero(records["episode_ended"])
+            ledger.shortest[begun] = world.shortest_lengths(begun)
+        return records
 
     def reset_ended(self, envs: NDArray[np.integer]) -> None:
         """Begin the next episode in environments [M] that had ended before the last step, and clear its records."""
-        assert self.last_step is not None
+        step = self.last_step
+        assert step is not None
         self.reset(None, envs)
-        self.last_step.clear(envs, self.world.n_actions, self.ledger.shortest[envs])
+        step.clear(envs, self.world.n_actions, self.ledger.shortest[envs])
 
     def final_observation(self, agent: str, step: Step, envs: NDArray[np.integer]) -> Observation:
         """Return what an agent observes of environments [M] right after a step, before a reset or the next goal.
@@ -269,7 +295,7 @@ class Turns:
         ledger_schema(len(self), len(self.world.goals), self.world.n_actions).check(ledger, "turns")
         self.world.set_arrays(world)
         self.ledger.write_fields(ledger)
-        self.last_step = None
+        self._last_step, self.last_records = None, None
 
     @property
     def can_split(self) -> bool:

@@ -86,7 +86,10 @@ class EscapeRoomWorld(Engine):
         self.everywhere.setflags(write=False)
         self.variants = tuple(dict.fromkeys(graph.name for graph in self.sampler.everything))
         self.stage_titles: Sequence[str] = self.sampler.stage_titles
-        self._autoreset, self._has_stages = autoreset, self.sampler.n_stages > 1
+        self._has_stages = self.sampler.n_stages > 1
+        self._advance = self.advance if autoreset else self.advance_within_episode
+        # Actions are checked by who asks for a step.
+        self.step = self._step_in_stages if self._has_stages else self._advance  # pyright: ignore
         self._last_levels = self.finals if autoreset else self.state.levels
 
     @property
@@ -114,13 +117,10 @@ class EscapeRoomWorld(Engine):
         super().reset(seed, indices)
         self.sampler.reset(indices)
 
-    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
+    def _step_in_stages(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Act once in every environment and return the outcomes; the curriculum counts the episodes that end."""
-        advance = self.advance if self._autoreset else self.advance_within_episode
-        if not self._has_stages:
-            return advance(actions)
         had_ended = self.state.levels["has_ended"].copy()
-        outcomes = advance(actions)
+        outcomes = self._advance(actions)
         escaped, truncated = outcomes["terminated"] & ~had_ended, outcomes["truncated"] & ~had_ended
         if self.sampler.add(escaped | truncated, escaped):
             self.set_graphs(self.sampler.graphs)
