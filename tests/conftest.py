@@ -2,6 +2,7 @@ import os
 import signal
 
 import pytest
+import torch
 from hypothesis import settings
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # windows are opened, on no screen
@@ -9,6 +10,15 @@ settings.register_profile("hierroom", settings.default, deadline=None)  # how lo
 settings.load_profile("hierroom")
 # Commands that tests start and interrupt take over what is ignored here, as it is in the background of a shell.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def one_thread():
+    """PyTorch uses one thread: at the sizes of tests two wait for each other more than they compute."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
 
 
 @pytest.fixture

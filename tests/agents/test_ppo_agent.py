@@ -304,30 +304,3 @@ def test_a_users_own_learning_meta_controller_is_told_of_every_step_and_saved():
         trainer.advance()
     again.load_state_dict(trainer.state_dict())
     assert vars(again.agents[META].meta) == counts
-
-
-def test_both_agents_are_of_one_class_and_learn_in_one_loop(monkeypatch):
-    calls = []
-
-    def noted(name):
-        method = getattr(PPOAgent, name)
-
-        def note(self, *arguments):
-            calls.append((name, next(agent for agent in trainer.agents if trainer.agents[agent] is self)))
-            return method(self, *arguments)
-
-        return note
-
-    trainer = Trainer(SMALL)
-    assert list(trainer.agents) == [META, CONTROLLER]
-    assert {type(agent) for agent in trainer.agents.values()} == {PPOAgent}
-    for name in ("act", "record", "update"):
-        monkeypatch.setattr(PPOAgent, name, noted(name))
-    while not {("update", META), ("update", CONTROLLER)} <= {*calls}:
-        trainer.advance()
-    records = [name for method, name in calls if method == "record"]
-    assert records == [META, CONTROLLER] * (len(records) // 2)  # each hears of every primitive step
-    assert calls.count(("act", CONTROLLER)) == len(records) // 2 == trainer.steps // 8
-    assert calls[:4] == [("act", META), ("act", CONTROLLER), ("record", META), ("record", CONTROLLER)]
-    for name, agent in trainer.agents.items():
-        assert not np.isnan(agent.statistics["entropy"]), name

@@ -4,27 +4,23 @@ import importlib.util
 import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from children import run_python
 
 ROOT = Path(__file__).parents[2]
 NEEDED = ("mkdocs", "material", "mkdocstrings")
 missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
-pytestmark = pytest.mark.skipif(bool(missing), reason=f"the extra docs is not installed: {', '.join(missing)}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(bool(missing), reason=f"the extra docs is not installed: {', '.join(missing)}"),
+]
 
 
-def build(folder: Path, source: Path = ROOT) -> subprocess.CompletedProcess:
-    return subprocess.run(
-        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)],
-        cwd=source,
-        env=os.environ | {"NO_MKDOCS_2_WARNING": "1"},
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
+def build(folder: Path, source: Path = ROOT):
+    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    return run_python("-m", "mkdocs", "build", "--strict", "--site-dir", folder, cwd=source, env=environment)
 
 
 @pytest.fixture(scope="module")

@@ -1,18 +1,16 @@
 """Every example runs as it stands."""
 
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from children import run_python
 from run_contents import check_picture, check_run, weights
 from turns_helpers import achieve, goal_ids, make
 
 from hierroom.agents.player import Pair, play
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.meta import choose_goals, make_meta
+from hierroom.meta import make_meta
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
@@ -36,7 +34,7 @@ SAYS = {
 
 
 def run(*arguments):
-    done = subprocess.run([sys.executable, *arguments], cwd=EXAMPLES, capture_output=True, text=True, timeout=120)
+    done = run_python(*arguments, cwd=EXAMPLES)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -210,17 +208,3 @@ def test_the_function_of_ones_own_chooses_the_nearest_goal(monkeypatch):
         assert {int(alone.goals[0])} == goal_ids(alone, name)
         if name != "x":
             achieve(alone, name)
-
-
-@pytest.mark.parametrize("name", ["nearest", "NearestKeyFirst"])
-def test_how_long_a_choice_takes(name, monkeypatch):
-    """Shown by ``pytest -s``; a plain function is called once for each environment, and may take its time."""
-    monkeypatch.syspath_prepend(EXAMPLES)
-    meta, situation = make_meta(f"own_meta_controller:{name}"), make("c", 256, size=19).situation(np.arange(256))
-    seconds = []
-    for _ in range(5):
-        started = time.perf_counter()
-        choose_goals(meta, situation)
-        seconds.append(time.perf_counter() - started)
-    print(f"\n{name}: {1e6 * min(seconds) / 256:.1f} microseconds a choice, 256 environments at once")
-    assert min(seconds) / 256 < 1e-3

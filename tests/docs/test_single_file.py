@@ -1,7 +1,6 @@
 """Algorithm 1 in one file: its length, what it imports, its parts beside the package's, and what it learns."""
 
 import ast
-import subprocess
 import sys
 from argparse import Namespace
 from pathlib import Path
@@ -9,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from children import run_python
 
 from hierroom.learners.gae import generalized_advantages
 from hierroom.turns.ledger import CONTROLLER, META
@@ -18,23 +18,16 @@ FILE = EXAMPLES / "single_file.py"
 
 
 @pytest.fixture
-def single_file(monkeypatch):
+def single_file(monkeypatch, one_thread):
     monkeypatch.syspath_prepend(EXAMPLES)
     import single_file
 
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
     with torch.random.fork_rng(devices=[]):
         yield single_file
-    torch.set_num_threads(threads)
 
 
 def settings(**others):
     return Namespace(**({"meta": "learned", "graph": "c", "steps": 600_000, "seed": 0} | others))
-
-
-def run(*arguments):
-    return subprocess.run([sys.executable, FILE.name, *arguments], cwd=EXAMPLES, capture_output=True, text=True)
 
 
 def test_it_is_at_most_300_lines():
@@ -48,13 +41,13 @@ def test_nothing_that_learns_is_imported():
     others = {name.split(".")[0] for name in names} - set(sys.stdlib_module_names)
     assert others == {"hierroom", "numpy", "torch"}
     code = "import sys, single_file; print([n for n in sys.modules if n.startswith('hierroom.')])"
-    loaded = ast.literal_eval(subprocess.check_output([sys.executable, "-c", code], cwd=EXAMPLES, text=True))
+    loaded = ast.literal_eval(run_python("-c", code, cwd=EXAMPLES).stdout)
     assert "hierroom.turns.turns" in loaded
     assert not [name for name in loaded if name.startswith(("hierroom.learners", "hierroom.runs"))]
 
 
 def test_help_is_shown():
-    done = run("--help")
+    done = run_python(FILE.name, "--help", cwd=EXAMPLES)
     assert done.returncode == 0
     assert all(option in done.stdout for option in ("--meta", "--graph", "--steps", "--seed"))
 
@@ -181,6 +174,7 @@ def test_advantages_equal_the_packages(single_file, name):
     assert now["truncated"].any()
 
 
+@pytest.mark.slow
 def test_both_agents_learn_to_escape(single_file):
     """In levels that were not trained in, each better than one that did not learn beside the other that did.
 

@@ -50,14 +50,6 @@ def test_the_signature_lists_every_entry_of_the_config(api):
     assert defaults == config | OWN.get(api, {"render_mode": None})
 
 
-@pytest.mark.parametrize("api", NATIVE)
-def test_the_signature_has_the_types_of_the_config(api):
-    parameters = inspect.signature(NATIVE[api]).parameters
-    for field in fields(EnvConfig):
-        given = parameters[field.name].annotation
-        assert given == "RewardSpec" if field.name == "reward" else given in field.type
-
-
 @pytest.mark.parametrize("api", MADE)
 def test_an_unknown_keyword_is_one_line_that_names_the_known_ones(api):
     native = {"make": "EscapeRoom", "make_vec": "EscapeRooms", "make_vec sync": "EscapeRoom"}.get(api, api)

@@ -3,7 +3,6 @@
 import copy
 import itertools
 
-import cloudpickle
 import gymnasium
 import numpy as np
 import pytest
@@ -211,20 +210,6 @@ def test_what_the_aec_environment_returns_is_the_callers_own():
             twin.reset()
     live = [pair for pair in kept if len(pair[0])]  # PettingZoo itself takes ended agents out of its dicts
     assert equal(*map(list, zip(*live, strict=True)))
-
-
-@pytest.mark.parametrize("clone", [copy.deepcopy, lambda env: cloudpickle.loads(cloudpickle.dumps(env))])
-@pytest.mark.parametrize("api", APIS)
-def test_a_copy_goes_its_own_way(api, clone):
-    env, twin = APIS[api](), APIS[api]()
-    for each in (env, twin):
-        each.reset(seed=7)
-    rng, twin_rng = np.random.default_rng(0), np.random.default_rng(0)
-    advance(env, rng), advance(twin, twin_rng)
-    branch, branch_rng = clone(env), copy.deepcopy(rng)
-    branched = [advance(branch, branch_rng) for _ in range(60)]
-    assert equal([advance(env, rng) for _ in range(60)], branched)
-    assert equal([advance(twin, twin_rng) for _ in range(60)], branched)
 
 
 def test_reset_takes_any_options_and_tells_complexity_if_asked():

@@ -8,6 +8,7 @@ import gymnasium
 import numpy as np
 import pygame
 import pytest
+from children import TIMES_QUIET
 from minigrid.wrappers import ImgObsWrapper
 
 import hierroom
@@ -155,7 +156,7 @@ def test_a_spawned_process_goes_on_with_it():
     env.step({"meta_0": 0, "controller_0": 1})
     process = context.Process(target=in_another_process, args=("parallel", env, 5, results))
     process.start()
-    there = results.get(timeout=60)
+    there = results.get(timeout=TIMES_QUIET * 20)
     process.join()
     assert there == [plain(one) for one in KINDS["parallel"][1](env, actions(20, 5))]
 

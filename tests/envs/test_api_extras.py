@@ -80,11 +80,6 @@ def test_the_state_is_the_whole_grid_as_minigrid_shows_it(make):
     assert goal < len(COLOURS)
 
 
-def test_the_state_needs_a_reset():
-    with pytest.raises(InputError, match=r"^reset the environment before its state is asked for$"):
-        hierroom.raw_env().state()
-
-
 def test_the_spec_tells_the_step_limit():
     env = gymnasium.make(ID, max_steps=77)
     assert env.spec.max_episode_steps == 77

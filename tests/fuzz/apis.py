@@ -1,7 +1,6 @@
 """Fuzzing of the environments' APIs: wrong arguments, seeds, options and actions end in one line, or in play.
 
-``python -m tests.fuzz.apis --examples 2000`` tries so many on every API, and so many plays of the state machine of
-`api_machine`; the seed fixes the former.
+``python -m tests.fuzz.apis --examples 2000`` tries so many on every API; the seed fixes them.
 """
 
 from __future__ import annotations
@@ -20,8 +19,6 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from hypothesis import HealthCheck, settings
-from hypothesis.stateful import run_state_machine_as_test
 from pettingzoo import AECEnv, ParallelEnv
 from rich.progress import track
 
@@ -29,8 +26,6 @@ import hierroom
 from hierroom.gym_env import EscapeRoom
 from hierroom.support.errors import InputError
 from hierroom.vector_env import EscapeRooms
-
-from .api_machine import Faces
 
 ID = "hierroom/EscapeRoom-v0"
 NATIVE = {
@@ -144,30 +139,11 @@ def _play(env: Any, calls: list[Any], rng: random.Random) -> None:
     env.close()
 
 
-def play_side_by_side(examples: int, steps: int = 30) -> None:
-    """Let the state machine play so many times, always the same.
-
-    Raises:
-        AssertionError: or whatever else goes wrong, with the calls that lead there.
-    """
-    run_state_machine_as_test(
-        Faces,
-        settings=settings(
-            max_examples=examples,
-            stateful_step_count=steps,
-            deadline=None,
-            derandomize=True,
-            database=None,
-            suppress_health_check=list(HealthCheck),
-        ),
-    )
-
-
 def main() -> int:
     """Print what goes wrong; returns 1 if anything does."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--examples", type=int, default=500, help="wrong uses of each API, and plays side by side")
-    parser.add_argument("--seed", type=int, default=0, help="fixes the wrong uses")
+    parser.add_argument("--examples", type=int, default=500, help="wrong uses of each API")
+    parser.add_argument("--seed", type=int, default=0, help="fixes them")
     options = parser.parse_args()
     os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
     n_wrong = 0
@@ -178,8 +154,6 @@ def main() -> int:
                 n_wrong += 1
                 print(f"\n{tried}\n{problem[-2000:]}", flush=True)
     print(f"{options.examples} wrong uses of each of {len(APIS)} APIs (seed {options.seed}): {n_wrong} ended otherwise")
-    play_side_by_side(options.examples)
-    print(f"{options.examples} plays of the AEC and the parallel environment side by side: the same, always")
     return int(n_wrong > 0)
 
 

@@ -57,16 +57,6 @@ def settled(curiosity, rng, n=6):
     return curiosity
 
 
-def test_nothing_is_rewarded_before_counts_and_returns_say_something():
-    curiosity, rng = make(), np.random.default_rng(1)
-    for _ in range(30):
-        assert not curiosity.rewards(draw(rng)).any()
-    curiosity.learn()
-    for _ in range(20):
-        assert not curiosity.rewards(draw(rng)).any()
-    assert (curiosity.rewards(draw(rng)) > 0).all()
-
-
 def test_rewards_are_errors_over_the_deviation_of_all_grown_returns():
     curiosity, rng = make(), np.random.default_rng(1)
     curiosity.rewards(draw(rng))

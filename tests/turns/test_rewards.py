@@ -14,7 +14,6 @@ from hierroom.meta import make_meta
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.rewards import REWARDS, make_reward
 from hierroom.turns.step import Step
 from hierroom.turns.turns import Turns
@@ -44,18 +43,6 @@ def play(turns: Turns, n_steps: int, seed: int = 0) -> list[Step]:
         turns.ask(meta)
         steps.append(turns.step(rng.integers(turns.world.n_actions, size=len(turns))))
     return steps
-
-
-def test_the_states_are_the_worlds_where_an_ended_episode_stays_as_it_is():
-    reward = Watching()
-    turns = Turns(EnvConfig(reward=reward, **SETTINGS), 4, seed=0, autoreset=False)
-    for n, actions in enumerate(np.random.default_rng(1).integers(6, size=(50, 4)), start=1):
-        before = turns.world.get_state()
-        step = turns.step(actions)
-        for told, state in ((step.before, before), (step.after, turns.world.get_state())):
-            np.testing.assert_array_equal(told.levels, state.levels)
-            np.testing.assert_array_equal(told.grids, state.grids)
-        assert step.episode_ended.all() == (n >= 40)
 
 
 def test_the_states_are_those_before_and_after_the_step_and_before_a_reset():

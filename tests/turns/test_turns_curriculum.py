@@ -168,13 +168,3 @@ def test_an_episode_that_was_left_is_older_no_more():
     assert turns.get_state()["n_ended"].tolist() == [-1] * 25
     turns.reset()
     assert turns.get_state()["n_ended"].tolist() == [0] * 25
-
-
-def test_a_state_that_does_not_fit_changes_nothing():
-    turns = make("hitting_time:8..16", 2, curriculum_stages=2)
-    state = make("hitting_time:8..16", 2, seed=5, curriculum_stages=2).get_state()
-    state["curriculum"][0] = 2
-    before = turns.get_state()
-    with pytest.raises(InputError):
-        turns.set_state(state)
-    np.testing.assert_array_equal(before["grids"], turns.get_state()["grids"])

@@ -164,23 +164,3 @@ def test_what_a_step_tells_of_is_nobody_elses(reward):
     for step, then in kept:
         for name in step:
             np.testing.assert_array_equal(step[name], then[name], err_msg=name)
-
-
-def test_parts_are_taken_only_where_no_environment_depends_on_others():
-    assert make("a", n=3).can_part
-    assert not make("hitting_time:8..16", n=3, curriculum_stages=2).can_part
-    assert not make("a", n=3, reward=lambda step: step.extrinsic).can_part
-
-
-@pytest.mark.parametrize("n", [1, 2, 3])
-def test_one_environment_of_several_is_told_of_alone(n):
-    turns = make("c", n=n, seed=3)
-    for _ in range(7):
-        turns.step(np.arange(n) % 3)
-    for env in range(n):
-        only = np.array([env])
-        assert turns.situation(only).state.levels["row"].tolist() == [turns.world.state.levels["row"][env]]
-        assert turns.situation(only).state.levels["index"].tolist() == [env]
-        for agent in ("meta_0", "controller_0"):
-            assert turns.observe(agent, only).levels["index"].tolist() == [env]
-            np.testing.assert_array_equal(turns.observe(agent, only).tiles[0], turns.world.outcomes["tiles"][env])

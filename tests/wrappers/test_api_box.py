@@ -148,15 +148,6 @@ def test_supersuit_for_ten_thousand_steps():
     env.close()
 
 
-@pytest.fixture
-def one_thread():
-    """Two threads wait for each other more than they compute, at this size."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
-
-
 @pytest.mark.usefixtures("one_thread")
 def test_stable_baselines_learns_through_it():
     """Two updates, in environments that are the same again, change every weight, the same way again."""

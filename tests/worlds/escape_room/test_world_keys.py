@@ -17,7 +17,6 @@ from hierroom.worlds.escape_room.constants import (
     PICKUP,
     WALL,
 )
-from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.world import World
 
 
@@ -139,18 +138,6 @@ def test_the_step_that_opened_a_door_is_remembered():
     face(world, LOCKED_DOOR + level.colours[1])
     assert act(world, OPEN).event == 6 + level.colours[1]
     assert level.opened_at.tolist() == [0, 3, 0, 0, 0, 0]
-
-
-def test_a_world_remembers_only_what_it_is_asked_to():
-    for asked in [(), *((name,) for name in MEMORIES)]:
-        world = World([NAMED_GRAPHS["b"]], seed=17, memories=asked)
-        level, novel = world.state.levels[0], []
-        fetch(world, level.colours[1])
-        face(world, LOCKED_DOOR + level.colours[1])
-        for action in (OPEN, FORWARD, LEFT, FORWARD, FORWARD):
-            novel.append(bool(act(world, action).is_novel))
-        assert [name for name in MEMORIES if level[name].any()] == [*asked]
-        assert any(novel) == ("visited" in asked)
 
 
 def test_what_was_seen_is_remembered_for_the_episode():
