@@ -46,12 +46,6 @@ def test_nothing_that_learns_is_imported():
     assert not [name for name in loaded if name.startswith(("hierroom.learners", "hierroom.runs"))]
 
 
-def test_help_is_shown():
-    done = run_python(FILE.name, "--help", cwd=EXAMPLES)
-    assert done.returncode == 0
-    assert all(option in done.stdout for option in ("--meta", "--graph", "--steps", "--seed"))
-
-
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -86,24 +80,6 @@ def networks(single_file):
 def random_features(features, *shape):
     cardinalities = features.cardinalities
     return torch.from_numpy(np.random.default_rng(0).integers(cardinalities, size=(*shape, len(cardinalities))))
-
-
-@torch.no_grad()
-def test_turns_at_once_equal_turns_one_by_one(single_file):
-    """With the state forgotten where an episode begins."""
-    for network, names, n_logits in networks(single_file):
-        features = random_features(names, 6, 3)
-        first = torch.randn(3, network.parts * 2 * single_file.H)
-        begins = torch.rand(6, 3) < 0.3
-        logits, values, last = network(features, first, begins)
-        assert logits.shape == (6, 3, n_logits)
-        state = first
-        for t in range(6):
-            state = torch.where(begins[t, :, None], 0.0, state)
-            one, value, state = network(features[t : t + 1], state, torch.zeros(1, 3, dtype=torch.bool))
-            torch.testing.assert_close(one[0], logits[t])
-            torch.testing.assert_close(value[0], values[t])
-        torch.testing.assert_close(state, last)
 
 
 @torch.no_grad()

@@ -1,6 +1,5 @@
 """The compiled turns beside their slow twins."""
 
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
