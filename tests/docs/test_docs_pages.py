@@ -157,6 +157,7 @@ def test_what_follows_a_command_is_what_it_prints(before, block, capsys, monkeyp
     assert capsys.readouterr().out == block.text
 
 
+@pytest.mark.slow
 def test_the_notebook_runs(tmp_path, monkeypatch):
     """Its cells one after the other, without Jupyter."""
     monkeypatch.chdir(tmp_path)

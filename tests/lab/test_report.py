@@ -395,6 +395,7 @@ def test_code_of_ones_own_is_not_run_without_trust(tmp_path, capsys):
     assert "names code that does not ship with hierroom: meta 'os:abort'" in page.text
 
 
+@pytest.mark.slow
 def test_the_command_as_a_user_calls_it(runs, tmp_path):
     command = [sys.executable, "-m", "hierroom", "report", str(runs), "--played", "5", "--episodes", "1"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)

@@ -166,7 +166,9 @@ def test_a_final_observation_is_valued_with_the_state_after_the_turn(network):
     assert torch.equal(learner.state_dict()["states"], states)
 
 
-@both_paths
+@pytest.mark.parametrize(
+    "network", [None, pytest.param(PlainTorchNetwork, marks=pytest.mark.slow)], ids=["compiled", "torch"]
+)
 @pytest.mark.parametrize("time_limit", [5, 50])
 def test_a_reward_of_one_each_step_is_worth_the_same_whatever_the_time_limit(network, time_limit):
     gamma, n = 0.8, 8

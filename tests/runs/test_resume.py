@@ -171,6 +171,7 @@ def test_events_that_cannot_be_written_are_warned_of_once(fixed, tmp_path, monke
     assert len(scalars(folder)) > 10
 
 
+@pytest.mark.slow
 def test_kills_at_any_place_lose_nothing():
     """The short form of what docs/reliability.md tells of."""
     command = [sys.executable, str(KILLS), "--kills", "6", "--runs", "learned", "--seed", "3"]
