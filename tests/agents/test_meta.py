@@ -89,28 +89,6 @@ def test_fixed_dfs_is_uniform_over_depth_first_paths(graph, goal_mask):
         assert chisquare([counts[path] for path in expected], frequencies).pvalue > 1e-3
 
 
-@pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
-def test_fixed_dfs_on_foot(graph):
-    """The agent walks to each goal; where it trips over another key on its way, that path is not compared."""
-    turns, meta, expected = make(graph), make_meta("fixed-dfs"), depth_first_paths(graph)
-    walked = Counter()
-    for _ in range(12):
-        path, has_tripped, has_ended = (), False, False
-        while not has_ended:
-            turns.ask(meta)
-            goal, level = int(turns.goals[0]), turns.world.state.levels[0]
-            path += (name(level, goal),)
-            for action in shortest_actions(turns.world.get_state(), goal):
-                step = turns.step([action])
-                has_tripped |= step.events[0] not in (-1, goal)
-            assert step.reached[0]
-            has_ended = step.episode_ended[0]
-        assert step.terminated[0]
-        walked[None if has_tripped else path] += 1
-    assert walked.keys() - {None} <= expected.keys()
-    assert walked[None] < 10
-
-
 def test_fixed_dfs_has_no_goal_where_it_may_choose_none():
     turns = make(SEVEN_ROOMS, 64, goal_mask="seen")
     turns.ask(make_meta("fixed-dfs"))

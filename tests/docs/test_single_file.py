@@ -82,19 +82,6 @@ def random_features(features, *shape):
     return torch.from_numpy(np.random.default_rng(0).integers(cardinalities, size=(*shape, len(cardinalities))))
 
 
-@torch.no_grad()
-def test_the_meta_controller_treats_all_colours_alike(single_file):
-    _, (network, names, _) = networks(single_file)
-    features, state = random_features(names, 4, 2), torch.zeros(2, 7 * 2 * single_file.H)
-    begins, colours = torch.zeros(4, 2, dtype=torch.bool), torch.randperm(6)
-    goals = torch.cat([colours, 6 + colours, torch.tensor([12])])
-    logits, values, _ = network(features, state, begins)
-    permuted, same, _ = network(features[..., torch.cat([goals, 13 + goals])], state, begins)
-    torch.testing.assert_close(permuted, logits[..., torch.cat([goals, torch.tensor([13])])])
-    torch.testing.assert_close(same, values)
-    assert logits.std(dim=-1).min() > 1e-3  # and goals differently
-
-
 def played(single_file, n_steps):
     """Both agents after some steps in which they do not learn."""
     turns = single_file.make_turns(settings(), 16, "training")

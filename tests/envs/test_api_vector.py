@@ -7,7 +7,6 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from hierroom.gym_env import EscapeRoom
 from hierroom.support.errors import InputError
-from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
@@ -180,12 +179,3 @@ def test_all_environments_are_rendered():
     assert EscapeRooms(2).render() is None
     with pytest.raises(InputError, match="render_mode of many environments must be one of ansi, rgb_array or None"):
         EscapeRooms(2, render_mode="human")
-
-
-def test_an_episode_begun_anew_by_itself_counts_in_the_new_stage():
-    """An environment that is reset alone plays an episode of the current stage, as all do after a reset of all."""
-    turns = Turns(EscapeRooms(1, "rooms:4", curriculum_stages=2).turns.config, 3, seed=0, autoreset=False)
-    turns.sampler._n_ended[:] = -1, -1, 2
-    turns.reset(None, np.array([1, 2]))
-    assert turns.get_state()["n_ended"].tolist() == [-1, 0, 2]
-    assert turns.world.state.levels["episode"].tolist() == [0, 1, 1]

@@ -119,20 +119,6 @@ def test_resumed_equals_uninterrupted_even_between_updates():
         assert through.learn() == resumed.learn()
 
 
-def test_a_resumed_run_goes_on_curious_as_it_was():
-    through, before = Trainer(SMALL), Trainer(SMALL)
-    for trainer in (through, before):
-        for _ in range(2):
-            trainer.advance()
-    after = Trainer(SMALL)
-    after.load_state_dict(before.state_dict())
-    for trainer in (through, after):
-        for _ in range(2):
-            trainer.advance()
-    assert through.agents[CONTROLLER].statistics == after.agents[CONTROLLER].statistics
-    assert through.metrics()["curiosity_error"] > 0
-
-
 def test_what_is_new_of_the_level_is_rewarded():
     trainer = Trainer(SMALL.changed(ppo=PPOConfig(sequence_length=200)))
     turns, agent, told = trainer.turns, trainer.agents[CONTROLLER], []

@@ -202,3 +202,10 @@ def test_the_complexity_is_that_with_the_actions_there_are():
     expected = {drop_key: make("d", drop_key=drop_key).complexity.expected_steps for drop_key in (False, True)}
     assert expected == {drop_key: analyze("d", drop_key=drop_key).expected_steps for drop_key in (False, True)}
     assert expected[False] < expected[True]
+
+
+def test_nobody_can_change_which_actions_others_may_take():
+    turns = make("a", n=3)
+    some = turns.observe("controller_0", np.arange(2))
+    with pytest.raises(ValueError, match="read-only"):
+        some.masks[:] = False

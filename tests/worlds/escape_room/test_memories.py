@@ -82,17 +82,6 @@ def test_a_memory_asked_for_later_holds_from_the_next_reset_on(memory):
     assert (world.state.levels["episode"] >= 2).all()
 
 
-def test_what_is_asked_for_adds_up():
-    world, full = make_world(["visited"]), make_world(MEMORIES)
-    world.remember(["doorways"])
-    world.remember(["explored", "visited"])
-    world.reset(3)
-    for actions in actions_of(100):
-        world.step(actions)
-        full.step(actions)
-    assert_same_world(world, full)
-
-
 def test_a_state_brings_along_what_is_remembered():
     remembering, other = make_world(MEMORIES), make_world([], seed=9)
     for actions in actions_of(50):
