@@ -130,13 +130,13 @@ def test_an_action_that_nobody_has_is_still_refused():
         env.step(14)
 
 
-def test_supersuit_for_ten_thousand_steps():
+def test_supersuit_for_two_thousand_steps():
     env = concat_vec_envs_v1(pettingzoo_env_to_vec_env_v1(make()), 2, base_class="gymnasium")
     observations, _ = env.reset(seed=0)
     assert len(np.unique(observations[::2], axis=0)) == 2  # two environments, no copies
     rng = np.random.default_rng(0)
     ends = 0
-    for _ in range(5_000):  # of two environments
+    for _ in range(1_000):  # of two environments
         observations, rewards, terminated, truncated, infos = env.step(rng.integers(6, size=4))
         assert observations.shape == (4, 191)
         assert np.isfinite(rewards).all()
@@ -144,7 +144,7 @@ def test_supersuit_for_ten_thousand_steps():
         assert (episode_ended[::2] == episode_ended[1::2]).all()
         ends += int(episode_ended[::2].sum())
         assert [info["success"] for info in infos] == terminated.astype(bool).tolist()
-    assert ends >= 2 * (5_000 // 60)
+    assert ends >= 2 * (1_000 // 60)
     env.close()
 
 

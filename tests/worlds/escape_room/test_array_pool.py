@@ -5,8 +5,6 @@ import pickle
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.escape_room.array_pool import ArrayPool
@@ -55,30 +53,6 @@ def test_a_copy_has_arrays_of_its_own(copied):
     (first, _), _ = pool.take()
     (other, _), _ = copied(pool).take()
     assert not np.shares_memory(first, other)
-
-
-@given(keep=st.lists(st.integers(0, 3), min_size=30, max_size=30), flat=st.booleans())
-@settings(max_examples=10)
-def test_what_is_kept_of_a_vector_environment_stays_as_it_was(keep, flat):
-    """Whatever is kept of a step, and however long, no later step changes it."""
-    envs = EscapeRooms(3, "a", size=11, max_steps=7, flat=flat)
-    kept = [(value, value.copy()) for value in leaves(envs.reset(seed=0))]
-    rng = np.random.default_rng(0)
-    for what in keep:
-        told = list(leaves(envs.step(rng.integers(5, size=3))))
-        kept += [(value, value.copy()) for value in told[:: what + 1][: 4 * what]]
-    for value, before in kept:
-        np.testing.assert_array_equal(value, before)
-
-
-def leaves(told):
-    if isinstance(told, dict):
-        told = tuple(told.values())
-    for value in told:
-        if isinstance(value, (dict, tuple)):
-            yield from leaves(value)
-        elif isinstance(value, np.ndarray) and value.dtype != object:
-            yield value
 
 
 def test_the_steps_that_a_meta_controller_kept_stay_as_they_were():
