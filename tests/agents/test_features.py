@@ -39,7 +39,7 @@ def test_the_goal_is_where_views_of_this_episode_showed_it_last():
     meta = make_meta("random")
     rng, memories = np.random.default_rng(0), [{} for _ in range(N_ENVS)]
     compared = {"no goal": 0, "not there": 0, "not seen yet": 0, "in view": 0, "remembered": 0, "dropped": 0}
-    for _ in range(2000):
+    for _ in range(1200):
         turns.ask(meta)
         turns.goals[rng.random(N_ENVS) < 0.01] = NO_GOAL
         observation = turns.observe("controller_0", np.arange(N_ENVS))

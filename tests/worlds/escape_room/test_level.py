@@ -88,7 +88,7 @@ def test_a_level_says_what_the_state_holds(mask):
     turns, rng = make(GRAPHS, N_ENVS, seed=7, **settings), np.random.default_rng(3)
     lay, seen = [{} for _ in range(N_ENVS)], [set() for _ in range(N_ENVS)]
     met = dict.fromkeys(("held", "dropped", "open", "not there", "not seen", "reachable", "legal", "waiting"), 0)
-    for step in range(270):
+    for step in range(180):
         for n in range(N_ENVS):
             record = turns.world.state.levels[n]
             lay[n] |= cells_of_goals(turns.world.state.grids[n])
