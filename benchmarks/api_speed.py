@@ -28,8 +28,8 @@ import hierroom
 from hierroom.goals import GoalGraph
 from hierroom.gym_env import EscapeRoom
 from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.tiles import encode
-from hierroom.worlds.escape_room.world import World
 
 Run = Callable[[int], None]
 BATCHES = (128, 8192)

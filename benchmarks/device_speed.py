@@ -23,7 +23,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 
 @dataclass(frozen=True)

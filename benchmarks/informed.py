@@ -7,7 +7,7 @@ import numpy as np
 from hierroom.goals import EXIT_GOAL, NO_GOAL
 from hierroom.meta import MetaController
 from hierroom.turns.ledger import META
-from hierroom.turns.step import Step
+from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.oracle import shortest_actions
 

@@ -46,7 +46,7 @@ from hierroom.complexity.measures import (
 from hierroom.complexity.measures.ergodic import MAX_COVER_NODES
 from hierroom.complexity.report import ComplexityReport
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
-from hierroom.lab.measure.levels import GORP_RUNS, LEVEL_POLICIES, level_mdp
+from hierroom.worlds.escape_room.measured_levels import GORP_RUNS, LEVEL_POLICIES, level_mdp
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,8 @@ import tyro
 
 from hierroom.meta import FixedDFS, LevelMeta, choose_goals
 from hierroom.support.cli import run
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "examples"))
 from own_meta_controller import NearestKeyFirst, nearest

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NO_GOAL
 from hierroom.meta import MetaController
 from hierroom.support.errors import InputError
-from hierroom.turns.step import Step
+from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room import constants, view_kernels
 from hierroom.worlds.escape_room.constants import (

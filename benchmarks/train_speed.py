@@ -34,7 +34,7 @@ import hierroom  # noqa: F401 - registers the environments
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 NUM_ENVS, LENGTH, EPOCHS, MINIBATCHES = 128, 128, 4, 4
 THEIRS = "sb3-contrib RecurrentPPO"

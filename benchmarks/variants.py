@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
-from hierroom.agents.features import Features
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
+from hierroom.turns.records import Step
 from hierroom.turns.rewards import Bonus, Intrinsic
-from hierroom.turns.step import Step
+from hierroom.worlds.escape_room.features import Features
 from hierroom.worlds.escape_room.tiles import TRIPLES
 
 _VIEW = 49

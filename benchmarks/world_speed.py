@@ -24,9 +24,9 @@ from pathlib import Path
 import numpy as np
 
 from hierroom.goals import GoalGraph
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.tiles import encode
-from hierroom.worlds.escape_room.world import World
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
 from minigrid_level import MiniGridLevel

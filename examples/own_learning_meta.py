@@ -39,11 +39,11 @@ class ReachedMostOften:
         self.given[situation.envs] = kinds[np.arange(len(goals)), goals]
         return goals
 
-    def learn(self, transition):
+    def learn(self, step):
         """Count the goals of the options that a primitive step ended, and those that were reached."""
-        envs = transition.envs[transition.goals >= 0]
+        envs = np.flatnonzero(step.option_ended & (step.goals >= 0))
         np.add.at(self.tried, self.given[envs], 1)
-        np.add.at(self.reached, self.given[envs], transition.step.reached[envs])
+        np.add.at(self.reached, self.given[envs], step.reached[envs])
 
     def for_play(self, num_envs, *, seed):
         """The same for other environments, to play and learn no more."""

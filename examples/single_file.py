@@ -20,17 +20,17 @@ import torch
 from torch import Tensor, nn
 from torch.distributions import Categorical
 
-from hierroom.agents.features import Features
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.controller import Observation
 from hierroom.goals import N_GOALS
 from hierroom.meta import make_meta
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig, LevelsName
 from hierroom.turns.ledger import CONTROLLER, META, Transition
-from hierroom.turns.step import Step
+from hierroom.turns.records import Step
 from hierroom.turns.turns import N_META_ACTIONS, Turns
+from hierroom.worlds.env_config import EnvConfig, LevelsName
+from hierroom.worlds.escape_room.features import Features
 
 
 @dataclass(frozen=True)

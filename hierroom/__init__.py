@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from hierroom.runs.trained_agent import TrainedAgent, load
     from hierroom.support.errors import InputError
     from hierroom.train import train
-    from hierroom.turns.env_config import EnvConfig
+    from hierroom.worlds.env_config import EnvConfig
     from hierroom.wrappers.boxes import box_view
     from hierroom.wrappers.features import add_features
     from hierroom.wrappers.minigrid import minigrid_view

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.goals import GOAL_VECTORS, N_COLOURS
-from hierroom.worlds.escape_room.constants import VIEW
-from hierroom.worlds.escape_room.tiles import encode
+from hierroom.goals.goal_set import GoalSet
+from hierroom.worlds.world import View
 
 
 @dataclass(frozen=True)
 class Observation:
     """What M environments show an agent at one moment: observations and the features of a network are made from it.
 
+    Attributes of the view can be asked for directly: ``observation.levels`` is ``observation.view.levels``.
+
     Args:
         envs: [M] int, the environments' places in the batch.
-        tiles: [M, 7, 7] uint8 tile codes of the view.
-        levels: [M] records of `layout.LEVEL`.
-        goals: [M] int, the goal ids pursued, or -1; for the meta-controller those of its last options that ended.
+        view: what the world shows.
+        goal_set: the goals of the world.
+        goals: [M] int, the goals pursued, or -1; for the meta-controller those of its last options that ended.
         previous_actions: [M] int, the controller's last action; the number of actions before the first, and where it
             was none of them.
         outcomes: [M] int, how the last option ended: ``NO_OUTCOME``, ``REACHED``, ``TIMED_OUT`` or ``OTHER``.
@@ -29,8 +31,8 @@ class Observation:
     """
 
     envs: NDArray[np.integer]
-    tiles: NDArray[np.uint8]
-    levels: np.ndarray
+    view: View
+    goal_set: GoalSet
     goals: NDArray[np.integer]
     previous_actions: NDArray[np.integer]
     outcomes: NDArray[np.integer]
@@ -39,34 +41,41 @@ class Observation:
     def __len__(self) -> int:
         return len(self.envs)
 
+    def __getattr__(self, name: str) -> Any:
+        """Return an attribute of the view."""
+        if name.startswith("__") or name == "view":
+            raise AttributeError(name)
+        try:
+            return getattr(self.view, name)
+        except AttributeError:
+            raise AttributeError(
+                f"{name!r} is neither of every {type(self).__name__.lower()} nor of this world's"
+            ) from None
+
     def as_dict(self) -> dict[str, NDArray]:
-        """The observations of the environments as PettingZoo's and Gymnasium's users get them, in fresh arrays.
+        """Return the observations as PettingZoo's and Gymnasium's users get them, in fresh arrays.
 
         Returns:
-            ``observation`` [M, 7, 7, 3] uint8 as MiniGrid's ``image``: cell [i, j] is i - 3 cells to the agent's right
-            and 6 - j ahead; its channels are MiniGrid's object id, its colour id, and 1 for an open door. ``goal``
-            [M, 9] float32, one-hot object and colour, zero for no goal. ``direction`` [M] int64, 0 east, 1 south, 2
-            west, 3 north. ``keys_held`` and ``doors_open`` [M, 6] int8 by colour, the keys held and the doors open.
-            ``action_mask`` [M, A] int8.
+            the entries of the world (an EscapeRoom's: `level_view.LevelView.as_dict`), ``goal`` [M, K] float32, the
+            goal's vector, and ``action_mask`` [M, A] int8.
         """
-        levels, branches = self.levels, self.levels["branches"]
         return {
-            "observation": encode(self.tiles),
-            "goal": GOAL_VECTORS[self.goals],
-            "direction": levels["direction"].astype(np.int64),
-            "keys_held": (levels["keys"][:, None] >> branches & 1).astype(np.int8),
-            "doors_open": (levels["doors"][:, None] >> branches & 1).astype(np.int8),
+            **self.view.as_dict(),
+            "goal": self.goal_set.vectors[self.goals],
             "action_mask": self.masks.astype(np.int8),
         }
 
 
-def observation_spaces(n_actions: int) -> dict[str, spaces.Space]:
-    """The spaces of the entries of `Observation.as_dict`, for an agent with so many actions."""
+def observation_spaces(world: dict[str, spaces.Space], goals: GoalSet, n_actions: int) -> dict[str, spaces.Space]:
+    """Return the spaces of the entries of `Observation.as_dict`.
+
+    Args:
+        world: the spaces of the world's own entries.
+        goals: its goals.
+        n_actions: number of actions of the agent that observes.
+    """
     return {
-        "observation": spaces.Box(0, 10, (VIEW, VIEW, 3), np.uint8),
-        "goal": spaces.Box(0, 1, GOAL_VECTORS.shape[1:], np.float32),
-        "direction": spaces.Discrete(4),
-        "keys_held": spaces.Box(0, 1, (N_COLOURS,), np.int8),
-        "doors_open": spaces.Box(0, 1, (N_COLOURS,), np.int8),
+        **world,
+        "goal": spaces.Box(0, 1, goals.vectors.shape[1:], np.float32),
         "action_mask": spaces.Box(0, 1, (n_actions,), np.int8),
     }

@@ -10,17 +10,13 @@ from typing import Any, Protocol, TypeGuard, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.goals import N_COLOURS, N_GOALS, NO_GOAL
+from hierroom.goals import NO_GOAL
 from hierroom.support.errors import InputError, in_one_line, own_code, shown
 from hierroom.support.plugins import load_plugin
-from hierroom.turns.ledger import Transition
 from hierroom.turns.meta_check import checked_meta
+from hierroom.turns.records import META, Step
 from hierroom.turns.situation import Situation
-from hierroom.turns.step import Step
-from hierroom.worlds.escape_room import batch_kernels
-from hierroom.worlds.escape_room.layout import OUTCOME, State
-from hierroom.worlds.escape_room.level import Goal, Level
-from hierroom.worlds.escape_room.oracle import shortest_actions
+from hierroom.turns.turns import Turns
 
 ENTRY_POINT_GROUP = "hierroom.meta_controllers"
 LEARNED = "learned"
@@ -74,8 +70,8 @@ class LearningMeta(MetaController, Protocol):
         """
         ...
 
-    def learn(self, transition: Transition) -> None:
-        """Learn from the options that a primitive step ended; called after each step, before the next choice."""
+    def learn(self, step: Step) -> None:
+        """Learn from the options that a primitive step ended, where ``step.option_ended``; called after each step."""
         ...
 
     def for_play(self, num_envs: int, *, seed: int) -> MetaController:
@@ -99,13 +95,7 @@ class FixedDFS:
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
         """The exit, else the door of a key held, else a key in the room opened last that still has one."""
-        levels, n = situation.levels, len(situation)
-        opened_at = np.zeros((n, 1 + N_COLOURS), np.int64)  # of every room; the centre is open from step 0
-        opened_at[:, 1:] = levels["opened_at"]
-        recency = opened_at[np.arange(n)[:, None], situation.key_rooms]  # [M, 6] of the room the key lies in
-        later = levels["max_steps"].astype(np.int64) + 1
-        rank = situation.by_goal(recency, recency + later[:, None], 2 * later)
-        return _random_best(rank, legal & situation.reachable, situation.uniforms[:, :N_GOALS])
+        return _random_best(situation.depth_first_ranks, legal & situation.reachable, situation.uniforms[:, :-1])
 
 
 class RandomGoals:
@@ -121,7 +111,7 @@ class OracleGoals:
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
         """The first goal event of the shortest action sequence, whether or not the mask allows it."""
-        return np.array([_first_event(situation.state[m]) for m in range(len(situation))])
+        return situation.oracle_goals
 
 
 class NoGoals:
@@ -139,26 +129,26 @@ class LevelMeta:
         function: is given a `Level`, and returns a `Goal` of it, a goal id, or None for no goal.
     """
 
-    def __init__(self, function: Callable[[Level], Goal | int | None]) -> None:
+    def __init__(self, function: Callable[[Any], Any]) -> None:
         self.function = function
 
     def choose(self, observations, legal, situation: Situation) -> NDArray[np.integer]:
         """What the function says of each environment; no goal, and nothing is asked, where no goal is legal."""
-        return np.array([self._goal(situation.level(m)) if legal[m].any() else NO_GOAL for m in range(len(situation))])
+        n_goals, envs = len(situation.goal_set), range(len(situation))
+        return np.array([self._goal(situation.level(m), n_goals) if legal[m].any() else NO_GOAL for m in envs])
 
-    def _goal(self, level: Level) -> int:
+    def _goal(self, level: Any, n_goals: int) -> int:
         goal = self.function(level)
-        if isinstance(goal, Goal):
-            return goal.id
         if goal is None:
             return NO_GOAL
-        if isinstance(goal, (int, np.integer)) and not isinstance(goal, bool) and NO_GOAL <= goal <= N_GOALS:
-            return int(goal)
+        number = getattr(goal, "id", goal)
+        if isinstance(number, (int, np.integer)) and not isinstance(number, bool) and NO_GOAL <= number <= n_goals:
+            return int(number)
         if inspect.iscoroutine(goal):
             goal.close()
         name = getattr(self.function, "__name__", "a meta-controller's function")
         given = " ".join(repr(goal).split())
-        raise InputError(f"{name} must return a goal of the level, a goal id (0 to 12) or None, not {given}")
+        raise InputError(f"{name} must return a goal of the level, a goal id (0 to {n_goals - 1}) or None, not {given}")
 
 
 META_CONTROLLERS: Mapping[str, type] = {
@@ -170,7 +160,7 @@ META_CONTROLLERS: Mapping[str, type] = {
 """The meta-controllers that learn nothing, by the name users type; beside them there is `LEARNED`."""
 
 
-MetaSpec = str | MetaController | Callable[[Level], Any]
+MetaSpec = str | MetaController | Callable[[Any], Any]
 """Who picks the goals, as `make_meta` takes it."""
 
 
@@ -230,7 +220,17 @@ def choose_goals(meta: MetaController, situation: Situation) -> NDArray[np.integ
         return meta.choose(observations, legal, situation)
 
 
-def show_step(meta: MetaController, step: Step, turns: Any) -> None:
+def take_turn(meta: MetaController, turns: Turns) -> None:
+    """Let a meta-controller take its turn in every environment where it is due."""
+    if type(meta) is NoGoals:
+        if turns.ledger.is_meta_turn.any():
+            turns.choose_everywhere(np.full(len(turns), NO_GOAL))
+    elif len(due := turns.due(META)):
+        situation = turns.situation(due)
+        turns.choose(situation, choose_goals(meta, situation))
+
+
+def show_step(meta: MetaController, step: Step, turns: Turns) -> None:
     """Let a meta-controller that watches see a step.
 
     Args:
@@ -256,7 +256,7 @@ def random_choice(choices: NDArray[np.bool_], uniforms: NDArray[np.float64]) -> 
     return _random_best(np.zeros(choices.shape), choices, uniforms)
 
 
-def _is_function(thing: Any) -> TypeGuard[Callable[[Level], Any]]:
+def _is_function(thing: Any) -> TypeGuard[Callable[[Any], Any]]:
     """Whether it is to be called with a level: a function, or another callable that does not choose by itself."""
     return callable(thing) and not isinstance(thing, type) and not hasattr(thing, "choose")
 
@@ -265,12 +265,3 @@ def _random_best(rank: NDArray, legal: NDArray[np.bool_], uniforms: NDArray[np.f
     """[M] the legal goal of highest whole-numbered rank, at random among equals; no goal where none is legal."""
     best = np.where(legal, rank + uniforms, NO_GOAL)
     return np.where(legal.any(axis=1), best.argmax(axis=1), NO_GOAL)
-
-
-def _first_event(state: State) -> int:
-    outcomes = np.zeros(1, OUTCOME)
-    for action in shortest_actions(state):
-        batch_kernels.step_levels(state.levels, state.grids, np.array([action], np.int64), outcomes)
-        if outcomes["event"][0] >= 0:
-            return int(outcomes["event"][0])
-    return NO_GOAL

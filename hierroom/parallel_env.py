@@ -11,50 +11,28 @@ Version history: v0, the first.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from hierroom.envs.global_state import global_state, state_space
 from hierroom.envs.single_env import SingleEnv, as_action
 from hierroom.goals import GraphSpecs
 from hierroom.support.errors import InputError, shown
-from hierroom.turns.env_config import (
-    FRAMES_PER_SECOND,
-    NOVELTY_BONUS,
-    EnvConfig,
-    GoalMaskName,
-    LevelsName,
-    known_arguments,
-)
-from hierroom.turns.ledger import AGENTS, META
-from hierroom.turns.rewards import RewardSpec
-from hierroom.worlds.escape_room.render import RENDER_MODES
+from hierroom.turns.records import AGENTS, META
+from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig
+from hierroom.worlds.world import RENDER_MODES
 
 
 class parallel_env(ParallelEnv):
     """The parallel environment.
 
     Args:
-        graph: one of these, or a list or tuple of them, of whose graphs each episode samples one: a letter ``"a"`` to
-            ``"g"``, a name such as ``"keys-0-1-exit-2"``, a `GoalGraph`, a path to a TOML file that describes one,
-            ``"rooms:4"`` for every graph of 4 rooms, ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all
-            graphs in between.
-        exclude: graphs to leave out, given likewise and found however their rooms are numbered.
-        size: cells of the grid's side, 11 to 63, outer walls included.
-        max_steps: primitive steps after which an episode is truncated.
-        drop_key: whether the controller has a sixth action that drops a key.
-        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`), or
-            one of your own, as `make_reward` takes it.
-        novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
-        subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
-        goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
-        curriculum_stages: parts into which several graphs are cut, to go through from the easiest on.
-        env_index: the index of the environment; with the seed it fixes the episodes.
-        levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels.
+        graph: the goal graphs, as for `EnvConfig`.
         render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"`` or None.
+        **entries: other entries of the `EnvConfig`, by name; the reward is ``"intrinsic"`` unless it is given.
 
     Attributes:
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
@@ -66,32 +44,23 @@ class parallel_env(ParallelEnv):
         "render_fps": FRAMES_PER_SECOND,
     }
 
-    @known_arguments
     def __init__(
         self,
         graph: GraphSpecs = "c",
         *,
-        exclude: GraphSpecs = (),
-        size: int = 19,
-        max_steps: int = 1000,
-        drop_key: bool = False,
-        reward: RewardSpec = "intrinsic",
-        novelty_bonus: float = NOVELTY_BONUS,
-        subgoal_horizon: int | None = None,
-        goal_mask: GoalMaskName = "reachable",
-        curriculum_stages: int = 1,
-        env_index: int = 0,
-        levels: LevelsName | None = None,
         render_mode: str | None = None,
+        **entries: Any,
     ):
-        self.single = SingleEnv(EnvConfig.of_arguments(locals()), render_mode)
+        self.single = SingleEnv(
+            EnvConfig.of_arguments({"graph": graph, "reward": "intrinsic", **entries}, ("render_mode",)), render_mode
+        )
         self.render_mode = render_mode
         self.complexity = self.single.complexity
         self.possible_agents = list(AGENTS)
         self.agents: list[str] = []
         self.observation_spaces = self.single.observation_spaces
         self.action_spaces = self.single.action_spaces
-        self.state_space = state_space(size)
+        self.state_space = self.single.turns.world.global_state_space
 
     def observation_space(self, agent: str) -> spaces.Space:
         """The observation space of an agent: the same object at every call."""
@@ -138,8 +107,8 @@ class parallel_env(ParallelEnv):
         return self._observations(), rewards, terminations, truncations, self.single.infos()
 
     def state(self) -> NDArray[np.uint8]:
-        """The whole grid [size, size, 4], as `global_state` lays it out."""
-        return global_state(self.single.turns, self.single.goal)
+        """The whole grid [size, size, 4], as the world's `global_state` lays it out."""
+        return self.single.turns.world.global_state(self.single.goal)
 
     def render(self) -> str | NDArray[np.uint8] | None:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""

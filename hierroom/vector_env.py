@@ -13,22 +13,12 @@ from numpy.typing import NDArray
 from hierroom.envs.registered_env import RegisteredEnv, checked_options
 from hierroom.envs.vector_arrays import VectorArrays
 from hierroom.goals import GraphSpecs
-from hierroom.meta import MetaSpec, make_meta, show_step
+from hierroom.meta import MetaSpec, make_meta, show_step, take_turn
 from hierroom.support.errors import InputError, require_name, require_number, shown
-from hierroom.turns.env_config import (
-    FRAMES_PER_SECOND,
-    NOVELTY_BONUS,
-    EnvConfig,
-    GoalMaskName,
-    LevelsName,
-    fresh_seed,
-    known_arguments,
-)
-from hierroom.turns.ledger import CONTROLLER
-from hierroom.turns.rewards import RewardSpec
+from hierroom.turns.records import CONTROLLER
 from hierroom.turns.turns import Turns
-from hierroom.worlds.escape_room.render import Screen
-from hierroom.worlds.escape_room.world import Seeds, is_list
+from hierroom.worlds.env_config import FRAMES_PER_SECOND, EnvConfig, fresh_seed
+from hierroom.worlds.world import Seeds, is_list
 
 VECTOR_RENDER_MODES = ("ansi", "rgb_array")
 
@@ -43,29 +33,15 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
 
     Args:
         num_envs: N.
-        graph: one of these, or a list or tuple of them, of whose graphs each episode samples one: a letter ``"a"`` to
-            ``"g"``, a name such as ``"keys-0-1-exit-2"``, a `GoalGraph`, a path to a TOML file that describes one,
-            ``"rooms:4"`` for every graph of 4 rooms, ``"hitting_time:20..30"`` or ``"expected_steps:90..150"`` for all
-            graphs in between.
-        exclude: graphs to leave out, given likewise and found however their rooms are numbered.
-        size: cells of the grid's side, 11 to 63, outer walls included.
-        max_steps: primitive steps after which an episode is truncated.
-        max_episode_steps: the same, as Gymnasium's specs call it; the smaller one counts.
-        drop_key: whether the controller has a sixth action that drops a key.
-        reward: the controller's reward: ``extrinsic``, ``bonus``, ``intrinsic`` or ``novelty`` (see `EnvConfig`), or
-            one of your own, as `make_reward` takes it.
-        novelty_bonus: the reward ``novelty`` gives for each state entered for the first time in an episode.
-        subgoal_horizon: primitive steps after which an option ends without its goal, or None for never.
-        goal_mask: which goals are legal: ``reachable``, ``existing``, ``seen`` or ``none``.
-        curriculum_stages: parts into which several graphs are cut, to go through from the easiest on.
-        env_index: the index of the (first) environment; with the seed it fixes the episodes.
-        levels: training or evaluation, which have no layout in common whatever the seeds; None: all levels.
+        graph: the goal graphs, as for `EnvConfig`.
+        max_episode_steps: ``max_steps``, as Gymnasium's specs call it; the smaller one counts.
         meta: who picks the goals, as for `EscapeRoom`.
         threads: most threads to step with.
         autoreset_mode: ``AutoresetMode.SAME_STEP``, ``NEXT_STEP`` or ``DISABLED``, or its value as text.
         flat: whether observations are rows of numbers, one [N, K] uint8 array: see `vector_arrays.flat_space`.
         copy: whether observations are new arrays; else each step overwrites those of the last one.
         render_mode: ``"ansi"``, ``"rgb_array"`` or None.
+        **entries: other entries of the `EnvConfig`, by name; the reward is ``"extrinsic"`` unless it is given.
 
     Attributes:
         complexity: the `ComplexityReport` of its goal graph, or of the hardest one it may draw.
@@ -79,36 +55,25 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         "render_fps": FRAMES_PER_SECOND,
     }
 
-    @known_arguments
     def __init__(
         self,
         num_envs: int = 1,
         graph: GraphSpecs = "c",
         *,
-        exclude: GraphSpecs = (),
-        size: int = 19,
-        max_steps: int = 1000,
         max_episode_steps: int | None = None,
-        drop_key: bool = False,
-        reward: RewardSpec = "extrinsic",
-        novelty_bonus: float = NOVELTY_BONUS,
-        subgoal_horizon: int | None = None,
-        goal_mask: GoalMaskName = "reachable",
-        curriculum_stages: int = 1,
-        env_index: int = 0,
-        levels: LevelsName | None = None,
         meta: MetaSpec = "none",
         threads: int = 1,
         autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
         flat: bool = False,
         copy: bool = True,
         render_mode: str | None = None,
+        **entries: Any,
     ):
-        config = EnvConfig.of_arguments(locals())
+        besides = ("max_episode_steps", "meta", "threads", "autoreset_mode", "flat", "copy", "render_mode")
+        config = EnvConfig.of_arguments({"graph": graph, "reward": "extrinsic", **entries}, besides)
         if max_episode_steps is not None:
-            for name, value in (("max_steps", max_steps), ("max_episode_steps", max_episode_steps)):
-                require_number(name, value, 1, is_whole=True)
-            config = replace(config, max_steps=int(min(max_steps, max_episode_steps)))
+            require_number("max_episode_steps", max_episode_steps, 1, is_whole=True)
+            config = replace(config, max_steps=int(min(config.max_steps, max_episode_steps)))
         modes = [mode.value for mode in AutoresetMode]
         mode = getattr(autoreset_mode, "value", autoreset_mode)
         require_name("autoreset_mode must be one of", mode, modes)
@@ -120,7 +85,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self._is_same_step = self.autoreset_mode == AutoresetMode.SAME_STEP
         self.turns = Turns(config, num_envs, measure_shortest=True, threads=threads, autoreset=self._is_same_step)
-        self.complexity = self.turns.complexity
+        self.complexity = self.turns.world.complexity
         self.meta = make_meta(meta)
         self.config, self.num_envs, self.render_mode = config, num_envs, render_mode
         self.copies = bool(copy)
@@ -131,7 +96,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._is_seeded = False
         self.have_ended = np.zeros(num_envs, bool)
-        self._screen = Screen(render_mode)
+        self._screen = self.turns.world.screen(render_mode)
 
     def reset(self, *, seed: Seeds = None, options: dict | None = None):
         """Begin an episode in every environment: the first one of a seed, or without a seed each one's next.
@@ -154,7 +119,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             self.turns.reset(some, np.flatnonzero(where))
         self.have_ended &= ~where
         super().reset(seed=int(seed) if isinstance(seed, (int, np.integer)) else None)
-        self.turns.ask(self.meta)
+        take_turn(self.meta, self.turns)
         observations, infos = self._arrays.at_reset(where)
         self._show_last_goals(observations)
         if options.get("complexity"):
@@ -171,9 +136,9 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             raise InputError(f"the episodes of environments {ended} have ended: reset them first, by their reset_mask")
         step = self.turns.step(actions)
         if have_ended:
-            self.turns.begin_instead(np.flatnonzero(self.have_ended))
+            self.turns.reset_ended(np.flatnonzero(self.have_ended))
         show_step(self.meta, step, self.turns)
-        self.turns.ask(self.meta)
+        take_turn(self.meta, self.turns)
         told = self._arrays.at_step(step, begins_anew=self._is_same_step)
         if not self._is_same_step:
             self.have_ended = told[2] | told[3]
@@ -188,13 +153,12 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
             return None
         if not self._is_seeded:
             raise InputError("reset the environment before it is rendered")
-        state, goals = self.turns.world.state, self.turns.goals.tolist()
-        return tuple(self._screen.render(state[n], goals[n]) for n in range(self.num_envs))
+        return tuple(self._screen.render(env, goal) for env, goal in enumerate(self.turns.goals.tolist()))
 
     def _show_last_goals(self, observations: Any) -> None:
         """Where an episode has ended and none has begun yet, show the goal pursued last."""
         if (step := self.turns.last_step) is not None and self.have_ended.any():
-            self._arrays.show_goals(observations, step.goals, np.flatnonzero(self.have_ended))
+            self._arrays.write_goals(observations, step.goals, np.flatnonzero(self.have_ended))
 
     def _seeds(self, seed: Seeds) -> Seeds:
         """Seeds as `Turns.reset` takes them; what is not given is drawn where nobody has given one before."""

@@ -9,7 +9,6 @@ from rich.console import Console
 from turns_helpers import well_or_wildly
 
 import hierroom
-from hierroom.agents.features import FEATURES, Features
 from hierroom.commands.compile import compile_all
 from hierroom.goals import NO_GOAL
 from hierroom.learners.config import PPOConfig
@@ -18,6 +17,7 @@ from hierroom.turns.ledger import AGENTS, CONTROLLER, META
 from hierroom.turns.situation import GOAL_MASKS
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import MIN_SIZE
+from hierroom.worlds.escape_room.features import FEATURES, Features
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
 from hierroom.turns.ledger import reset_values
-from hierroom.turns.step import OTHER, REACHED, TIMED_OUT
+from hierroom.turns.records import OTHER, REACHED, TIMED_OUT
 
 
 class LedgerTwin:

@@ -1,8 +1,8 @@
 """Small batches of turns, and ways to play in them."""
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_actions
 

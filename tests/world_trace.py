@@ -4,12 +4,12 @@ import hashlib
 
 import numpy as np
 
-from hierroom.agents.frontier import nearest_frontiers
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.worlds.escape_room import random_kernels, tiles
+from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.frontier import nearest_frontiers
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
-from hierroom.worlds.escape_room.world import World
 
 GRAPHS = [NAMED_GRAPHS["a"], NAMED_GRAPHS["f"], GoalGraph((0, 1, 2, 0, 1, 2), 6)]
 

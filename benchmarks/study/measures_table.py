@@ -27,11 +27,11 @@ from hierroom.complexity import analyze
 from hierroom.complexity.measures import graph_mdp, measure_mdp, measure_walk
 from hierroom.goals import GoalGraph
 from hierroom.lab.measure import MAX_ENVS, measure
-from hierroom.lab.measure.levels import GORP_RUNS, LEVEL_POLICIES, MAX_LEVEL_STATES, level_mdp
 from hierroom.support.cli import run
 from hierroom.support.files import write_atomically
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.escape_room.measured_levels import GORP_RUNS, LEVEL_POLICIES, MAX_LEVEL_STATES, level_mdp
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ FeatureName = Literal[
     "goal-status",
     "goal-outcome",
 ]
-"""What `agents.features.FEATURES` has."""
+"""What `worlds.escape_room.features.FEATURES` has."""
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.agents.features import GOAL_FEATURES, Features
+from hierroom.agents.features import Features
 from hierroom.controller import Observation
 from hierroom.learners.distillation import RandomNetworkDistillation
 from hierroom.support.errors import InputError
-
-NOT_OF_THE_LEVEL = (*GOAL_FEATURES, "object-places", "doorway-places", "frontier-places", "previous-action")
 
 
 class Curiosity:
@@ -35,10 +33,10 @@ class Curiosity:
     ) -> None:
         if not 0 <= weight < math.inf:
             raise InputError(f"curiosity_weight must be a number of at least 0, not {weight}")
-        names = [name for name in features.names if name not in NOT_OF_THE_LEVEL]
+        names = features.subset(of_world=True)
         if not names:
             raise InputError(f"curiosity is about the level, of which {', '.join(features.names)} shows nothing")
-        self.features = Features(names, features.n_actions)
+        self.features = Features(features.world, names)
         self._weight = weight
         self._distillation = RandomNetworkDistillation(
             self.features.cardinalities, num_envs, gamma=gamma, seed=seed, device=device

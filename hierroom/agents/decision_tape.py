@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hierroom.agents.player import Pair
 from hierroom.learners.decision import Decision
-from hierroom.turns.step import Step
+from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 
 
@@ -57,7 +57,7 @@ class DecisionTape:
         """What an agent decided in the first episode of an environment; None of an agent that does not compute so.
 
         Args:
-            name: of the agent, in `options.AGENTS`.
+            name: of the agent, in `records.AGENTS`.
             env: the environment.
             length: steps of the episode.
         """

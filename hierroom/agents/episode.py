@@ -10,13 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import GoalGraph
-from hierroom.turns.step import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
-from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, OPEN, PICKUP, RIGHT
-from hierroom.worlds.escape_room.layout import State
-from hierroom.worlds.escape_room.level import goal_name, uncoloured
-from hierroom.worlds.escape_room.world import World
+from hierroom.turns.kernels import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+from hierroom.worlds.world import Replayer
 
-ACTION_NAMES = {FORWARD: "forward", LEFT: "left", RIGHT: "right", PICKUP: "pick up", OPEN: "open", DROP: "drop"}
 OUTCOME_NAMES = {REACHED: "reached", TIMED_OUT: "timed out", OTHER: "episode ended"}
 
 
@@ -63,7 +59,8 @@ class Episode:
     """An episode of L primitive steps.
 
     Args:
-        start: the state of its one environment before the first step.
+        start: the state of its one environment before the first step, as its world gives it.
+        replayer: plays it again.
         graph: the goal graph of the level.
         actions: [L] int, the controller's actions; the number of actions where it was none of them.
         rewards: [L] float64, the controller's rewards.
@@ -77,7 +74,8 @@ class Episode:
         shortest: the shortest possible length, or -1 if that was not measured.
     """
 
-    start: State
+    start: Any
+    replayer: Replayer
     graph: GoalGraph
     actions: NDArray[np.integer]
     rewards: NDArray[np.float64]
@@ -106,17 +104,17 @@ class Episode:
     @property
     def seed(self) -> int:
         """The seed of the environments; with `env` and `number` it fixes the level."""
-        return int(self.start.levels[0].seed)
+        return self.replayer.identity(self.start)[0]
 
     @property
     def env(self) -> int:
         """The index of the environment."""
-        return int(self.start.levels[0].index)
+        return self.replayer.identity(self.start)[1]
 
     @property
     def number(self) -> int:
         """How many episodes the environment had begun before it with that seed."""
-        return int(self.start.levels[0].episode)
+        return self.replayer.identity(self.start)[2]
 
     @property
     def success(self) -> bool:
@@ -129,9 +127,7 @@ class Episode:
         subgoals, first = [], 0
         for last in np.flatnonzero(self.outcomes != NO_OUTCOME).tolist():
             goal, outcome = int(self.goals[last]), OUTCOME_NAMES[int(self.outcomes[last])]
-            subgoals.append(
-                Subgoal(goal, name := self.name_of(goal), uncoloured(name), first + 1, last + 1 - first, outcome)
-            )
+            subgoals.append(Subgoal(goal, *self._names_of(goal), first + 1, last + 1 - first, outcome))
             first = last + 1
         return tuple(subgoals)
 
@@ -139,26 +135,22 @@ class Episode:
     def events(self) -> tuple[GoalEvent, ...]:
         """The goals that were achieved, in their order."""
         steps = np.flatnonzero(self.achieved >= 0).tolist()
-        named = [(n + 1, int(self.achieved[n]), self.name_of(self.achieved[n])) for n in steps]
-        return tuple(GoalEvent(step, goal, name, uncoloured(name)) for step, goal, name in named)
+        return tuple(GoalEvent(n + 1, goal := int(self.achieved[n]), *self._names_of(goal)) for n in steps)
+
+    def _names_of(self, goal: int) -> tuple[str, str]:
+        return self.name_of(goal), self.replayer.goal_label(self.start, goal)
 
     def name_of(self, goal: int) -> str:
-        """A goal of its level in words; see `goal_name`."""
-        return goal_name(self.start.levels[0], int(goal))
+        """Return a goal of its level in words."""
+        return self.replayer.goal_name(self.start, int(goal))
 
     def action_name(self, step: int) -> str:
         """The action of a step, counted from 1, in words."""
-        action, n_actions = int(self.actions[step - 1]), DROP + bool(self.start.levels["can_drop"][0])
-        return ACTION_NAMES[action] if action < n_actions else "illegal action"
+        return self.replayer.action_name(self.start, int(self.actions[step - 1]))
 
-    def states(self) -> Iterator[State]:
+    def states(self) -> Iterator[Any]:
         """Yield the L + 1 states before, between and after its steps: they are played again."""
-        world = World([self.graph], size=self.start.size, seed=None)
-        world.set_state(self.start)
-        yield world.get_state()
-        for action in self.actions:
-            world.step_within_episode([action])
-            yield world.get_state()
+        return self.replayer.replay(self.start, self.actions)
 
     def to_dict(self) -> dict[str, Any]:
         """As plain types with labels, for JSON."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -9,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.episode import Episode
+from hierroom.support.animation import FORMATS, animate, require_format
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json, write_atomically
-from hierroom.worlds.escape_room.animation import FORMATS, animate, require_format
-from hierroom.worlds.escape_room.render import draw_level, text, without_colours
 
 FILE_FORMATS = (*FORMATS, ".txt", ".json")
 CARD_FRAMES = 10
@@ -20,6 +20,11 @@ CARD_FRAMES = 10
 MOST_IN_GIF = 200
 """Steps of an episode that a GIF shows: so many take about 400 kB; an MP4 is smaller and shows all."""
 N_LAST_ACTIONS = 12
+
+
+def without_colours(text: str) -> str:
+    """Return a text without the codes that colour it in a terminal, as for a file."""
+    return re.sub(r"\x1b\[[0-9;]*m", "", text)
 
 
 def pictures(episode: Episode, tile_size: int | None = None, most: int | None = None) -> Iterator[NDArray[np.uint8]]:
@@ -34,17 +39,17 @@ def pictures(episode: Episode, tile_size: int | None = None, most: int | None = 
     Yields:
         [H, W, 3] uint8, L + 1 of them if none is left out.
     """
-    size, limit, length = episode.start.size, int(episode.start.levels[0].max_steps), len(episode)
-    tile_size = tile_size or legible_tile_size(size)
+    draw, limit, length = episode.replayer.picture, episode.replayer.max_steps(episode.start), len(episode)
+    tile_size = tile_size or episode.replayer.tile_size(episode.start)
     first, last = (length, length) if most is None or length <= most + 1 else (most // 2, length - most // 2)
     for step, state in enumerate(episode.states()):
         if first < step < last:
             continue
         goal = int(episode.goals[min(step, length - 1)])
         if first < step == last:
-            card = draw_level(state, goal, tile_size, f"steps {first + 1} to {last - 1} are left out")
+            card = draw(state, goal, tile_size, f"steps {first + 1} to {last - 1} are left out")
             yield from [card] * CARD_FRAMES
-        yield draw_level(state, goal, tile_size, _title(episode, step, limit))
+        yield draw(state, goal, tile_size, _title(episode, step, limit))
 
 
 def _title(episode: Episode, step: int, limit: int) -> str:
@@ -53,23 +58,12 @@ def _title(episode: Episode, step: int, limit: int) -> str:
     return f"step {step} of {limit}{action}" + is_last * (", escaped" if episode.success else ", not escaped")
 
 
-def legible_tile_size(size: int) -> int:
-    """Side length of a cell, an even number of pixels, at which a line of text fits into a grid of some cells a side.
-
-    Args:
-        size: cells of the grid's side.
-    """
-    for_text = -(-304 // size)
-    tile_size = max(for_text, min(16, 800 // size))
-    return tile_size + tile_size % 2
-
-
 def description(episode: Episode) -> str:
     """An episode in words: the level, each subgoal with its steps and outcome; where it ended if it did not escape.
 
-    The text is coloured for a terminal; `render.without_colours` takes that away.
+    The text is coloured for a terminal; `without_colours` takes that away.
     """
-    lines = [episode.title, "", text(episode.start), ""]
+    lines = [episode.title, "", episode.replayer.text(episode.start), ""]
     rows = [("step", "steps", "subgoal", "outcome", "achieved")]
     for subgoal in episode.subgoals:
         last = subgoal.first_step + subgoal.steps - 1
@@ -85,7 +79,12 @@ def description(episode: Episode) -> str:
         *_, final = episode.states()
         first = max(1, len(episode) - N_LAST_ACTIONS + 1)
         actions = ", ".join(episode.action_name(step) for step in range(first, len(episode) + 1))
-        lines += ["", f"where it ended, after the actions {actions}:", "", text(final, int(episode.goals[-1]))]
+        lines += [
+            "",
+            f"where it ended, after the actions {actions}:",
+            "",
+            episode.replayer.text(final, int(episode.goals[-1])),
+        ]
     return "\n".join(lines)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,10 +11,8 @@ from numpy.typing import NDArray
 
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.support.errors import InputError, shown
-from hierroom.turns.ledger import CONTROLLER, META, Transition
-from hierroom.turns.step import Step
+from hierroom.turns.records import CONTROLLER, META, Step
 from hierroom.turns.turns import Turns
-from hierroom.worlds.escape_room.oracle import shortest_actions
 
 
 class Player(Protocol):
@@ -33,8 +30,8 @@ class Actor(Protocol):
         """[M] actions in the environments of an observation."""
         ...
 
-    def record(self, transition: Transition, turns: Turns) -> None:
-        """Take note of the turns that a primitive step ended in these environments."""
+    def record(self, step: Step, turns: Turns) -> None:
+        """Take note of the turns that a primitive step ended."""
         ...
 
 
@@ -42,7 +39,7 @@ class Pair:
     """A meta-controller and a controller that play together.
 
     Args:
-        agents: who acts, by the names of `options.AGENTS`, the meta-controller first.
+        agents: who acts, by the names of `records.AGENTS`, the meta-controller first.
     """
 
     def __init__(self, agents: Mapping[str, Actor]) -> None:
@@ -63,12 +60,12 @@ class Pair:
     def step(self, turns: Turns) -> Step:
         """Take the turns that are due, and one primitive step in every environment."""
         self.choose(turns)
-        transitions = turns.advance()
-        for name, transition in transitions.items():
-            self.agents[name].record(transition, turns)
-        return next(iter(transitions.values())).step
+        step = turns.advance()
+        for agent in self.agents.values():
+            agent.record(step, turns)
+        return step
 
-    def part(self, envs: NDArray[np.integer]) -> Pair | None:
+    def subset(self, envs: NDArray[np.integer]) -> Pair | None:
         """The same pair in some of its environments [M], acting there as if it still played in all; None if it cannot.
 
         It can if the meta-controller is one that ships and learns nothing, and the controller is frozen; what others do
@@ -79,7 +76,7 @@ class Pair:
 
         meta, controller = self.agents.get(META), self.agents.get(CONTROLLER)
         if type(meta) is ScriptedAgent and meta.is_known_memoryless and type(controller) is FrozenAgent:
-            return Pair({META: meta, CONTROLLER: controller.part(envs)})
+            return Pair({META: meta, CONTROLLER: controller.subset(envs)})
         return None
 
 
@@ -108,7 +105,7 @@ class OraclePlayer:
         """One primitive step in every environment, without goals."""
         for env in range(len(turns)):
             if not self._plans.get(env):
-                self._plans[env] = deque(shortest_actions(turns.world.get_state(env)).tolist())
+                self._plans[env] = deque(turns.world.shortest_actions(env).tolist())
         step = turns.step(np.array([self._plans[env].popleft() for env in range(len(turns))]))
         for env in np.flatnonzero(step.episode_ended).tolist():
             self._plans[env].clear()
@@ -133,35 +130,14 @@ SHARE_KEPT = 0.5
 """Environments are left out of play when no more than this share of them is still counted: leaving out takes time."""
 
 
-@dataclass(frozen=True)
-class PlayedStep:
-    """A primitive step of episodes that are counted.
-
-    Args:
-        turns: the M environments that were stepped: all N at first, fewer once some have played all their episodes.
-        step: what it did in them.
-        envs: [M] int, which of the N environments they are.
-        counted: [C] int, the rows, of M, whose episodes count.
-        ended: [E] int, those of them whose episode it ended.
-        played: [M] int, counted episodes that each environment had ended before it.
-    """
-
-    turns: Turns
-    step: Step
-    envs: NDArray[np.integer]
-    counted: NDArray[np.integer]
-    ended: NDArray[np.integer]
-    played: NDArray[np.integer]
-
-
-def play(
-    turns: Turns, player: Player, episodes: int, progress: Callable[[int], object] = lambda done: None
-) -> Iterator[PlayedStep]:
-    """Let a player play the first episodes of each environment: how many is fixed beforehand (`quotas`).
+class Play:
+    """Lets a player play the first episodes of each environment: how many is fixed beforehand (`quotas`).
 
     Were the first episodes to end counted instead, short ones would be counted too often. An environment that has
     played its own is left out sooner or later where the player can do without it; what is played in the others does not
     depend on that, but for rounding where torch computes the network.
+
+    It yields each primitive `Step`, of M environments: all N at first, fewer once some have played all their episodes.
 
     Args:
         turns: N fresh environments, which begin their next episode by themselves.
@@ -169,25 +145,41 @@ def play(
         episodes: how many in all.
         progress: called with the number of episodes done.
 
-    Yields:
-        each primitive step.
+    Attributes:
+        turns: the M environments that were stepped.
+        envs: [M] int, which of the N environments they are.
+        counted: [C] int, the places, of M, whose episodes count.
+        played: [N] int, counted episodes that each environment had ended before the step.
     """
-    quota, played = quotas(episodes, len(turns)), np.zeros(len(turns), np.int64)
-    envs, counted = np.arange(len(turns)), np.flatnonzero(quota)
-    while len(counted):
-        pair = player if type(player) is Pair and turns.can_part else None
-        if pair and len(counted) <= SHARE_KEPT * len(envs) and (part := pair.part(counted)):
-            player, turns, envs = part, turns.part(counted), envs[counted]
-            counted = np.arange(len(envs))
-        step = player.step(turns)
-        if not isinstance(step, Step):
-            raise InputError(f"step of a player must return what turns.step gave, a Step, not {shown(step)}")
-        ended = counted[step.episode_ended[counted]]
-        yield PlayedStep(turns, step, envs, counted, ended, played[envs])
-        if len(ended):
-            played[envs[ended]] += 1
-            counted = np.flatnonzero(played[envs] < quota[envs])
-            progress(int(played.sum()))
+
+    def __init__(
+        self, turns: Turns, player: Player, episodes: int, progress: Callable[[int], object] = lambda done: None
+    ) -> None:
+        self.turns, self._player, self._progress = turns, player, progress
+        self._quota, self.played = quotas(episodes, len(turns)), np.zeros(len(turns), np.int64)
+        self.envs, self.counted = np.arange(len(turns)), np.flatnonzero(self._quota)
+
+    def __iter__(self) -> Iterator[Step]:
+        """Play until every environment has played its episodes."""
+        while len(self.counted):
+            self._leave_out()
+            step = self._player.step(self.turns)
+            if not isinstance(step, Step):
+                raise InputError(f"step of a player must return what turns.step gave, a Step, not {shown(step)}")
+            yield step
+            ended = self.counted[step.episode_ended[self.counted]]
+            if len(ended):
+                self.played[self.envs[ended]] += 1
+                self.counted = np.flatnonzero(self.played[self.envs] < self._quota[self.envs])
+                self._progress(int(self.played.sum()))
+
+    def _leave_out(self) -> None:
+        """Go on in the environments that are still counted, if that can be done and saves enough."""
+        if type(self._player) is not Pair or not self.turns.can_split:
+            return
+        if len(self.counted) <= SHARE_KEPT * len(self.envs) and (part := self._player.subset(self.counted)):
+            self._player, self.turns = part, self.turns.subset(self.counted)
+            self.envs, self.counted = self.envs[self.counted], np.arange(len(self.counted))
 
 
 def quotas(episodes: int, num_envs: int) -> NDArray[np.int64]:

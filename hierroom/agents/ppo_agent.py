@@ -17,7 +17,7 @@ from hierroom.learners.policy import Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.support.errors import InputError, shown
 from hierroom.support.schema import AnyMapping, Exactly, Real, Table
-from hierroom.turns.ledger import Transition
+from hierroom.turns.records import META, Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
 
@@ -79,27 +79,34 @@ class PPOAgent:
             return self._warm_up.choose(observation)
         return self.learner.act(observation.envs, self.features.encode(observation), observation.masks)
 
-    def record(self, transition: Transition, turns: Turns) -> None:
+    def record(self, step: Step, turns: Turns) -> None:
         """Take note of the turns that a primitive step ended."""
         if self._warm_up is not None and not self.is_learning:
-            self._warm_up.add(transition)
+            self._warm_up.add(step)
             return
-        rewards = transition.rewards
+        is_ours = self.learner.has_begun  # a turn that began in the warm-up is none of the learner's
+        if self.features.agent == META:
+            envs = np.flatnonzero(step.option_ended & is_ours)
+            records = step.records[envs]
+            rewards, elapsed, terminated = records["meta_rewards"], records["meta_elapsed"], records["terminated"]
+            truncated = records["truncated"] & ~terminated
+        else:
+            envs = np.flatnonzero(is_ours)
+            records = step.records[envs]
+            rewards, elapsed, terminated = (
+                records["rewards"],
+                np.ones(len(envs), np.int64),
+                records["return_terminated"],
+            )
+            truncated = records["return_truncated"]
         if self.curiosity is not None:
-            everywhere = np.arange(len(transition.envs))
-            rewards = rewards + self.curiosity.rewards(transition.last_observation(everywhere))
-        # A turn that began in the warm-up is none of the learner's.
-        ours = np.flatnonzero(self.learner.has_begun[transition.envs])
-        envs, truncated = transition.envs[ours], transition.truncated[ours]
-        self.learner.finish(
-            envs,
-            rewards[ours],
-            transition.elapsed[ours],
-            transition.terminated[ours],
-            truncated,
-            transition.episode_ended[ours],
-            self.features.encode(transition.last_observation(ours[truncated])) if truncated.any() else None,
-        )
+            everywhere = np.arange(len(turns))
+            seen = turns.final_observation(self.features.agent, step, everywhere)
+            rewards = rewards + self.curiosity.rewards(seen)[envs]
+        last = None
+        if truncated.any():
+            last = self.features.encode(turns.final_observation(self.features.agent, step, envs[truncated]))
+        self.learner.finish(envs, rewards, elapsed, terminated, truncated, records["episode_ended"], last)
 
     def update(self, observation: Observation, progress: float) -> None:
         """Learn from the turns taken.
@@ -205,16 +212,15 @@ class FrozenAgent:
         """[M] actions, all legal, in the environments of an observation."""
         return self._act(observation.envs, self.features.encode(observation), observation.masks)
 
-    def record(self, transition: Transition, turns: Turns) -> None:
+    def record(self, step: Step, turns: Turns) -> None:
         """Forget the episodes that a primitive step ended."""
-        ended = transition.envs[transition.episode_ended]
-        if len(ended):
-            self.reset(ended)
+        if turns.n_ended:
+            self.reset(np.flatnonzero(step.episode_ended))
 
     def reset(self, envs: NDArray[np.integer]) -> None:
         """Forget the episodes of some environments [M]."""
         self._policy.reset(envs)
 
-    def part(self, envs: NDArray[np.integer]) -> FrozenAgent:
-        """The same agent in some of its environments [M], which takes its place; see `Policy.part`."""
+    def subset(self, envs: NDArray[np.integer]) -> FrozenAgent:
+        """Return the same agent in some of its environments [M], which takes its place; see `Policy.part`."""
         return FrozenAgent(self.features, self._policy.part(envs), is_greedy=self._is_greedy)

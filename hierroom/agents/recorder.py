@@ -7,22 +7,14 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from hierroom.agents.episode import Episode
-from hierroom.agents.player import PlayedStep, Player, play
-from hierroom.turns.step import NO_OUTCOME
+from hierroom.agents.episode_facts import EndedEpisodes, EpisodeFacts
+from hierroom.agents.player import Play, Player
+from hierroom.turns.kernels import NO_OUTCOME
+from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
-from hierroom.worlds.escape_room.layout import State
 
-STEP = np.dtype(
-    [
-        ("actions", "i1"),
-        ("rewards", "f8"),
-        ("extrinsic", "f8"),
-        ("goals", "i1"),
-        ("achieved", "i1"),
-        ("outcomes", "i1"),
-    ]
-)
-"""What is recorded of one step in one environment, by the names that it has in `Episode`."""
+_PARTS = {"actions": "i1", "rewards": "f8", "extrinsic": "f8", "goals": "i1", "achieved": "i1", "outcomes": "i1"}
+"""What is recorded of each step, by the names that it has in `Episode`."""
 
 
 def record(
@@ -39,10 +31,12 @@ def record(
         episodes: how many in all; each environment plays equally many, or the first ones one more.
         progress: called with the number of episodes played.
     """
-    tape, finished, n_yielded, n = _Tape(turns), {}, 0, len(turns)
-    for played in play(turns, player, episodes, progress):
-        for number, env, episode in tape.add(played):
-            finished[number, env] = episode
+    tape, facts, finished, n_yielded, n = _Tape(turns), EpisodeFacts(len(turns)), {}, 0, len(turns)
+    play = Play(turns, player, episodes, progress)
+    for step in play:
+        ended = facts.add(step, play.turns, play.envs, play.counted)
+        for row, episode in zip(ended.rows.tolist(), tape.add(step, play, ended), strict=True):
+            finished[int(play.played[play.envs[row]]), int(play.envs[row])] = episode
         while (place := divmod(n_yielded, n)) in finished:
             yield finished.pop(place)
             n_yielded += 1
@@ -56,33 +50,31 @@ class _Tape:
     """
 
     def __init__(self, turns: Turns) -> None:
-        self._sampler = turns.sampler
-        self._steps = np.zeros((64, len(turns)), STEP)
-        self._starts: list[State] = [turns.world.get_state(env) for env in range(len(turns))]
+        self._parts = {name: np.zeros((64, len(turns)), kind) for name, kind in _PARTS.items()}
+        self._starts = [turns.world.get_state(env) for env in range(len(turns))]
 
-    def add(self, played: PlayedStep) -> Iterator[tuple[int, int, Episode]]:
-        """Note a step; yields the counted episodes that it ended, with their number and environment."""
-        step, envs, at = played.step, played.envs, played.step.lengths - 1
-        if at.max() >= len(self._steps):
-            self._steps = np.concatenate([self._steps, np.zeros_like(self._steps)])
-        noted = np.zeros(len(envs), STEP)
-        noted["actions"], noted["goals"], noted["achieved"] = step.actions, step.goals, step.events
-        noted["rewards"], noted["extrinsic"] = step.rewards, step.extrinsic
-        noted["outcomes"] = np.where(step.option_ended, step.outcomes, NO_OUTCOME)
-        self._steps[at, envs] = noted
-        for row in played.ended.tolist():
-            steps, start = self._steps[: step.lengths[row], envs[row]], self._starts[envs[row]]
-            yield (
-                int(played.played[row]),
-                int(envs[row]),
-                Episode(
-                    start=start,
-                    graph=self._sampler.graphs_of(start.levels)[0],
-                    terminated=bool(step.terminated[row]),
-                    truncated=bool(step.truncated[row]) and not step.terminated[row],
-                    shortest=int(step.shortest[row]),
-                    **{name: np.ascontiguousarray(steps[name]) for name in STEP.names or ()},
-                ),
+    def add(self, step: Step, play: Play, ended: EndedEpisodes) -> list[Episode]:
+        """Note a step; returns the episodes that it ended."""
+        envs, at, world = play.envs, step.lengths - 1, play.turns.world
+        if at.max() >= len(self._parts["actions"]):
+            self._parts = {name: np.concatenate([part, np.zeros_like(part)]) for name, part in self._parts.items()}
+        noted = {name: getattr(step, name) for name in ("actions", "rewards", "extrinsic", "goals")}
+        noted |= {"achieved": step.events, "outcomes": np.where(step.option_ended, step.outcomes, NO_OUTCOME)}
+        for name, values in noted.items():
+            self._parts[name][at, envs] = values
+        episodes = []
+        for n, env in enumerate(ended.envs.tolist()):
+            length, start = int(ended.lengths[n]), self._starts[env]
+            episode = Episode(
+                start=start,
+                replayer=world.replayer,
+                graph=world.graph_of(start),
+                terminated=bool(ended.successes[n]),
+                truncated=not ended.successes[n],
+                shortest=int(ended.shortest[n]),
+                **{name: np.ascontiguousarray(part[:length, env]) for name, part in self._parts.items()},
             )
+            episodes.append(episode)
         for row in np.flatnonzero(step.episode_ended).tolist():
-            self._starts[envs[row]] = played.turns.world.get_state(row)
+            self._starts[envs[row]] = world.get_state(row)
+        return episodes

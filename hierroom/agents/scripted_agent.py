@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from hierroom.controller import Observation
 from hierroom.meta import META_CONTROLLERS, LevelMeta, MetaController, choose_goals, running, show_step
 from hierroom.support.errors import InputError, in_one_line
-from hierroom.turns.ledger import Transition
 from hierroom.turns.meta_check import checked_meta
+from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
 
@@ -37,12 +37,12 @@ class ScriptedAgent:
         assert isinstance(observation, Situation)  # scripted agents are meta-controllers
         return choose_goals(self.meta, observation)
 
-    def record(self, transition: Transition, turns: Turns) -> None:
+    def record(self, step: Step, turns: Turns) -> None:
         """Let it watch a primitive step, and in training learn from the options that it ended."""
-        show_step(self.meta, transition.step, turns)
+        show_step(self.meta, step, turns)
         if self._learn is not None:
-            with running(self.meta):
-                self._learn(transition)
+            with running(self.meta), step.read_only():
+                self._learn(step)
 
     def update(self, observation: Observation, progress: float) -> None:
         """Nothing: see `ready`."""

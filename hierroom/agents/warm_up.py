@@ -7,12 +7,11 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.goals import N_GOALS
 from hierroom.meta import random_choice
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Flag, Items, Table
-from hierroom.turns.ledger import Transition
-from hierroom.turns.situation import GOAL_MASKS, Situation
+from hierroom.turns.records import Step
+from hierroom.turns.situation import Situation
 
 WINDOW = 100
 """Episodes whose success decides whether the warm-up ends."""
@@ -40,13 +39,13 @@ class WarmUp:
     def choose(self, situation: Situation) -> NDArray[np.integer]:
         """[M] goal ids, or 13 or -1 for no goal."""
         likely = situation.masks.copy()
-        likely[:, :N_GOALS] &= GOAL_MASKS["seen"].goals(situation)
+        likely[:, :-1] &= situation.seen
         is_any = likely.any(axis=1, keepdims=True)
         return random_choice(np.where(is_any, likely, situation.masks), situation.uniforms)
 
-    def add(self, transition: Transition) -> None:
+    def add(self, step: Step) -> None:
         """Count the episodes that a step ended."""
-        self._successes.extend(transition.terminated[transition.episode_ended].tolist())
+        self._successes.extend(step.terminated[step.episode_ended].tolist())
         rate = sum(self._successes) / WINDOW
         self.has_ended = len(self._successes) == WINDOW and rate >= self._start_success
 

@@ -100,19 +100,19 @@ def _plays() -> Iterator[Callable[[], object]]:
     import numpy as np
 
     import hierroom
-    from hierroom.agents.features import FEATURES
     from hierroom.complexity.measures import sampled_cover_time
     from hierroom.complexity.measures.graphs import measure_graphs
     from hierroom.complexity.report import analyze
     from hierroom.gym_env import EscapeRoom
     from hierroom.lab.measure import measure_named
-    from hierroom.lab.measure.levels import measure_levels
-    from hierroom.lab.measure.sampled_level import SampledLevel
     from hierroom.learners.config import PPOConfig
     from hierroom.runs.trainer import Trainer
     from hierroom.turns.rewards import REWARDS
     from hierroom.vector_env import EscapeRooms
-    from hierroom.worlds.escape_room.world import World
+    from hierroom.worlds.escape_room.engine import Engine
+    from hierroom.worlds.escape_room.features import FEATURES
+    from hierroom.worlds.escape_room.measured_levels import measure_levels
+    from hierroom.worlds.escape_room.sampled_level import SampledLevel
 
     small: Mapping[str, Any] = {"graph": "d", "size": 11, "max_steps": 30}
 
@@ -156,7 +156,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield analyze("a").goal_sensitivity
     yield partial(measure_levels, [hierroom.GoalGraph.named("a")], 1, 60)
     few: Mapping[str, int] = {"episodes": 2, "n_policies": 2, "policy_episodes": 2, "gorp_runs": 2, "max_steps": 0}
-    yield partial(SampledLevel(World([hierroom.GoalGraph.named("a")]).state, 60).measure, **few)
+    yield partial(SampledLevel(Engine([hierroom.GoalGraph.named("a")]).state, 60).measure, **few)
     yield lambda: measure_graphs([hierroom.GoalGraph.named("a")], 20)
     yield partial(sampled_cover_time, np.eye(2)[::-1], 0, 2)
     yield lambda: list(hierroom.rollout("oracle", hierroom.EnvConfig(**small), episodes=4))

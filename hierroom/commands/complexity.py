@@ -27,7 +27,7 @@ from hierroom.support.cli import one_line_usage, program, run, words
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 from hierroom.support.markdown_table import markdown_table
-from hierroom.turns.env_config import GRAPHS
+from hierroom.worlds.env_config import GRAPHS
 
 MAX_LISTED_ROOMS = 8
 """There are 612 goal graphs of 8 rooms. The 1,747 of 9 rooms would take most of a minute."""
@@ -221,7 +221,7 @@ def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...], 
     drop = "with" if options.drop else "without"
     what = f"{_counted(graphs)}, {drop} drop, horizon {horizon}"
     if options.levels:
-        from hierroom.lab.measure.levels import measure_levels  # it loads the world
+        from hierroom.worlds.escape_room.measured_levels import measure_levels  # it loads the world
 
         measured = measure_levels(graphs, options.levels, horizon, options.drop, options.seed)
         title = f"levels of {what}"

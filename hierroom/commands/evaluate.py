@@ -19,7 +19,7 @@ from hierroom.support.cli import one_line_usage, program, run, words
 from hierroom.support.errors import require_number
 from hierroom.support.files import to_json
 from hierroom.support.printed_table import print_table
-from hierroom.turns.env_config import GRAPHS
+from hierroom.worlds.env_config import GRAPHS
 
 if TYPE_CHECKING:
     from hierroom.runs.evaluation import Evaluation
@@ -111,7 +111,7 @@ def main() -> int:
     else:
         console = Console()
         graphs = results["sampled"].graphs
-        n_known = len(played["sampled"][0].sampler.everything)
+        n_known = len(played["sampled"][0].world.variants)
         where = f"graph {next(iter(graphs))}" if n_known == 1 else f"{len(graphs)} graphs"
         if n_known > len(graphs):
             where = f"{len(graphs)} of {n_known} graphs (the others had no episode)"

@@ -12,7 +12,7 @@ import tyro
 from hierroom.goals import GraphSpecs
 from hierroom.support.cli import one_line_usage, program, run, words
 from hierroom.support.errors import InputError, require_number
-from hierroom.turns.env_config import GRAPHS
+from hierroom.worlds.env_config import GRAPHS
 
 if TYPE_CHECKING:
     from hierroom.lab.play.game import Game
@@ -68,8 +68,8 @@ def make_game(arguments: PlayArguments) -> Game:
     """The game that is asked for."""
     from hierroom.lab.play.game import Game
     from hierroom.runs.trained_agent import load
-    from hierroom.turns.env_config import EnvConfig  # these bring torch along, and --help needs none of it
     from hierroom.turns.turns import Turns
+    from hierroom.worlds.env_config import EnvConfig  # these bring torch along, and --help needs none of it
 
     named = {name: getattr(arguments, name) for name in ("graph", "size", "max_steps")}
     chosen: dict[str, Any] = {name: value for name, value in named.items() if value not in (None, ())}

@@ -17,7 +17,7 @@ from rich.progress import Progress
 from hierroom.goals import GraphSpecs
 from hierroom.support.cli import one_line_usage, program, run, words
 from hierroom.support.errors import InputError, require_number
-from hierroom.turns.env_config import GRAPHS
+from hierroom.worlds.env_config import GRAPHS
 
 if TYPE_CHECKING:
     from hierroom.agents.episode import Episode
@@ -143,8 +143,7 @@ def _count(n_failures: int, n_played: int) -> str:
 
 
 def _print(episodes: Sequence[Episode]) -> None:
-    from hierroom.agents.playback import description
-    from hierroom.worlds.escape_room.render import without_colours
+    from hierroom.agents.playback import description, without_colours
 
     words = "\n\n\n".join(description(episode) for episode in episodes)
     print(words if sys.stdout.isatty() else without_colours(words))

@@ -30,6 +30,7 @@ Measures of the literature, such as the effective horizon and the covering lengt
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes
 from hierroom.complexity.chain import Chain, EdgeSensitivity
+from hierroom.complexity.curriculum import Curriculum
 from hierroom.complexity.env_play import measure_env
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.hitting import (
@@ -46,7 +47,6 @@ from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.tables import to_frame
 from hierroom.complexity.trajectories import measure_trajectories
 from hierroom.complexity.walk import Reading, Walk
-from hierroom.turns.graph_sampler import Curriculum
 
 __all__ = [
     "AugmentedGraph",

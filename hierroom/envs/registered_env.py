@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from hierroom.goals import graph_specs
 from hierroom.support.errors import InputError, shown
-from hierroom.turns.env_config import EnvConfig
-from hierroom.turns.ledger import CONTROLLER
+from hierroom.turns.records import CONTROLLER
+from hierroom.worlds.env_config import EnvConfig
 
 
 def checked_options(options: Any) -> dict[str, Any]:
@@ -64,8 +64,8 @@ class PlayableEnv(RegisteredEnv):
         return self.single.observe(CONTROLLER)["action_mask"].astype(bool)
 
     def get_keys_to_action(self) -> dict[tuple[int, ...], int]:
-        """Keys for `gymnasium.utils.play.play`: arrows move, tab picks up, space opens, left shift drops."""
+        """Return keys for `gymnasium.utils.play.play`, as the world names them."""
         import pygame
 
-        keys = (pygame.K_UP, pygame.K_LEFT, pygame.K_RIGHT, pygame.K_TAB, pygame.K_SPACE, pygame.K_LSHIFT)
-        return {(key,): action for action, key in enumerate(keys[: self.config.n_actions])}
+        named = self.single.turns.world.keys_to_action
+        return {(pygame.key.key_code(name),): action for name, action in named.items()}

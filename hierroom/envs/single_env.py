@@ -11,22 +11,17 @@ from numpy.typing import NDArray
 
 from hierroom.controller import Observation
 from hierroom.envs.registered_env import checked_options
-from hierroom.goals import GOAL_VECTORS, NO_GOAL
-from hierroom.meta import MetaController, show_step
+from hierroom.goals import NO_GOAL
+from hierroom.meta import MetaController, show_step, take_turn
 from hierroom.support.errors import InputError, shown
 from hierroom.support.schema import Whole
-from hierroom.turns.env_config import EnvConfig, fresh_seed
-from hierroom.turns.ledger import AGENTS, CONTROLLER, META
-from hierroom.turns.step import STEP, Step
+from hierroom.turns.records import AGENTS, CONTROLLER, META, N_OUTCOMES, STEP, Step
 from hierroom.turns.turns import Turns
-from hierroom.worlds.escape_room.observations import compiled_one, empty_parts
-from hierroom.worlds.escape_room.render import Screen
-from hierroom.worlds.escape_room.tiles import TRIPLES
-from hierroom.worlds.escape_room.world import whole_numbers
+from hierroom.worlds.env_config import EnvConfig, fresh_seed
+from hierroom.worlds.world import whole_numbers
 
 _ONLY = np.zeros(1, np.int64)
-_INT64 = tuple(np.int64(i) for i in range(4))
-"""What directions and outcomes are given as, made once."""
+_OUTCOMES = tuple(np.int64(outcome) for outcome in range(N_OUTCOMES))
 _AT_RESET = (NO_GOAL, 0, 0, -1, 0.0, 0.0, False, False, False, NO_GOAL)
 _told = itemgetter(
     *map(
@@ -56,15 +51,16 @@ class SingleEnv:
 
     def __init__(self, config: EnvConfig, render_mode: str | None):
         self.turns = Turns(config, autoreset=False, measure_shortest=True)
-        self.complexity = self.turns.complexity
+        self.complexity = self.turns.world.complexity
         self.observation_spaces: dict[str, spaces.Space] = {
             agent: self.turns.observation_space(agent) for agent in AGENTS
         }
         self.action_spaces: dict[str, spaces.Space] = {agent: self.turns.action_space(agent) for agent in AGENTS}
-        self._screen = Screen(render_mode)
+        self._screen = self.turns.world.screen(render_mode)
         self._is_seeded = False
         self._action = np.zeros(1, np.int64)
         self._all_legal = np.ones(self.turns.world.n_actions, np.int8)
+        self._waits = NO_GOAL, self.turns.world.goals.no_goal_action
         self._step: Step | None = None  # of which these are the values
         self._values = _AT_RESET
 
@@ -109,32 +105,28 @@ class SingleEnv:
             raise InputError(f"the agents are {META} and {CONTROLLER}; there is no {agent!r}")
         else:
             goal = self.goal
-        image, vector, keys, doors = parts = empty_parts()
-        direction = compiled_one()(turns.world.outcomes, turns.world.state.levels, goal, TRIPLES, GOAL_VECTORS, *parts)
-        observation = {
-            "observation": image,
-            "goal": vector,
-            "direction": _INT64[direction],
-            "keys_held": keys,
-            "doors_open": doors,
-            "action_mask": turns.meta_masks()[0].view(np.int8) if agent == META else self._all_legal.copy(),
-        }
+        observation = turns.world.observe_one(goal)
         if agent == META:
-            observation["outcome"] = _INT64[int(ledger.last_outcomes[0])]
-        return observation  # pyright: ignore[reportReturnType] - directions and outcomes are numbers
+            observation["action_mask"] = turns.meta_masks()[0].view(np.int8)
+            observation["outcome"] = _OUTCOMES[int(ledger.last_outcomes[0])]
+        else:
+            observation["action_mask"] = self._all_legal.copy()
+        return observation
 
     def choose(self, action: int) -> None:
         """Take the meta-controller's action; one that is not legal counts as no goal."""
         is_turn = self.is_meta_turn
         self._action[0] = as_action(action)
-        self.turns.choose_everywhere(self._action)
         if is_turn:
+            self.turns.choose_everywhere(self._action)
             self._show()
+        elif self._action[0] not in self._waits:
+            self.turns.ledger.illegal_goals[0] += 1
 
     def ask(self, meta: MetaController) -> None:
         """Let a meta-controller choose, if it is its turn."""
         if self.is_meta_turn:
-            self.turns.ask(meta)
+            take_turn(meta, self.turns)
             self._show()
 
     def show_step(self, meta: MetaController) -> None:
@@ -196,14 +188,14 @@ class SingleEnv:
         """The level as text, as a picture [H, W, 3] or in a window, with the current subgoal shown."""
         if not self._is_seeded:
             raise InputError("reset the environment before it is rendered")
-        return self._screen.render(self.turns.world.state, int(self.turns.goals[0]))
+        return self._screen.render(0, int(self.turns.goals[0]))
 
     def close(self) -> None:
         """Close the window, if one is open."""
         self._screen.close()
 
     def _show(self) -> None:
-        self._screen.show(self.turns.world.state, int(self.turns.goals[0]))
+        self._screen.show(0, int(self.turns.goals[0]))
 
 
 def as_action(action: Any) -> int:

@@ -12,7 +12,7 @@ import torch
 from torch import nn
 
 from hierroom.agents.curiosity import Curiosity
-from hierroom.agents.features import GOAL_FEATURES, Features
+from hierroom.agents.features import Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.agents.networks import make_network
 from hierroom.agents.player import Pair
@@ -27,10 +27,10 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import LevelsName
-from hierroom.turns.ledger import CONTROLLER, META
-from hierroom.turns.situation import N_META_ACTIONS
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import LevelsName
+from hierroom.worlds.make import world_spec
 
 
 def make_turns(
@@ -72,16 +72,17 @@ def _memories(config: TrainConfig) -> tuple[str, ...]:
     own = controller_features(config).memories
     if config.resolved_method.meta != LEARNED:
         return own
-    return (*own, *Features(config.agents.meta_features, config.env.n_actions, META).memories)
+    return (*own, *Features(world_spec(config.env), config.agents.meta_features, META).memories)
 
 
 def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
     """The meta-controller and the controller of a config, untrained."""
     pair, agents, ppo, num_envs = config.resolved_method, config.agents, config.ppo, config.num_envs
+    world = world_spec(config.env)
     make_learner = partial(_make_learner, num_envs=num_envs, device=_checked(config.device), threads=config.threads)
     features = controller_features(config)
     network = partial(make_network, agents.network, vectors=features.vectors)
-    learner = make_learner(features, features.n_actions, ppo, seed=config.seed, network=network)
+    learner = make_learner(features, world.n_actions, ppo, seed=config.seed, network=network)
     curiosity = None
     if pair.controller.is_curious:
         settings: dict[str, Any] = {"gamma": ppo.gamma, "seed": config.seed, "device": config.device}
@@ -89,9 +90,9 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
     controller = PPOAgent(features, learner, network=agents.network, curiosity=curiosity)
     if pair.meta != LEARNED:
         return ScriptedAgent(make_meta(pair.meta, num_envs), is_training=True), controller
-    features, seed = Features(agents.meta_features, config.env.n_actions, META), meta_seed(config.seed)
+    features, seed = Features(world, agents.meta_features, META), meta_seed(config.seed)
     network = GoalNetwork if features.are_by_goal else partial(make_network, "recurrent", vectors=features.vectors)
-    learner = make_learner(features, N_META_ACTIONS, config.meta_ppo, seed=seed, network=network)
+    learner = make_learner(features, world.goals.n_choices, config.meta_ppo, seed=seed, network=network)
     warm_up = WarmUp(agents.meta_start_success)
     return PPOAgent(features, learner, network=LEARNED, warm_up=warm_up), controller
 
@@ -99,12 +100,14 @@ def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent
 def controller_features(config: TrainConfig) -> Features:
     """What the controller's network reads."""
     sees_goal, named = config.resolved_method.controller.sees_goal, config.agents.features
-    names = [name for name in named if sees_goal or name not in GOAL_FEATURES]
-    if named and not names:
+    features = Features(world_spec(config.env), named)
+    if sees_goal:
+        return features
+    if named and not (names := features.subset(of_goal=False)):
         raise InputError(
             f"method {config.agents.method} does not see goals, so features must name more than {', '.join(named)}"
         )
-    return Features(names, config.env.n_actions)
+    return Features(features.world, names)
 
 
 def load_agents(

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from hierroom.agents.player import Player, play
+from hierroom.agents.episode_facts import EndedEpisodes, EpisodeFacts
+from hierroom.agents.player import Play, Player
 from hierroom.complexity.observed import wilson_interval
-from hierroom.goals import EXIT_GOAL, N_COLOURS, ROOM_GOAL_NAMES, room_goals
-from hierroom.turns.step import Step
 from hierroom.turns.turns import Turns
+from hierroom.worlds.world import World
 
 
 class SuccessInterval(NamedTuple):
@@ -65,21 +64,6 @@ class Evaluation(Score):
     graphs: dict[str, Score]
 
 
-class _Episodes(NamedTuple):
-    """[E] of each: what there is to know of episodes."""
-
-    graphs: NDArray[np.str_]
-    rooms: NDArray[np.integer]
-    successes: NDArray[np.bool_]
-    lengths: NDArray[np.integer]
-    shortest: NDArray[np.integer]
-    returns: NDArray[np.float64]
-    firsts: NDArray[np.integer]
-
-    def where(self, chosen: NDArray[np.bool_]) -> _Episodes:
-        return _Episodes._make(values[chosen] for values in self)
-
-
 def evaluate(
     player: Player, turns: Turns, episodes: int, progress: Callable[[int], object] = lambda done: None
 ) -> Evaluation:
@@ -91,35 +75,20 @@ def evaluate(
         episodes: how many in all.
         progress: called with the number of episodes done so far.
     """
-    levels, returns = turns.world.state.levels.copy(), np.zeros(len(turns))
-    firsts = np.zeros((len(turns), len(ROOM_GOAL_NAMES)), np.int64)
-    parts = []
-    for played in play(turns, player, episodes, progress):
-        step, envs, rows = played.step, played.envs, played.ended
-        returns[envs] += step.rewards
-        _note_goals(firsts, envs, levels["branches"], step)
-        if len(rows):
-            ended = envs[rows]
-            graphs = np.array(turns.sampler.names(levels[ended]))
-            told = (values[rows] for values in (step.terminated, step.lengths, step.shortest))
-            parts.append((graphs, levels["n_rooms"][ended], *told, returns[ended], firsts[ended]))
-        if played.turns.n_ended:
-            begun = np.flatnonzero(step.episode_ended)
-            firsts[envs[begun]], returns[envs[begun]] = 0, 0.0
-            levels[envs[begun]] = played.turns.world.state.levels[begun]
-    played_episodes = _Episodes._make(map(np.concatenate, zip(*parts, strict=True)))
-    names = [graph.name for graph in turns.sampler.everything]
+    facts, play, parts = EpisodeFacts(len(turns)), Play(turns, player, episodes, progress), []
+    for step in play:
+        if len(ended := facts.add(step, play.turns, play.envs, play.counted)):
+            parts.append(ended)
+    played, world = EndedEpisodes.joined(parts), turns.world
+    names = np.array(played.variants)
+    by_graph = {name: names == name for name in world.variants}
     return Evaluation(
-        **vars(_score(played_episodes)),
-        graphs={
-            name: _score(played_episodes.where(played_episodes.graphs == name))
-            for name in dict.fromkeys(names)
-            if (played_episodes.graphs == name).any()
-        },
+        **vars(_score(played, world)),
+        graphs={name: _score(played.where(is_of), world) for name, is_of in by_graph.items() if is_of.any()},
     )
 
 
-def _score(episodes: _Episodes) -> Score:
+def _score(episodes: EndedEpisodes, world: World) -> Score:
     success, length = episodes.successes, episodes.lengths
     success_rate, *interval = wilson_interval(float(success.mean()), len(success), level=0.95)
     shortest = episodes.shortest[success].mean() if success.any() else float("nan")
@@ -130,27 +99,19 @@ def _score(episodes: _Episodes) -> Score:
         length=float(length.mean()),
         length_over_shortest=float(length[success].mean() / shortest) if success.any() else float("nan"),
         mean_return=float(episodes.returns.mean()),
-        steps_to_goals=_goal_table(episodes.firsts, int(episodes.rooms.max())),
+        steps_to_goals=_steps_to_goals(episodes, world),
     )
 
 
-def _note_goals(firsts: NDArray, stepped: NDArray[np.integer], branches: NDArray, step: Step) -> None:
-    """Write the step at which each goal was first achieved into ``firsts`` [N, 13]: keys, doors by room, then exit."""
-    rows = np.flatnonzero(step.events >= 0)
-    if not len(rows):
-        return
-    envs, lengths = stepped[rows], step.lengths[rows]
-    goals = room_goals(step.events[rows], branches[envs])
-    is_first = firsts[envs, goals] == 0
-    firsts[envs[is_first], goals[is_first]] = lengths[is_first]
-
-
-def _goal_table(firsts: NDArray, n_rooms: int) -> dict[str, GoalSteps]:
-    columns = [c for c in range(len(ROOM_GOAL_NAMES)) if c == EXIT_GOAL or c % N_COLOURS < n_rooms - 1]
+def _steps_to_goals(episodes: EndedEpisodes, world: World) -> dict[str, GoalSteps]:
+    firsts = np.zeros((len(episodes), len(world.goals.milestones)), np.int64)
+    for row, achieved in zip(firsts, episodes.milestones, strict=True):
+        for at, milestone in reversed(achieved):
+            row[milestone] = at
     table = {}
-    for column in columns:
-        steps = firsts[:, column]
-        achieved = steps > 0
-        mean_step = float(steps[achieved].mean()) if achieved.any() else float("nan")
-        table[ROOM_GOAL_NAMES[column]] = GoalSteps(float(achieved.mean()), mean_step)
+    for milestone in world.possible_milestones(episodes.variants):
+        steps = firsts[:, milestone]
+        was_achieved = steps > 0
+        mean_step = float(steps[was_achieved].mean()) if was_achieved.any() else float("nan")
+        table[world.goals.milestones[milestone]] = GoalSteps(float(was_achieved.mean()), mean_step)
     return table

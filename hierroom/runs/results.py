@@ -21,7 +21,7 @@ from hierroom.runs.rollout import rollout
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.printed_table import print_table
-from hierroom.turns.ledger import META
+from hierroom.turns.records import META
 
 MANY_ILLEGAL = 0.1
 """A meta-controller whose share of illegal goals is above that may not do what it is meant to."""

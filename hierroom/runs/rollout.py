@@ -13,8 +13,8 @@ from hierroom.agents.player import Player, make_player
 from hierroom.agents.recorder import record
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.support.errors import InputError, require_number
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
 
 
 def rollout(

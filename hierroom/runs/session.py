@@ -30,7 +30,7 @@ from hierroom.runs.schedule import Schedule
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import DivergenceError, InputError
 from hierroom.support.files import to_json
-from hierroom.turns.ledger import META
+from hierroom.turns.records import META
 
 
 def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Trainer, RunFolder]:
@@ -98,7 +98,7 @@ def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAUL
     with folder.lock, lasting_output():
         console = Console()
         console.print(escape(f"{trainer.config.title}, into {folder.path}"), soft_wrap=True)
-        for line in trainer.turns.sampler.stage_titles:
+        for line in trainer.turns.world.stage_titles:
             console.print(escape(line), soft_wrap=True)
         meta = trainer.agents[META]
         if isinstance(meta, ScriptedAgent) and (unsaved := unsaved_memory(meta.meta)):
@@ -155,7 +155,7 @@ def train(
 def _train(
     trainer: Trainer, folder: RunFolder, interrupt: Interrupt, report: Callable[[str], object], logs: Logs
 ) -> None:
-    config, sampler = trainer.config, trainer.turns.sampler
+    config, n_stages = trainer.config, len(trainer.turns.world.stage_titles)
     schedule = Schedule(config.steps, config.evaluations)
     evaluated = ""
 
@@ -176,14 +176,14 @@ def _train(
             raise DivergenceError(f"{error}. {_way_back(folder)}") from error
         is_last = trainer.is_done or interrupt.is_requested
         row = trainer.metrics()
-        report(_status(row, sampler.n_stages, evaluated))
+        report(_status(row, n_stages, evaluated))
         folder.episodes.append(trainer.log.ended)
         if schedule.is_row_due(before, trainer.steps):
             folder.metrics.append([row])
             logs.add_metrics(row)
         if schedule.is_evaluation_due(before, trainer.steps):
             evaluated = evaluate()
-            report(_status(row, sampler.n_stages, evaluated))
+            report(_status(row, n_stages, evaluated))
         if trainer.is_done:
             logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
         logs.sync()

@@ -21,9 +21,9 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.trust import require_trust
 from hierroom.runs.folder.weights import SHIPPED, SUFFIX, SavedAgent, weights_file
 from hierroom.support.errors import InputError, shown
-from hierroom.turns.env_config import EnvConfig
-from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -20,13 +20,11 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.folder.weights import SavedAgent, weights_file
 from hierroom.runs.logs.episode_log import EpisodeLog
 from hierroom.support.compile.clock import compile_clock
-from hierroom.support.errors import DivergenceError, InputError, shown
+from hierroom.support.errors import DivergenceError, InputError
 from hierroom.support.files import to_json
-from hierroom.support.schema import as_array
-from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.support.schema import Anything, Array, Table, as_array
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
-from hierroom.worlds.escape_room.layout import LEVEL
-from hierroom.worlds.escape_room.state_check import level_schema
 
 MAX_EVALUATION_ENVS = 100
 """Environments that are evaluated in side by side, at most."""
@@ -61,7 +59,7 @@ class Trainer:
         self.controller = controller
         if config.warm_start and begins:
             self._warm_start(config.warm_start)
-        self.log = EpisodeLog(self.turns.world.state.levels["steps"])
+        self.log = EpisodeLog(self.turns.world.goals, self.turns.world.clocks())
         self.steps = 0
         self.seconds = self.compile_seconds = 0.0
         self._speed = float("nan")
@@ -83,11 +81,11 @@ class Trainer:
         while not self.controller.ready:
             for name in self.agents:  # meta_0 first
                 self._act(name)
-            transitions = self.turns.advance()
-            for name, transition in transitions.items():
-                self.agents[name].record(transition, self.turns)
+            step = self.turns.advance()
+            for agent in self.agents.values():
+                agent.record(step, self.turns)
             self.steps += len(self.turns)
-            self.log.add(transitions[CONTROLLER].step, self.turns, self.steps)
+            self.log.add(step, self.turns, self.steps)
         self._act(META)  # the controller's next observation holds its next goal
         self._learn(CONTROLLER)
         compiled = clock.seconds - compiled
@@ -156,7 +154,7 @@ class Trainer:
 
     def metrics(self) -> dict[str, float]:
         """One row of numbers on how training stands; the stage of a curriculum is counted from 1."""
-        sampler, ledger = self.turns.sampler, self.turns.ledger
+        world, ledger = self.turns.world, self.turns.ledger
         illegal = float(ledger.illegal_goals.sum() / max(1, ledger.meta_turns.sum()))
         return {
             "steps": self.steps,
@@ -169,14 +167,14 @@ class Trainer:
             "episode_return": self.log.episode_return,
             **self.log.reached,
             **({"meta_illegal_goals": illegal} if self.config.resolved_method.meta != "none" else {}),
-            **({"stage": sampler.stage + 1} if sampler.n_stages > 1 else {}),
+            **({"stage": world.stage + 1} if world.stage_titles else {}),
             **self.controller.statistics,
             **{f"meta_{name}": value for name, value in self.agents[META].statistics.items()},
         }
 
     def summary(self) -> dict[str, Any]:
         """What is left to be said at the end of training."""
-        sampler = self.turns.sampler
+        world = self.turns.world
         return {
             "success_rate": self.log.success_rate,
             "episode_length": self.log.episode_length,
@@ -187,17 +185,14 @@ class Trainer:
             "compile_seconds": self.compile_seconds,
             "steps_per_second": self.steps / self.seconds if self.seconds else 0.0,
             "rollout_bytes": self.controller.learner.n_rollout_bytes,
-            **({"stage": sampler.stage + 1, "stages": sampler.n_stages} if sampler.n_stages > 1 else {}),
+            **({"stage": world.stage + 1, "stages": len(world.stage_titles)} if world.stage_titles else {}),
         }
 
     def state_dict(self) -> dict[str, Any]:
         """Everything that decides what happens next, as tensors and plain types."""
-        turns = self.turns.get_state()
-        levels = turns.pop("levels")
         return {
             "config": to_json(self.config.to_dict()),
-            "turns": {name: torch.from_numpy(array) for name, array in turns.items()},
-            "levels": {name: torch.from_numpy(levels[name].copy()) for name in LEVEL.names or ()},
+            "turns": {name: _as_tensors(array) for name, array in self.turns.get_state().items()},
             "agents": {name: agent.state_dict() for name, agent in self.agents.items()},
             "log": self.log.state_dict(),
             "steps": self.steps,
@@ -207,15 +202,9 @@ class Trainer:
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go on from what `state_dict` gave, in a trainer with the same config."""
-        turns = {
-            name: as_array(value, f"turns.{name if type(name) is str else shown(name)}")
-            for name, value in state["turns"].items()
-        }
-        level_schema(len(self.turns), self.config.env.size).check(state["levels"], "levels")
-        levels = np.zeros(len(self.turns), LEVEL)
-        for name, values in state["levels"].items():
-            levels[name] = values.numpy()
-        self.turns.set_state({**turns, "levels": levels})
+        now = self.turns.get_state()
+        Table(dict.fromkeys(now, Anything())).check(state["turns"], "turns")
+        self.turns.set_state({name: _as_array(state["turns"][name], like, name) for name, like in now.items()})
         for name, agent in self.agents.items():
             try:
                 agent.load_state_dict(state["agents"][name])
@@ -227,3 +216,22 @@ class Trainer:
             raise InputError("the controller has turns to learn from, which it does before its state is saved")
         self.log.load_state_dict(state["log"])
         self.steps, self.seconds, self.compile_seconds = state["steps"], state["seconds"], state["compile_seconds"]
+
+
+def _as_tensors(array: np.ndarray) -> Any:
+    """Return an array as a tensor; records, which torch does not have, as tensors by field."""
+    if array.dtype.names is None:
+        return torch.from_numpy(array)
+    return {name: torch.from_numpy(array[name].copy()) for name in array.dtype.names}
+
+
+def _as_array(saved: Any, like: np.ndarray, name: str) -> np.ndarray:
+    """Return the array that `_as_tensors` saved, which was of the same type and shape as another."""
+    if like.dtype.names is None:
+        return as_array(saved, f"turns.{name}")
+    fields = {field: Array(like[field].dtype, like[field].shape) for field in like.dtype.names}
+    Table(fields).check(saved, name)
+    array = np.zeros_like(like)
+    for field in fields:
+        array[field] = saved[field].numpy()
+    return array

@@ -1,4 +1,4 @@
-"""The turns of the two agents as compiled kernels on records of a `options.LEDGER` and a `step.STEP`.
+"""The turns of the two agents as compiled kernels on records of `records.LEDGER` and `records.STEP`.
 
 The constants that they share with the rest of the package stand here, so that the module needs nothing but the
 compiler. With ``NUMBA_DISABLE_JIT=1`` the same source runs as ordinary Python.
@@ -8,15 +8,13 @@ import numpy as np
 
 from hierroom.support.compile.kernel import njit
 
-NO_GOAL, FIRST_DOOR_GOAL, EXIT_GOAL, N_GOALS = -1, 6, 12, 13
+NO_GOAL = -1
 """As in `hierroom.goals`."""
 NO_OUTCOME, REACHED, TIMED_OUT, OTHER = range(4)
 """How an option ended: there was none; its goal was reached; its horizon ran out; the episode ended."""
 OWN_REWARD, EXTRINSIC, BONUS, INTRINSIC, NOVELTY = range(-1, 4)
 KERNEL_REWARDS = {"extrinsic": EXTRINSIC, "bonus": BONUS, "intrinsic": INTRINSIC, "novelty": NOVELTY}
 """Which reward a kernel writes: none, as somebody else does, or one of those that ship."""
-REACHABLE, EXISTING, SEEN, ALL = range(4)
-"""Which goals a meta-controller may choose: see `situation.GOAL_MASKS`."""
 
 
 @njit(cache=True)
@@ -36,10 +34,10 @@ def record_turns(
     """Take the controller's turn in every environment, end the options that it ends, and say what it did.
 
     Args:
-        outcomes: [N] records of `layout.OUTCOME`.
+        outcomes: [N] records with the fields of `world.OUTCOME_FIELDS`.
         actions: [N] int64, the controller's.
-        ledgers: [N] records of `options.LEDGER`, updated in place.
-        steps: [N] records of `step.STEP`, written.
+        ledgers: [N] records of `records.LEDGER`, updated in place.
+        steps: [N] records of `records.STEP`, written.
         return_ends_with_option: whether no reward after an option depends on what the controller did in it.
         horizon: steps after which an option ends without its goal.
         n_actions: the controller's number of actions.
@@ -53,7 +51,7 @@ def record_turns(
     n_ended = 0
     for n in range(outcomes.shape[0]):
         outcome, ledger, step = outcomes[n], ledgers[n], steps[n]
-        goal, event = ledger.goals, np.int64(outcome.event)
+        goal, achieved = ledger.goals, outcome.achieved
         ledger.option_steps += 1
         ledger.option_rewards += outcome.reward
         action = actions[n]
@@ -61,23 +59,31 @@ def record_turns(
             action = n_actions
             ledger.illegal_actions += 1
         ledger.previous_actions = action
-        if ledger.first_events == NO_GOAL:
-            ledger.first_events = event
         terminated, truncated = outcome.terminated, outcome.truncated
         ended = terminated or truncated
-        reached = (outcome.is_first or outcome.is_discovery) if goal == NO_GOAL else event == goal
+        is_new = outcome.n_first > 0 or outcome.is_discovery
+        reached = is_new if goal == NO_GOAL else achieved >> goal & 1 == 1
+        event = NO_GOAL  # of several goals the one that was pursued, else the first
+        if goal != NO_GOAL and reached:
+            event = goal
+        elif achieved:
+            event = 0
+            while not achieved >> event & 1:
+                event += 1
+        if ledger.first_events == NO_GOAL:
+            ledger.first_events = event
         timed_out = ledger.option_steps >= horizon and not (reached or ended)
         option_ended = reached or timed_out or ended
         return_terminated = terminated or (return_ends_with_option and reached)
         return_truncated = truncated or (return_ends_with_option and timed_out)
 
-        step.actions, step.goals, step.events = action, goal, event
-        step.is_first, step.is_discovery, step.is_novel = outcome.is_first, outcome.is_discovery, outcome.is_novel
+        step.actions, step.goals, step.events, step.achieved_bits = action, goal, event, achieved
+        step.n_first, step.is_discovery, step.is_novel = outcome.n_first, outcome.is_discovery, outcome.is_novel
         step.extrinsic = outcome.reward
         if reward == EXTRINSIC:
             step.rewards = outcome.reward
         elif reward == BONUS:
-            step.rewards = 1.0 if outcome.is_first else 0.0
+            step.rewards = outcome.n_first
         elif reward == INTRINSIC:
             step.rewards = 1.0 if reached else 0.0
         elif reward == NOVELTY:
@@ -108,84 +114,26 @@ def record_turns(
     return n_ended
 
 
-@njit(cache=True)
-def write_goals(level, kind, goals):
-    """Write which goals [13] a meta-controller may choose in a level on its turn; returns whether there is one."""
-    if kind == ALL:
-        goals[:N_GOALS] = True
-        return True
-    goals[:N_GOALS] = False
-    n_legal = 0
-    for branch in range(level.n_rooms - 1):
-        colour = level.colours[branch]
-        is_held, is_open = level.keys >> branch & 1, level.doors >> branch & 1
-        if kind == REACHABLE:
-            home = level.key_rooms[branch]
-            key_legal = (home == 0 or level.doors >> (home - 1) & 1) and not is_held and not is_open
-            door_legal = is_held and not is_open
-        else:
-            key_legal, door_legal = not is_open and not is_held, not is_open
-            if kind == SEEN:
-                key_legal = key_legal and level.seen >> colour & 1
-                door_legal = door_legal and level.seen >> (FIRST_DOOR_GOAL + colour) & 1
-        if key_legal:
-            goals[colour] = True
-            n_legal += 1
-        if door_legal:
-            goals[FIRST_DOOR_GOAL + colour] = True
-            n_legal += 1
-    if kind == REACHABLE:
-        exit_legal = level.doors >> (level.exit_room - 1) & 1
-    else:
-        exit_legal = kind == EXISTING or level.seen >> EXIT_GOAL & 1
-    if exit_legal:
-        goals[EXIT_GOAL] = True
-        n_legal += 1
-    return n_legal > 0
-
-
 @njit(cache=True, nogil=True)
-def write_masks(levels, are_turns, kind, masks):
-    """Write the legal actions [M, 14] of meta-controllers: off turn they can only wait.
-
-    'No goal' is legal where no goal is, and under ``SEEN`` always: what matters may not have been seen yet.
-    """
-    for m in range(levels.shape[0]):
-        has_goal = False
-        if are_turns[m]:
-            has_goal = write_goals(levels[m], kind, masks[m])
-        else:
-            masks[m, :N_GOALS] = False
-        masks[m, N_GOALS] = not has_goal or kind == SEEN
-
-
-@njit(cache=True, nogil=True)
-def choose_goals(levels, ledgers, kind, actions):
+def take_goals(masks, ledgers, actions):
     """Take the meta-controller's turn wherever it has one; elsewhere it can only wait.
 
     Args:
-        levels: [N] records of `layout.LEVEL`.
-        ledgers: [N] records of `options.LEDGER`, updated in place.
-        kind: which goals are legal.
-        actions: [N] int64 goal ids, or no goal (13 or -1); what is not legal counts as no goal, and is counted.
+        masks: [N, G + 1] bool, the legal actions, 'no goal' the last.
+        ledgers: [N] records of `records.LEDGER`, updated in place.
+        actions: [N] int64 goal ids, or no goal (G or -1); what is not legal counts as no goal, and is counted.
     """
-    goals = np.empty(N_GOALS, np.bool_)
-    for n in range(levels.shape[0]):
+    no_goal_action = masks.shape[1] - 1
+    for n in range(masks.shape[0]):
         ledger, action = ledgers[n], actions[n]
-        has_none = action in (NO_GOAL, N_GOALS)
-        if not ledger.is_meta_turn:
-            ledger.illegal_goals += not has_none
-            continue
-        has_goal = write_goals(levels[n], kind, goals)
-        if has_none:
-            is_legal, goal = not has_goal or kind == SEEN, NO_GOAL
-        else:
-            is_legal = 0 <= action < N_GOALS and goals[np.uint64(action)]
-            goal = action if is_legal else NO_GOAL
+        if action == NO_GOAL:
+            action = no_goal_action
+        is_legal = 0 <= action <= no_goal_action and masks[n, np.uint64(action)]
         ledger.illegal_goals += not is_legal
-        ledger.goals = goal
-        ledger.meta_turns += 1
-        ledger.is_meta_turn = False
+        if ledger.is_meta_turn:
+            ledger.goals = action if is_legal and action < no_goal_action else NO_GOAL
+            ledger.meta_turns += 1
+            ledger.is_meta_turn = False
 
 
 @njit(cache=True, nogil=True)
@@ -196,8 +144,8 @@ def write_results(
     """Write what a vector environment tells of a step.
 
     Args:
-        steps: [N] records of `step.STEP`.
-        ledgers: [N] records of `options.LEDGER`, after the step.
+        steps: [N] records of `records.STEP`.
+        ledgers: [N] records of `records.LEDGER`, after the step.
         begins_anew: whether infos tell of the next episode where one ended.
         rewards: [N] float64, written, like all that follow.
         terminated: [N] bool.

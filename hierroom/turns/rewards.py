@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from hierroom.support.errors import InputError, in_one_line, own_code, raise_told, shown
 from hierroom.support.plugins import load_plugin
-from hierroom.turns.env_config import NOVELTY_BONUS, RewardName
-from hierroom.turns.step import Step
-from hierroom.worlds.escape_room.layout import MEMORIES
+from hierroom.turns.records import Step
+from hierroom.worlds.env_config import NOVELTY_BONUS, RewardName
 
 ENTRY_POINT_GROUP = "hierroom.rewards"
 
@@ -27,7 +26,7 @@ class Reward(Protocol):
     Attributes:
         ends_with_option: whether the controller's return ends where its option ends, as no later reward depends on it;
             False unless given.
-        memories: what levels must remember for it, names in `layout.MEMORIES`; none unless given.
+        memories: what the world must remember of each episode for it; none unless given.
         needs_states: whether the step holds the states before and after it, which are copied at every step for this;
             True unless given.
     """
@@ -61,12 +60,12 @@ class Bonus:
     needs_states = False
 
     def rewards(self, step: Step) -> NDArray[np.floating]:
-        """[N] whether something was achieved for the first time."""
-        return step.is_first.astype(np.float64)
+        """[N] how many goals were achieved for the first time."""
+        return step.n_first.astype(np.float64)
 
 
 class Intrinsic:
-    """1 where the given goal is reached (`options.Ledger`)."""
+    """1 where the given goal is reached (`ledger.Ledger`)."""
 
     ends_with_option = True
     needs_states = False
@@ -135,11 +134,6 @@ class ControllerReward:
     ends_with_option: bool
     memories: tuple[str, ...]
     needs_states: bool
-
-    def __post_init__(self) -> None:
-        unknown = [repr(name) for name in self.memories if name not in MEMORIES]
-        if unknown:
-            raise InputError(f"{self.name}: levels can remember {', '.join(MEMORIES)}, not {', '.join(unknown)}")
 
     def write(self, step: Step) -> None:
         """Write the rewards for a step into its ``rewards``."""

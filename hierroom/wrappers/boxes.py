@@ -12,13 +12,12 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import BaseParallelWrapper
 from pettingzoo.utils.wrappers import BaseWrapper
 
-from hierroom.goals import GOAL_VECTORS, N_COLOURS
+from hierroom.goals import GOAL_VECTORS, N_COLOURS, N_GOALS
 from hierroom.support.errors import InputError
-from hierroom.turns.ledger import META
-from hierroom.turns.situation import N_META_ACTIONS
-from hierroom.turns.step import N_OUTCOMES
+from hierroom.turns.records import META, N_OUTCOMES
 from hierroom.worlds.escape_room.constants import VIEW
 
+N_META_ACTIONS = N_GOALS + 1
 SIZES = {
     "observation": VIEW * VIEW * 3,
     "goal": GOAL_VECTORS.shape[1],

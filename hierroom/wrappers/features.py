@@ -25,8 +25,9 @@ from hierroom.agents.config import require_features
 from hierroom.agents.features import Features
 from hierroom.controller import Observation
 from hierroom.support.errors import InputError
-from hierroom.turns.ledger import AGENTS, CONTROLLER
+from hierroom.turns.records import AGENTS, CONTROLLER
 from hierroom.turns.turns import Turns
+from hierroom.worlds.make import world_spec
 
 Env = TypeVar("Env", AECEnv, ParallelEnv, gymnasium.Env, VectorEnv)
 
@@ -65,7 +66,7 @@ class _Reader:
 
     def __init__(self, turns: Turns, names: Sequence[str], agent: str) -> None:
         self.agent = agent
-        self._features = Features(names, turns.world.n_actions, agent)
+        self._features = Features(world_spec(turns.config), names, agent)
         self.space = spaces.MultiDiscrete(list(self._features.cardinalities))
         turns.world.remember(self._features.memories)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
 from hierroom.support.errors import InputError
-from hierroom.turns.ledger import CONTROLLER
+from hierroom.turns.records import CONTROLLER
 from hierroom.vector_env import EscapeRooms
 
 FINAL = ("final_obs", "final_info")

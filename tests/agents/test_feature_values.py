@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from turns_helpers import make
 
-from hierroom.agents.features import FEATURES, Features
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NAMED_GRAPHS, NO_GOAL
 from hierroom.meta import make_meta
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR, VIEW
+from hierroom.worlds.escape_room.features import FEATURES, Features
 from hierroom.worlds.escape_room.tiles import TRIPLES
 
 N_ENVS, N_ACTIONS = 16, 6

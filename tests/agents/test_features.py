@@ -8,13 +8,13 @@ from turns_helpers import make
 from views import shown_goals
 
 from hierroom.agents.config import FeatureName
-from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE, Features
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NAMED_GRAPHS, NO_GOAL
 from hierroom.meta import make_meta
 from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.presets import find_preset
 from hierroom.turns.ledger import META
 from hierroom.worlds.escape_room.constants import COL_STEP, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, VIEW
+from hierroom.worlds.escape_room.features import FEATURES, UNKNOWN_DISTANCE, Features
 
 N_ENVS = 16
 OWN_CELL = VIEW // 2 * VIEW + VIEW - 1

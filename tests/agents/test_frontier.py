@@ -5,10 +5,10 @@ import pytest
 from turns_helpers import make
 from views import in_view
 
-from hierroom.agents.features import FEATURES, UNKNOWN_DISTANCE
-from hierroom.agents.frontier import nearest_frontiers
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.worlds.escape_room.constants import LOCKED_DOOR, MARGIN, WALL
+from hierroom.worlds.escape_room.features import FEATURES, UNKNOWN_DISTANCE
+from hierroom.worlds.escape_room.frontier import nearest_frontiers
 
 N_ENVS = 8
 

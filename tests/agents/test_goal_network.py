@@ -3,12 +3,12 @@
 import numpy as np
 import torch
 
-from hierroom.agents.features import Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.runs.config.presets import find_preset
 from hierroom.turns.ledger import META
+from hierroom.worlds.escape_room.features import Features
 
 
 def test_permuting_colours_permutes_what_the_network_says():

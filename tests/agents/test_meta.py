@@ -10,8 +10,8 @@ from scipy.stats import chisquare
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GoalGraph
 from hierroom.meta import make_meta
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 
 SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)

@@ -16,8 +16,8 @@ from hierroom.gym_env import EscapeRoom
 from hierroom.meta import META_CONTROLLERS, MetaController, make_meta
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.session import begin, run_session
-from hierroom.turns.env_config import EnvConfig
 from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.env_config import EnvConfig
 
 MINE = """
     import numpy as np

@@ -22,7 +22,7 @@ from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.train import parse
 from hierroom.turns.ledger import CONTROLLER, META, transitions
-from hierroom.turns.step import OTHER, REACHED, TIMED_OUT
+from hierroom.turns.records import OTHER, REACHED, TIMED_OUT
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 META_PPO = PPOConfig(sequence_length=4, sequences_per_update=4, minibatches=2, epochs=2, hidden_size=8)

@@ -8,10 +8,10 @@ import numpy as np
 import torch
 from torch import nn
 
-from hierroom.agents.features import Features
 from hierroom.lab.sweep.plan import read_plan
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP, RIGHT
+from hierroom.worlds.escape_room.features import Features
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "benchmarks"))

@@ -12,14 +12,14 @@ import tyro
 
 import hierroom
 from hierroom.agents.config import METHODS, FeatureName, MethodName
-from hierroom.agents.features import FEATURES
 from hierroom.runs.config.config import PresetName
 from hierroom.runs.config.presets import PRESETS
 from hierroom.support.cli import COMMANDS, one_line_usage
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import GoalMaskName, RewardName
 from hierroom.turns.rewards import REWARDS
 from hierroom.turns.situation import GOAL_MASKS
+from hierroom.worlds.env_config import GoalMaskName, RewardName
+from hierroom.worlds.escape_room.features import FEATURES
 
 
 def run(*arguments, env=None):

@@ -15,9 +15,9 @@ from hierroom.commands import watch
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
+from hierroom.support.animation import animate
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
-from hierroom.worlds.escape_room.animation import animate
+from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.render import draw_level, without_colours
 from hierroom.worlds.escape_room.window import Window
 

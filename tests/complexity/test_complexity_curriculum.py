@@ -6,7 +6,7 @@ import pytest
 from hierroom.complexity import Curriculum, GraphSet
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
-from hierroom.turns.graph_sampler import EPISODES_PER_STAGE, GraphSampler
+from hierroom.worlds.escape_room.graph_sampler import EPISODES_PER_STAGE, GraphSampler
 
 EASY = GraphSet("rooms:3")
 N_ENVS = 8

@@ -21,8 +21,8 @@ from hierroom.complexity.walk import PAPER_WALK
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
 from hierroom.lab.measure import measure
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
 
 TO_TWO_DIGITS = {
     False: (8.36, 12.05, 15.07, 15.10, 17.09, 22.44, 27.50),

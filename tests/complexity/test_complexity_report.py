@@ -130,9 +130,9 @@ def test_the_package_knows_no_world():
     }
     of_command = {
         "hierroom.support.cli",
-        "hierroom.turns.env_config",
+        "hierroom.worlds.env_config",
         "hierroom.lab.measure",
-        "hierroom.lab.measure.levels",
+        "hierroom.worlds.escape_room.measured_levels",
     }
     found = set()
     for path in Path(complexity.__file__).parent.rglob("*.py"):

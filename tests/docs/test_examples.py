@@ -16,9 +16,9 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
 from hierroom.train import main as train
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.ledger import CONTROLLER, META
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR
 from hierroom.worlds.escape_room.oracle import shortest_actions
 

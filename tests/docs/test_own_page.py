@@ -4,8 +4,8 @@ import re
 from dataclasses import fields
 from pathlib import Path
 
+from hierroom.turns.records import STEP
 from hierroom.turns.situation import Situation
-from hierroom.turns.step import STEP
 from hierroom.worlds.escape_room.constants import MARGIN
 from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES
 

@@ -14,8 +14,8 @@ from hierroom.learners.ppo import Learner
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.worlds.env_config import EnvConfig
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))
 from policy_sketches import PolicySketches

@@ -14,8 +14,8 @@ from gymnasium.vector import AutoresetMode
 import hierroom
 from hierroom import GoalGraph, InputError
 from hierroom.complexity import GraphSet
-from hierroom.turns.env_config import EnvConfig
 from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.env_config import EnvConfig
 
 MADE = {
     **NATIVE,

@@ -11,8 +11,8 @@ from gymnasium.wrappers import FlattenObservation
 import hierroom
 from hierroom.goals import GOAL_VECTORS
 from hierroom.gym_env import EscapeRoom
-from hierroom.turns.env_config import EnvConfig
 from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.env_config import EnvConfig
 
 AGENTS = ("meta_0", "controller_0")
 SEED = 5

@@ -21,7 +21,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.checkpoint import from_bytes, to_bytes
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 _SMALL = {"sequence_length": 4, "minibatches": 2, "epochs": 1, "hidden_size": 4}
 _ENV = EnvConfig("a", size=11, max_steps=30)

@@ -26,7 +26,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder import provenance
 from hierroom.support.cli import run
 from hierroom.train import main as train
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512, evaluations=2, evaluation_episodes=4)
 SMALL = SMALL.changed(minibatches=2, sequence_length=8, epochs=1, hidden_size=8)

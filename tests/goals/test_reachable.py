@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
-from hierroom.lab.measure.levels import level_mdp, measure_levels
 from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.measured_levels import level_mdp, measure_levels
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 from hierroom.worlds.escape_room.reachable import reachable_states
-from hierroom.worlds.escape_room.world import World
 
 
 @pytest.mark.parametrize("drop_key", [False, True])

@@ -10,12 +10,11 @@ from scipy.stats import kstest
 from hierroom.complexity.measures import Gorp, mdp_policy_information
 from hierroom.complexity.measures.policy_information import policy_information
 from hierroom.goals import GoalGraph
-from hierroom.lab.measure import levels as measured_levels
-from hierroom.lab.measure.levels import level_mdp, measure_levels
-from hierroom.lab.measure.sampled_level import SampledLevel
 from hierroom.support.errors import InputError
-from hierroom.worlds.escape_room import batch_kernels
+from hierroom.worlds.escape_room import batch_kernels, measured_levels
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.layout import OUTCOME
+from hierroom.worlds.escape_room.measured_levels import level_mdp, measure_levels
 from hierroom.worlds.escape_room.reachable import _keys
 from hierroom.worlds.escape_room.rollout_kernels import (
     drawn_action,
@@ -24,7 +23,7 @@ from hierroom.worlds.escape_room.rollout_kernels import (
     random_rollouts,
     state_bits,
 )
-from hierroom.worlds.escape_room.world import World
+from hierroom.worlds.escape_room.sampled_level import SampledLevel
 
 A = GoalGraph.named("a")
 MASK, GOLDEN = 2**64 - 1, 0x9E3779B97F4A7C15

@@ -11,8 +11,8 @@ from hierroom.learners.distillation import GROWTH, RandomNetworkDistillation, wh
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.ledger import CONTROLLER
+from hierroom.worlds.env_config import EnvConfig
 
 SIZES = (4, 3)
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=2048).changed(method="ppo-rnd")

@@ -22,9 +22,9 @@ from hierroom.runs.evaluation import evaluate
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.rewards import Intrinsic
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
 
 
 class Turning:

@@ -6,7 +6,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import PRESETS
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 CONFIG = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=2048)
 

@@ -31,7 +31,7 @@ from hierroom.runs.folder.provenance import (
 )
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512).changed(minibatches=2)
 FLAGS = ["--graph", "a", "--size", "11", "--max-steps", "60", "--num-envs", "8", "--minibatches", "2", "--steps", "512"]

@@ -24,8 +24,8 @@ from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
-from hierroom.turns.env_config import EnvConfig
-from hierroom.turns.step import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+from hierroom.turns.records import NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import EXIT
 from hierroom.worlds.escape_room.oracle import shortest_actions
 

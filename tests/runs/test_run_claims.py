@@ -9,7 +9,7 @@ import pytest
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 N_PROCESSES, N_ROUNDS = 8, 6
 SMALL = TrainConfig(EnvConfig("a", size=11))

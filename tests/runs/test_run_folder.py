@@ -13,7 +13,7 @@ from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import CheckpointError, InputError
 from hierroom.support.files import to_json
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11))
 

@@ -14,7 +14,7 @@ from hierroom.runs.trained_agent import load
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=60), num_envs=8, steps=512).changed(minibatches=2, evaluations=0)
 HOLD = "import sys; from pathlib import Path; from hierroom.runs.folder.run_lock import RunLock; "

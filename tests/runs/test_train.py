@@ -27,8 +27,8 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 from hierroom.train import main as train
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.ledger import META
+from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import EXIT
 
 SMALL = TrainConfig(

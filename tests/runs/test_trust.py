@@ -21,7 +21,7 @@ from hierroom.runs.trained_agent import load
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.train import parse
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 SMALL = TrainConfig(EnvConfig("a", size=11, max_steps=30), num_envs=4, steps=512).changed(minibatches=2, hidden_size=8)
 CODE = """

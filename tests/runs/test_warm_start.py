@@ -18,8 +18,8 @@ from hierroom.runs.trained_agent import load
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.ledger import CONTROLLER
+from hierroom.worlds.env_config import EnvConfig
 
 OWN = "own_network:GatedMemory"
 sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))

@@ -21,7 +21,7 @@ from hierroom.runs.evaluation import evaluate
 from hierroom.runs.folder.weights import FOLDER, SHIPPED, SUFFIX, SavedAgent
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 ROOM = "hierroom/EscapeRoom-g-v0"
 SHORT = {"size": 11, "max_steps": 40, "num_envs": 4, "steps": 300, "evaluations": 0, "log": "none"}

@@ -7,9 +7,9 @@ import pytest
 
 import hierroom
 from hierroom.gym_env import EscapeRoom
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.env_config import EnvConfig
 
 
 def test_numbers_of_numpy_are_numbers():

@@ -9,10 +9,10 @@ from hierroom import InputError
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.config import TrainConfig
-from hierroom.turns.env_config import NOVELTY_BONUS
+from hierroom.worlds.env_config import NOVELTY_BONUS
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.oracle import shortest_actions
-from hierroom.worlds.escape_room.world import World
 
 
 def state_of(level):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hierroom.turns.ledger import Ledger
+from hierroom.turns.records import Step
 from hierroom.turns.rewards import REWARDS, make_reward
-from hierroom.turns.step import Step
 from hierroom.worlds.escape_room.layout import OUTCOME
 
 # event, terminated, truncated, the horizon runs out | return terminated, truncated: of intrinsic rewards, of others

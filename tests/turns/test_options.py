@@ -7,14 +7,14 @@ from turns_helpers import make, well_or_wildly
 import hierroom
 from hierroom.goals import EXIT_GOAL, N_GOALS, GoalGraph
 from hierroom.meta import make_meta
-from hierroom.turns.env_config import NOVELTY_BONUS
 from hierroom.turns.kernels import begin_turns
 from hierroom.turns.ledger import LEDGER, META, Ledger, transitions
+from hierroom.turns.records import OTHER, REACHED, STEP, TIMED_OUT, Step
 from hierroom.turns.rewards import REWARDS, make_reward
-from hierroom.turns.step import OTHER, REACHED, STEP, TIMED_OUT, Step
+from hierroom.worlds.env_config import NOVELTY_BONUS
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.layout import OUTCOME
 from hierroom.worlds.escape_room.oracle import shortest_actions
-from hierroom.worlds.escape_room.world import World
 
 BOTH = ("meta_0", "controller_0")
 

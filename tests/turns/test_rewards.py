@@ -14,12 +14,12 @@ from hierroom.meta import make_meta
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
+from hierroom.turns.records import Step
 from hierroom.turns.rewards import REWARDS, make_reward
-from hierroom.turns.step import Step
 from hierroom.turns.turns import Turns
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.level import Level
-from hierroom.worlds.escape_room.world import World
 
 SETTINGS = {"graph": "c", "size": 11, "max_steps": 40, "subgoal_horizon": 7, "drop_key": True}
 

@@ -8,8 +8,8 @@ from ledger_twin import LedgerTwin, legal_goals
 from turns_helpers import make
 
 from hierroom.turns.ledger import Ledger
+from hierroom.turns.records import STEP
 from hierroom.turns.situation import GOAL_MASKS
-from hierroom.turns.step import STEP
 from hierroom.worlds.escape_room.layout import OUTCOME
 from hierroom.worlds.escape_room.oracle import shortest_actions
 

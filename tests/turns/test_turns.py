@@ -9,7 +9,7 @@ from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_VECTORS
 from hierroom.meta import choose_goals, make_meta
 from hierroom.support.errors import InputError
 from hierroom.turns.ledger import AGENTS
-from hierroom.turns.step import NO_OUTCOME, TIMED_OUT
+from hierroom.turns.records import NO_OUTCOME, TIMED_OUT
 
 
 def test_what_is_not_legal_is_no_goal_and_counted():

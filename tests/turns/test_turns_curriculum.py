@@ -7,8 +7,8 @@ from turns_helpers import make
 from hierroom.agents.player import OraclePlayer
 from hierroom.complexity import GraphSet
 from hierroom.support.errors import InputError
-from hierroom.turns.graph_sampler import EPISODES_PER_STAGE
 from hierroom.worlds.escape_room.constants import LEFT
+from hierroom.worlds.escape_room.graph_sampler import EPISODES_PER_STAGE
 
 INTERVAL = "hitting_time:8..16"
 N_ENVS = 25

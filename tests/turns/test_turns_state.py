@@ -6,9 +6,9 @@ from turns_helpers import make, well_or_wildly
 
 from hierroom.meta import make_meta
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.kernels import OTHER
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 

@@ -8,12 +8,12 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from pettingzoo.test import api_test, parallel_api_test
 
 import hierroom
-from hierroom.agents.features import FEATURES, Features
 from hierroom.meta import FixedDFS
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.ledger import AGENTS, CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.escape_room.features import FEATURES, Features
 from hierroom.worlds.escape_room.layout import MEMORIES
 
 NAMES = ["goal-place", "doorway-places", "frontier-places", "previous-action", "goal-status"]

@@ -16,7 +16,7 @@
 | committor | `committor` | Norris, 1.3.2 |
 
 The first six are of a `DeterministicMDP`: of a goal graph (`graph_mdp`), of a Gymnasium environment (`enumerate_env`),
-or of a level (`hierroom.lab.measure.levels.level_mdp`). The others are of W, as `hierroom.complexity` has it. Levin and
+or of a level (`hierroom.worlds.escape_room.measured_levels.level_mdp`). The others are of W, as `hierroom.complexity` has it. Levin and
 Peres is Markov Chains and Mixing Times, 2nd edition, 2017; Norris is Markov Chains, 1997.
 """
 

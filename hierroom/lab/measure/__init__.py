@@ -1,15 +1,8 @@
 """Measure a chain from play: real episodes, seen as a walk on the augmented graph.
 
-**Which node is the agent at?** Every state of a level has exactly one:
-
-- the exit, once it is reached;
-- (key k, open doors), while the agent holds a key whose door is still locked: k is the room of the last such key it
-  picked up, the one that it would drop;
-- else (room r, open doors) for the room r it stands in; a doorway belongs to the room behind it.
-
-So a key node lasts from the pick-up until the door is open. Play has other edges than the paper's graph, where a key
-leads into the room it opens: opening a door leaves the agent in the centre, before the open door; and with a second
-key in hand it is at that key's node at once.
+The world says at which node the agent is (an EscapeRoom's: `node_map.NodeMap`). Play has other edges than the paper's
+graph, where a key leads into the room it opens: opening a door leaves the agent in the centre, in front of the open
+door; and with a second key in hand it is at that key's node.
 
 It stands outside `hierroom.complexity`, which knows of no world and no learner.
 """
@@ -20,11 +13,11 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import Progress
 
-from hierroom.agents.player import Player, make_player, play, quotas
+from hierroom.agents.episode_facts import EpisodeFacts
+from hierroom.agents.player import Play, Player, make_player, quotas
 from hierroom.complexity.augmented import AugmentedGraph
 from hierroom.complexity.episodes import EpisodeCounts, counts_of
 from hierroom.complexity.measured import MeasuredReport
@@ -33,42 +26,11 @@ from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph, GraphSpec
 from hierroom.runs.trained_agent import load
 from hierroom.support.errors import InputError, require_number
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
 
 MAX_ENVS = 100
 """Environments played in side by side, at most."""
-
-
-class NodeMap:
-    """Where levels of one goal graph stand in its augmented graph.
-
-    Args:
-        augmented: the augmented graph.
-    """
-
-    def __init__(self, augmented: AugmentedGraph) -> None:
-        self.exit = augmented.exit
-        n_branches = augmented.graph.n_rooms - 1
-        self._nodes = np.full((2, n_branches + 1, 1 << n_branches), -1)  # key or room, which, open doors as bits
-        for i, node in enumerate(augmented.nodes[:-1]):
-            self._nodes[int(node.kind == "room"), node.room, sum(1 << (door - 1) for door in node.doors)] = i
-
-    def __call__(self, levels: np.ndarray, terminated: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """The node of each level.
-
-        Args:
-            levels: [M] records of `layout.LEVEL`.
-            terminated: [M] bool, whether the exit has been reached.
-
-        Returns:
-            [M] int64 indices into the augmented graph's nodes.
-        """
-        carried = levels["carried"]
-        nodes = self._nodes[
-            (carried < 0).astype(int), np.where(carried < 0, _room_of(levels), carried + 1), levels["doors"]
-        ]
-        return np.where(terminated, self.exit, nodes)
 
 
 def count_transitions(
@@ -86,23 +48,26 @@ def count_transitions(
         The transitions of each episode.
     """
     augmented = AugmentedGraph(graph_of(turns))
-    node_of, n_nodes, n = NodeMap(augmented), len(augmented.nodes), len(turns)
+    node_of, n_nodes, n = turns.world.node_map(augmented), len(augmented.nodes), len(turns)
     quota = quotas(episodes, n)
     first = np.cumsum(quota) - quota
     lengths, escaped = np.zeros(episodes, np.int64), np.zeros(episodes, bool)
-    nodes, keys, triples = node_of(turns.world.state.levels, np.zeros(n, bool)), [], []
+    nowhere = np.zeros(n, bool)
+    nodes, keys, triples = turns.world.nodes(node_of, terminated=nowhere, ended=nowhere), [], []
     before = np.full(n, -1)  # the node before the present one, in the same episode
-    for played in play(turns, player, episodes, progress):
-        step, envs, world, counted, ended = played.step, played.envs, played.turns.world, played.counted, played.ended
-        levels = np.where(step.episode_ended, world.finals, world.state.levels)
-        last, at, after = before[envs], nodes[envs], node_of(levels, step.terminated)
-        episode = first[envs] + played.played
+    facts, play = EpisodeFacts(n), Play(turns, player, episodes, progress)
+    for step in play:
+        envs, world, counted = play.envs, play.turns.world, play.counted
+        last, at = before[envs], nodes[envs]
+        after = world.nodes(node_of, terminated=step.terminated, ended=step.episode_ended)
+        episode = first[envs] + play.played[envs]
         keys.append((episode[counted] * n_nodes + at[counted]) * n_nodes + after[counted])
         remembered = counted[last[counted] >= 0]
         triples.append((last[remembered] * n_nodes + at[remembered]) * n_nodes + after[remembered])
-        truncated = ended[~step.terminated[ended]]
+        ended = facts.add(step, play.turns, envs, counted)
+        truncated = ended.rows[~ended.successes]
         keys.append((episode[truncated] * n_nodes + after[truncated]) * n_nodes + augmented.start)
-        lengths[episode[ended]], escaped[episode[ended]] = step.lengths[ended], step.terminated[ended]
+        lengths[episode[ended.rows]], escaped[episode[ended.rows]] = ended.lengths, ended.successes
         before[envs] = np.where(step.episode_ended, -1, at)
         nodes[envs] = np.where(step.episode_ended, augmented.start, after)
     return counts_of(np.concatenate(keys), n_nodes, lengths, escaped, np.concatenate(triples))
@@ -129,7 +94,7 @@ def measure(
         reading: interpretation of the paper's augmented graph.
     """
     counts = count_transitions(turns, player, episodes, progress)
-    assumed = analyze(graph_of(turns), bool(turns.world.state.levels["can_drop"][0]), walk, reading)
+    assumed = analyze(graph_of(turns), turns.config.drop_key, walk, reading)
     return MeasuredReport(assumed, counts, seed=seed)
 
 
@@ -176,7 +141,7 @@ def measure_named(
 
 def graph_of(turns: Turns) -> GoalGraph:
     """The goal graph that all levels of the turns have."""
-    graph, *others = turns.sampler.everything
+    graph, *others = turns.world.sampler.everything
     if others:
         raise InputError(f"a chain is measured in environments of one goal graph, not of {1 + len(others)}")
     return graph
@@ -187,18 +152,9 @@ def _trained(
 ) -> tuple[Turns, Player]:
     agent = load(name, trust=trust)
     turns = agent.turns(num_envs, seed=seed, env=agent.env(**entries))
-    if drop_key and not turns.world.state.levels["can_drop"][0]:
+    if drop_key and not turns.config.drop_key:
         raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
-    n_graphs = len(turns.sampler.everything)
+    n_graphs = len(turns.world.sampler.everything)
     if n_graphs > 1:
         raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
     return turns, agent.pair(num_envs, seed=seed)
-
-
-def _room_of(levels: np.ndarray) -> NDArray[np.int64]:
-    """[M] the room each agent stands in, a doorway being part of the room behind it."""
-    row, col = levels["row"][:, None], levels["col"][:, None]
-    top, left, bottom, right = np.moveaxis(levels["rectangles"], -1, 0)
-    inside = (top <= row) & (row <= bottom) & (left <= col) & (col <= right)  # [M, rooms]
-    inside[:, 1:] |= (levels["doors_at"] == np.stack([levels["row"], levels["col"]], axis=-1)[:, None]).all(axis=-1)
-    return inside.argmax(axis=1)

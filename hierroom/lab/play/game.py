@@ -5,18 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.agents.episode import ACTION_NAMES
 from hierroom.goals import COLOURS, EXIT_GOAL, NO_GOAL, GoalGraph
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.support.errors import InputError
-from hierroom.turns.ledger import CONTROLLER, META
-from hierroom.turns.step import Step
+from hierroom.turns.records import CONTROLLER, META, Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import COL_STEP, KEY, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, ROW_STEP
 from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.level import goal_name
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.render import seen_cells
+from hierroom.worlds.escape_room.replayer import ACTION_NAMES
 
 
 class Game:
@@ -62,7 +61,7 @@ class Game:
     @property
     def graph(self) -> GoalGraph:
         """The goal graph of the level."""
-        return self.turns.sampler.graphs_of(self.turns.world.state.levels)[0]
+        return self.turns.world.graph_of(self.state)
 
     @property
     def can_be_piloted(self) -> bool:
@@ -118,10 +117,9 @@ class Game:
             self._pair.choose(self.turns, CONTROLLER)
             if action is not None:
                 self.turns.act(CONTROLLER, self.turns.observe(CONTROLLER, np.arange(1)), [action])
-            transitions = self.turns.advance()
-            for name, transition in transitions.items():
-                self._pair.agents[name].record(transition, self.turns)
-            step = transitions[CONTROLLER].step
+            step = self.turns.advance()
+            for agent in self._pair.agents.values():
+                agent.record(step, self.turns)
             if not step.episode_ended[0]:
                 self._pair.choose(self.turns, META)
         self._note(step)

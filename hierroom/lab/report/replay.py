@@ -10,16 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.decision_tape import DecisionTape, EpisodeDecisions
-from hierroom.agents.episode import ACTION_NAMES, Episode
+from hierroom.agents.episode import Episode
 from hierroom.agents.recorder import record
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
 from hierroom.goals.drawing import tree_places
 from hierroom.lab.report.curves import rounded
 from hierroom.runs.trained_agent import TrainedAgent
-from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.worlds.escape_room.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
 from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.render import view_of
+from hierroom.worlds.escape_room.replayer import ACTION_NAMES
 
 LETTERS = "0123456789abcdefghijklmnopqrstuvwxyz"
 """A tile code is one of these on the page: the first stands for 0."""

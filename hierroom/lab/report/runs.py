@@ -14,7 +14,7 @@ from hierroom.lab.compare.evaluated_run import EvaluatedRun, entries_of, read_ru
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
-from hierroom.turns.graph_sampler import GraphSampler
+from hierroom.worlds.escape_room.graph_sampler import GraphSampler
 
 
 @dataclass(frozen=True)

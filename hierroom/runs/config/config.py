@@ -20,7 +20,7 @@ from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.typed_value import entry_types, typed_value
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.python_numbers import use_python_numbers
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
 """What `training.presets.PRESETS` has."""

@@ -15,7 +15,7 @@ from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.config.typed_value import entry_types, typed_value
 from hierroom.support.errors import InputError
 from hierroom.support.files import read_toml
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 _META_PPO = "meta_ppo"
 OF_ENVIRONMENTS = ("env_index", "levels")

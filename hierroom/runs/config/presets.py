@@ -9,7 +9,7 @@ from hierroom.agents.config import AgentsConfig
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.config import TrainConfig
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 _PAPER = TrainConfig(
     preset="paper",

@@ -16,16 +16,15 @@ import torch
 from hierroom.runs.folder.plain_state import plain_state
 from hierroom.support.errors import InputError, shown
 from hierroom.support.schema import AnyMapping, Anything, Exactly, Real, Schema, Table, Whole
-from hierroom.turns.ledger import AGENTS
+from hierroom.turns.records import AGENTS
 
-CHECKPOINT_FORMAT = 10
+CHECKPOINT_FORMAT = 11
 _MARK = b"\nsha256 "
 _LENGTH = len(_MARK) + 64 + 1  # of the last line: the mark, the digest in hexadecimal digits, a line feed
 _ENTRIES: Mapping[str, Schema] = {
     "format": Exactly(CHECKPOINT_FORMAT),
     "config": Anything(),  # `RunFolder.require_same_config` reads it
     "turns": AnyMapping(),
-    "levels": AnyMapping(),
     "agents": Table(dict.fromkeys(AGENTS, AnyMapping())),
     "log": AnyMapping(),
     "steps": Whole(0, 2**62),

@@ -29,7 +29,7 @@ def step_levels(levels, grids, actions, outcomes):
     """Step every environment whose episode has not ended; the flags of the other environments do not change."""
     for n in range(levels.shape[0]):
         if levels[n].has_ended:
-            outcomes[n].event, outcomes[n].is_first, outcomes[n].reward = -1, False, 0.0
+            outcomes[n].achieved, outcomes[n].n_first, outcomes[n].reward = 0, 0, 0.0
             outcomes[n].is_novel, outcomes[n].is_discovery = False, False
         else:
             advance_and_look(levels[n], grids[n], actions[n], outcomes[n])

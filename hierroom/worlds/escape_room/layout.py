@@ -23,6 +23,7 @@ from hierroom.worlds.escape_room.constants import (
     VIEW,
     VISITED,
 )
+from hierroom.worlds.world import OUTCOME_FIELDS
 
 
 def _record(*fields: tuple) -> np.dtype:
@@ -78,14 +79,7 @@ LEVEL = _record(
 OUTCOME = _record(
     ("tiles", "u1", (VIEW, VIEW)),  # the view after this step, or the first one of the next episode if it ended
     ("final_tiles", "u1", (VIEW, VIEW)),  # the final view of the episode that this step ended
-    ("event", "i4"),  # goal id that this step achieved, or -1
-    ("is_first", "?"),  # whether it was achieved for the first time in this episode
-    ("is_novel", "?"),  # the agent has not been on this cell before with the same keys found and doors open
-    ("is_discovery", "?"),  # a key, a door or the exit came into view for the first time in this episode
-    ("reward", "f8"),  # the extrinsic reward
-    ("terminated", "?"),
-    ("truncated", "?"),
-    ("length", "i4"),  # number of steps of the episode so far, this one included
+    *OUTCOME_FIELDS,
 )
 
 

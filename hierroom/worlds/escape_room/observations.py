@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals import GOAL_VECTORS, N_COLOURS
 from hierroom.support.compile.kernel import compiled, njit
 from hierroom.worlds.escape_room.constants import VIEW
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import LEVEL, OUTCOME
 from hierroom.worlds.escape_room.tiles import TRIPLES
 
@@ -32,7 +35,7 @@ def write_image(tiles, triples, image):
 
 
 @njit(cache=True, nogil=True)
-def write_one(outcomes, levels, goal, triples, vectors, image, goal_vector, keys, doors):
+def write_level(outcomes, levels, goal, triples, vectors, image, goal_vector, keys, doors):
     """Write what the only environment of a batch shows; returns the agent's direction.
 
     Args:
@@ -57,16 +60,15 @@ def write_one(outcomes, levels, goal, triples, vectors, image, goal_vector, keys
 
 
 @njit(cache=True, nogil=True)
-def write_batch(outcomes, levels, ledgers, triples, vectors, images, goal_vectors, directions, keys, doors, masks):
-    """Write what N environments show, all actions legal; as `write_one`, into arrays of N rows.
+def write_batch(outcomes, levels, goals, triples, vectors, images, goal_vectors, directions, keys, doors, masks):
+    """Write what N environments show, with goals [N], all actions legal; as `write_level`, into arrays of N rows.
 
-    The goals are those of records of the ledger. Two short loops take less time than one: all that is written fits
-    into the registers.
+    Two short loops take less time than one: all that is written fits into the registers.
     """
     for n in range(outcomes.shape[0]):
         write_image(outcomes[n].tiles, triples, images[n])
     for n in range(outcomes.shape[0]):
-        level, goal = levels[n], ledgers[n].goals
+        level, goal = levels[n], goals[n]
         for k in range(GOAL_SIZE):
             goal_vectors[n, k] = vectors[goal, k]
         for colour in range(N_COLOURS):
@@ -77,8 +79,8 @@ def write_batch(outcomes, levels, ledgers, triples, vectors, images, goal_vector
 
 
 @njit(cache=True, nogil=True)
-def write_flat(outcomes, levels, ledgers, triples, vectors, rows):
-    """Write what N environments show as rows of numbers, one after the other: see `vector_arrays.flat_space`."""
+def write_flat(outcomes, levels, goals, triples, vectors, rows):
+    """Write what N environments show, with goals [N], as rows of numbers: see `BatchObservations`."""
     n_actions, first = rows.shape[1] - N_NUMBERS, rows.shape[1] - N_CELLS * 3
     for n in range(outcomes.shape[0]):
         tiles, row = outcomes[n].tiles, rows[n]
@@ -87,7 +89,7 @@ def write_flat(outcomes, levels, ledgers, triples, vectors, rows):
                 tile, at = np.uint64(tiles[i, j]), np.uint64(first + (i * VIEW + j) * 3)
                 row[at], row[at + ONE], row[at + TWO] = triples[tile, 0], triples[tile, 1], triples[tile, 2]
     for n in range(outcomes.shape[0]):
-        level, goal, row = levels[n], ledgers[n].goals, rows[n]
+        level, goal, row = levels[n], goals[n], rows[n]
         for k in range(n_actions):
             row[k] = 1
         at = n_actions
@@ -103,16 +105,96 @@ def write_flat(outcomes, levels, ledgers, triples, vectors, rows):
             row[at + k] = vectors[goal, k]
 
 
-_UINT8, _INT8, _FLOAT32 = np.dtype(np.uint8), np.dtype(np.int8), np.dtype(np.float32)
+_UINT8, _INT8, _INT64, _FLOAT32 = (np.dtype(kind) for kind in (np.uint8, np.int8, np.int64, np.float32))
+"""Made once: with a type instead of a dtype, numpy makes one for every array."""
+_DIRECTIONS = tuple(np.int64(direction) for direction in range(N_DIRECTIONS))
 
 
-def empty_parts() -> tuple[NDArray, ...]:
-    """New arrays of an environment's image, goal, keys and doors, to be written."""
-    image, goal = np.empty(IMAGE, _UINT8), np.empty(GOAL_SIZE, _FLOAT32)
-    return image, goal, np.empty(N_COLOURS, _INT8), np.empty(N_COLOURS, _INT8)
+def write_one(outcomes: np.ndarray, levels: np.ndarray, goal: int) -> dict[str, Any]:
+    """Return what the only environment of a batch shows, and the vector of a goal, in fresh arrays."""
+    image, vector = np.empty(IMAGE, _UINT8), np.empty(GOAL_SIZE, _FLOAT32)
+    keys, doors = np.empty(N_COLOURS, _INT8), np.empty(N_COLOURS, _INT8)
+    direction = _compiled_level()(outcomes, levels, goal, TRIPLES, GOAL_VECTORS, image, vector, keys, doors)
+    return {
+        "observation": image,
+        "goal": vector,
+        "direction": _DIRECTIONS[direction],
+        "keys_held": keys,
+        "doors_open": doors,
+    }
+
+
+class BatchObservations:
+    """Writes what all environments of a batch show their controllers, all actions legal.
+
+    A flat observation is one row of numbers: the entries of an observation in alphabetical order, directions one-hot,
+    just as `gymnasium.spaces.flatten` orders them, but in uint8: ``action_mask`` [A], ``direction`` [4],
+    ``doors_open`` [6], ``goal`` [9], ``keys_held`` [6], ``observation`` [7 * 7 * 3].
+
+    Args:
+        engine: the environments.
+        flat: whether observations are flat.
+
+    Attributes:
+        flat_space: the space of a flat observation.
+    """
+
+    def __init__(self, engine: Engine, *, flat: bool) -> None:
+        self._engine, self._flat = engine, flat
+        high = np.ones(engine.n_actions + N_NUMBERS, np.uint8)
+        high[-int(np.prod(IMAGE)) :] = 10
+        self.flat_space = spaces.Box(np.zeros_like(high), high, dtype=np.uint8)
+
+    def empty(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
+        """Return new arrays to be written, and where observations are not flat the same arrays by name."""
+        n, n_actions = len(self._engine), self._engine.n_actions
+        if self._flat:
+            return (np.empty((n, n_actions + N_NUMBERS), _UINT8),), {}
+        parts = {
+            "observation": np.empty((n, *IMAGE), _UINT8),
+            "goal": np.empty((n, GOAL_SIZE), _FLOAT32),
+            "direction": np.empty(n, _INT64),
+            "keys_held": np.empty((n, N_COLOURS), _INT8),
+            "doors_open": np.empty((n, N_COLOURS), _INT8),
+            "action_mask": np.empty((n, n_actions), _INT8),
+        }
+        return tuple(parts.values()), parts
+
+    def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
+        """Write what the environments show now, with goals [N] of a ledger, into arrays that `empty` gave."""
+        write = _compiled_flat() if self._flat else _compiled_batch()
+        write(self._engine.outcomes, self._engine.state.levels, goals, TRIPLES, GOAL_VECTORS, *arrays)
+
+    def write_goals(self, observations: Any, goals: NDArray[np.integer], envs: NDArray[np.integer]) -> None:
+        """Write the vectors of goals [N] into the observations of some environments."""
+        if self._flat:
+            at = self._engine.n_actions + N_DIRECTIONS + N_COLOURS
+            observations[envs, at : at + GOAL_SIZE] = GOAL_VECTORS[goals[envs]]
+        else:
+            observations["goal"][envs] = GOAL_VECTORS[goals[envs]]
 
 
 @cache
-def compiled_one() -> Callable[..., int]:
-    """Compile `write_one` for the types of a world's arrays."""
-    return compiled(write_one, np.zeros(1, OUTCOME), np.zeros(1, LEVEL), 1, TRIPLES, GOAL_VECTORS, *empty_parts())
+def _compiled_level() -> Callable[..., int]:
+    """Compile `write_level` for the types of a batch of one."""
+    arrays = np.empty(IMAGE, _UINT8), np.empty(1, _FLOAT32), np.empty(1, _INT8), np.empty(1, _INT8)
+    return compiled(write_level, np.zeros(1, OUTCOME), np.zeros(1, LEVEL), 1, TRIPLES, GOAL_VECTORS, *arrays)
+
+
+def _read() -> tuple:
+    """Arrays of the types that both batch kernels read."""
+    goals = np.zeros(2, np.int64)[::2]  # a field of records, and so not contiguous
+    return np.zeros(1, OUTCOME), np.zeros(1, LEVEL), goals, TRIPLES, GOAL_VECTORS
+
+
+@cache
+def _compiled_batch() -> Callable[..., None]:
+    """Compile `write_batch` for the types of a batch's arrays."""
+    images, vectors, bits = np.zeros((1, *IMAGE), _UINT8), np.zeros((1, 1), _FLOAT32), np.zeros((1, 1), _INT8)
+    return compiled(write_batch, *_read(), images, vectors, np.zeros(1, _INT64), bits, bits, bits)
+
+
+@cache
+def _compiled_flat() -> Callable[..., None]:
+    """Compile `write_flat`, as `_compiled_batch`."""
+    return compiled(write_flat, *_read(), np.zeros((1, 1), _UINT8))

@@ -6,14 +6,13 @@ would slow down programs that only train.
 
 from __future__ import annotations
 
-import re
 from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
-from hierroom.support.errors import InputError, require_name
+from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.constants import (
     COL_STEP,
@@ -30,9 +29,6 @@ from hierroom.worlds.escape_room.constants import (
 )
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.level import goal_name
-from hierroom.worlds.escape_room.window import Window
-
-RENDER_MODES = ("ansi", "rgb_array", "human")
 
 OUTLINE = (255, 255, 255)
 CAPTION_INK, CAPTION_PAPER = (255, 255, 255), (20, 20, 20)
@@ -42,6 +38,12 @@ TERMINAL_COLOURS = (91, 92, 94, 95, 93, 37)  # of `COLOURS`, as ANSI foreground 
 def default_tile_size(size: int) -> int:
     """Side length of a cell in pixels: MiniGrid's 32, or less if a large grid would not fit on a screen."""
     return max(8, min(32, 800 // size))
+
+
+def legible_tile_size(size: int) -> int:
+    """Return the side length of a cell, an even number of pixels, at which text fits into a grid of some cells a side."""
+    tile_size = max(-(-304 // size), min(16, 800 // size))
+    return tile_size + tile_size % 2
 
 
 def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: str = "") -> NDArray[np.uint8]:
@@ -103,43 +105,6 @@ def text(state: State, goal: int = NO_GOAL) -> str:
     if goal != NO_GOAL:
         lines.append(f"subgoal: {goal_name(level, goal)}")
     return "\n".join(lines)
-
-
-def without_colours(text: str) -> str:
-    """What `text` gives, without the codes that colour it in a terminal, as for a file."""
-    return re.sub(r"\x1b\[[0-9;]*m", "", text)
-
-
-class Screen:
-    """Shows one level in the ``render_mode`` of an environment.
-
-    Args:
-        render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"``, or None to show nothing.
-    """
-
-    def __init__(self, render_mode: str | None):
-        require_name("render_mode must be one of", render_mode, (*RENDER_MODES, None))
-        self.render_mode = render_mode
-        self._window = Window() if render_mode == "human" else None
-
-    def show(self, state: State, goal: int = NO_GOAL) -> None:
-        """Update the window, if there is one; to be called after every reset and step."""
-        if self._window is not None:
-            self._window.show(draw_level(state, goal, default_tile_size(state.size)))
-
-    def render(self, state: State, goal: int = NO_GOAL) -> str | NDArray[np.uint8] | None:
-        """The level as text or as a picture [H, W, 3] uint8; None in the modes ``"human"`` and None."""
-        if self.render_mode == "ansi":
-            return text(state, goal)
-        if self.render_mode == "rgb_array":
-            return draw_level(state, goal, default_tile_size(state.size))
-        self.show(state, goal)
-        return None
-
-    def close(self) -> None:
-        """Close the window if it is open."""
-        if self._window is not None:
-            self._window.close()
 
 
 def _check(state: State, goal: int) -> None:

@@ -30,7 +30,7 @@ from hierroom.worlds.escape_room.view_kernels import look_and_remember
 @njit(cache=True)
 def advance(level, grid, action, outcome):
     """Let the agent act once; an action that does not apply only costs the step."""
-    outcome.event, outcome.is_first, outcome.reward, outcome.terminated = -1, False, 0.0, False
+    outcome.achieved, outcome.n_first, outcome.reward, outcome.terminated = 0, 0, 0.0, False
     row, col = level.row + ROW_STEP[level.direction], level.col + COL_STEP[level.direction]
     tile = np.int64(grid[row, col])
     if action == FORWARD:
@@ -39,14 +39,14 @@ def advance(level, grid, action, outcome):
             if tile >= OPEN_DOOR:
                 use_doorway(level, row, col)
             if tile == EXIT:
-                outcome.event, outcome.is_first, outcome.reward, outcome.terminated = 12, True, 1.0, True
+                outcome.achieved, outcome.n_first, outcome.reward, outcome.terminated = 1 << 12, 1, 1.0, True
     elif action == LEFT:
         level.direction = (level.direction + 3) & 3
     elif action == RIGHT:
         level.direction = (level.direction + 1) & 3
     elif action == PICKUP and KEY <= tile < OPEN_DOOR:
         branch = level.branches[tile - KEY]
-        outcome.event, outcome.is_first = tile - KEY, not (level.found >> branch) & 1
+        outcome.achieved, outcome.n_first = 1 << (tile - KEY), not (level.found >> branch) & 1
         level.keys |= 1 << branch
         level.found |= 1 << branch
         level.bag[level.bag_size] = branch
@@ -56,7 +56,7 @@ def advance(level, grid, action, outcome):
     elif action == OPEN and LOCKED_DOOR <= tile < WALL:
         branch = level.branches[tile - LOCKED_DOOR]
         if (level.keys >> branch) & 1:
-            outcome.event, outcome.is_first = 6 + tile - LOCKED_DOOR, True
+            outcome.achieved, outcome.n_first = 1 << (6 + tile - LOCKED_DOOR), 1
             level.doors |= 1 << branch
             level.opened_at[branch] = level.steps + 1
             use_doorway(level, row, col)
@@ -74,7 +74,7 @@ def advance(level, grid, action, outcome):
         grid[row, col] = KEY + level.colours[branch]
         level.keys_at[branch, 0], level.keys_at[branch, 1] = row, col
         update_carried(level)
-    if outcome.is_first:
+    if outcome.n_first:
         level.visited[:] = 0
     outcome.is_novel = visit(level)
     level.steps += 1

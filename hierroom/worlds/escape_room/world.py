@@ -1,282 +1,236 @@
-"""N EscapeRoom environments that are stepped at once."""
+"""The EscapeRoom as a world: its goals, its goal graphs and their curriculum, its features, and what it shows."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from functools import cache
-from itertools import pairwise
-from typing import TypeGuard
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from gymnasium import spaces
+from numpy.typing import NDArray
 
-from hierroom.goals import GoalGraph
-from hierroom.support.compile.kernel import compiled
-from hierroom.support.errors import InputError
-from hierroom.support.schema import Whole
-from hierroom.support.thread_pool import ThreadPool
-from hierroom.worlds.escape_room import batch_kernels
-from hierroom.worlds.escape_room.constants import MIN_SIZE
-from hierroom.worlds.escape_room.layout import (
-    GRAPH,
-    LEVEL,
-    MEMORIES,
-    OUTCOME,
-    SPLITS,
-    State,
-    empty_state,
-    graph_records,
+from hierroom.complexity.augmented import AugmentedGraph
+from hierroom.complexity.report import ComplexityReport, analyze
+from hierroom.goals import (
+    EXIT_GOAL,
+    GOAL_NAMES,
+    GOAL_VECTORS,
+    N_COLOURS,
+    N_GOALS,
+    ROOM_GOAL_NAMES,
+    GoalGraph,
+    room_goals,
 )
-from hierroom.worlds.escape_room.state_check import check_state
+from hierroom.goals.goal_set import GoalSet
+from hierroom.support.errors import InputError
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.escape_room.engine import Engine
+from hierroom.worlds.escape_room.features import FEATURES
+from hierroom.worlds.escape_room.global_state import global_state, state_space
+from hierroom.worlds.escape_room.graph_sampler import GraphSampler
+from hierroom.worlds.escape_room.layout import State
+from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView, legal_goals
+from hierroom.worlds.escape_room.node_map import NodeMap
+from hierroom.worlds.escape_room.observations import BatchObservations, write_one
+from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
+from hierroom.worlds.escape_room.replayer import LevelReplayer
+from hierroom.worlds.escape_room.screen import LevelScreen
+from hierroom.worlds.world import Seeds
 
-MIN_ENVS_PER_THREAD = 1024
-"""With fewer environments per thread, starting another thread costs more than it saves."""
-
-Indices = NDArray[np.integer] | NDArray[np.bool_] | Sequence[int] | slice | int
-"""Selects some environments of a batch."""
-Seeds = int | Sequence[int | None] | None
-"""One seed for all environments, one or None for each, or none: see `World.reset`."""
-INT64 = np.dtype(np.int64)
+GOALS = GoalSet(
+    GOAL_NAMES, GOAL_VECTORS, EXIT_GOAL, ("key", "door", "exit"), np.arange(N_GOALS) // N_COLOURS, ROOM_GOAL_NAMES
+)
 
 
-def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
-    """Whether it is one seed for each environment."""
-    if isinstance(seed, np.ndarray):
-        return seed.ndim > 0
-    return isinstance(seed, Sequence) and not isinstance(seed, (str, bytes))
-
-
-class World:
-    """N environments that are stepped together; where an episode ends, the next one begins.
-
-    The episodes of an environment are determined by ``(seed, index, episode)``, independent of the batch it belongs to
-    and of the number of threads.
+class EscapeRoomWorld(Engine):
+    """N EscapeRooms, of goal graphs that a curriculum may choose; see `World`.
 
     Args:
-        graphs: goal graphs, at least one; each episode samples one of them.
-        num_envs: number of environments N, at least 1.
-        size: number of cells along a side of the grid, 11 to 63, outer walls included.
-        max_steps: number of steps after which an episode is truncated, at least 1.
-        drop_key: whether action 5 drops a key.
-        seed: 0 to 2**63 - 1; None generates no levels yet, so that `reset` must be called with a seed first.
-        first_index: index of the first environment.
-        threads: maximal number of threads, at least 1; small batches use fewer.
+        config: what they are made of.
+        num_envs: number of environments N.
+        seed: of their first episodes; None: `reset` must be called with one first.
+        autoreset: whether an environment whose episode ends begins its next one in the same step.
+        threads: maximal number of threads.
         memories: what levels remember of their episode, names in `layout.MEMORIES`.
-        levels: which levels are drawn, a name in `layout.SPLITS`; None: all.
-
-    Attributes:
-        state: the state of the environments, updated in place by each step.
-        outcomes: [N] records of `layout.OUTCOME`, overwritten by each step.
-        finals: [N] records of `layout.LEVEL`, each level at the end of its last episode.
     """
+
+    goals = GOALS
+    features = FEATURES
+    replayer = LevelReplayer()
 
     def __init__(
         self,
-        graphs: Sequence[GoalGraph],
-        num_envs: int = 1,
+        config: EnvConfig,
+        num_envs: int,
         *,
-        size: int = 19,
-        max_steps: int = 1000,
-        drop_key: bool = False,
-        seed: int | None = 0,
-        first_index: int = 0,
+        seed: int | None = None,
+        autoreset: bool = True,
         threads: int = 1,
         memories: Iterable[str] = (),
-        levels: str | None = None,
-    ):
-        for name, value in (("max_steps", max_steps), ("threads", threads)):
-            Whole(1, 2**31 - 1).check(value, name)
-        Whole(0, 2**62).check(first_index, "first_index")
-        self.graph_records = graph_records(graphs)
-        self.state = empty_state(num_envs, size)
-        self.outcomes = np.zeros(num_envs, OUTCOME)
-        self.finals = np.zeros(num_envs, LEVEL)
-        records = self.state.levels
-        records["index"], records["split"] = first_index + np.arange(num_envs), SPLITS[levels]
-        records["max_steps"], records["can_drop"] = max_steps, drop_key
-        self._shape, self._has_begun = (num_envs,), False
-        self.n_actions = 6 if drop_key else 5
-        n_slices = max(1, min(threads, num_envs // MIN_ENVS_PER_THREAD))
-        bounds = np.linspace(0, num_envs, n_slices + 1).astype(int)
-        self._slices = [slice(a, b) for a, b in pairwise(bounds)]
-        self._pool = ThreadPool(len(self._slices))
-        self.remember(memories)
-        if seed is not None:
-            self.reset(seed)
-
-    def __len__(self) -> int:
-        return len(self.outcomes)
+    ) -> None:
+        self.sampler = GraphSampler(config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages)
+        super().__init__(
+            self.sampler.graphs,
+            num_envs,
+            size=config.size,
+            max_steps=config.max_steps,
+            drop_key=config.drop_key,
+            seed=seed,
+            first_index=config.env_index,
+            threads=threads,
+            memories=memories,
+            levels=config.levels,
+        )
+        self.config = config
+        self.everywhere = np.arange(num_envs)
+        self.everywhere.setflags(write=False)
+        self.variants = tuple(dict.fromkeys(graph.name for graph in self.sampler.everything))
+        self.stage_titles: Sequence[str] = self.sampler.stage_titles
+        self._autoreset, self._has_stages = autoreset, self.sampler.n_stages > 1
+        self._last_levels = self.finals if autoreset else self.state.levels
 
     @property
-    def has_begun(self) -> bool:
-        """Whether levels have been generated, which the first `reset` does."""
-        return self._has_begun
+    def rules(self) -> GoalGraph:
+        """The goal graph; of several the hardest."""
+        return self.sampler.everything[-1]
 
-    def reset(self, seed: Seeds = None, indices: Indices = slice(None)) -> None:
-        """Begin an episode in some environments (by default all): with a seed its first one, without one the next.
+    @property
+    def stage(self) -> int:
+        """The current stage of the curriculum, counted from 0."""
+        return self.sampler.stage
 
-        Args:
-            seed: 0 to 2**63 - 1, one for all of them; or a sequence with one, or None, for each of them.
-            indices: which.
-        """
-        chosen, levels = self._chosen(indices), self.state.levels
-        if is_list(seed):
-            if len(seed) != len(chosen):
-                raise InputError(f"seeds are one for all environments or {len(chosen)} of them, not {len(seed)}")
-            seeds = [*seed]
-        else:
-            seeds = [seed]
-        for one in seeds:
-            if one is not None:
-                Whole(0, 2**63 - 1).check(one, "a seed")
-        for envs, one in zip([chosen] if len(seeds) == 1 else chosen, seeds, strict=True):
-            if one is not None:
-                levels["seed"][envs], levels["episode"][envs] = one, -1
-        self._clear_outcomes(chosen, 0)
-        self._has_begun = True
-        if len(chosen) == len(self):
-            batch_kernels.reset_levels(levels, self.state.grids, self.graph_records, self.outcomes)
-        else:
-            part, outcomes = self.state[chosen], self.outcomes[chosen]
-            batch_kernels.reset_levels(part.levels, part.grids, self.graph_records, outcomes)
-            levels[chosen], self.state.grids[chosen], self.outcomes[chosen] = part.levels, part.grids, outcomes
+    @property
+    def complexity(self) -> ComplexityReport:
+        """How hard the environments are to explore; of several goal graphs, the hardest."""
+        return analyze(self.rules, drop_key=self.n_actions == 6)
 
-    def remember(self, memories: Iterable[str]) -> None:
-        """Let levels remember more of their episode, from the next `reset` on.
+    @property
+    def observation_spaces(self) -> dict[str, spaces.Space]:
+        """The spaces of the entries of `LevelView.as_dict`, of one environment."""
+        return OBSERVATION_SPACES
 
-        Args:
-            memories: names in `layout.MEMORIES`.
-        """
-        for name in memories:
-            self.state.levels["remembers"] |= MEMORIES[name]
+    def reset(self, seed: Seeds = None, indices: Any = slice(None)) -> None:
+        """Begin an episode: see `Engine.reset`. A curriculum stays in its stage, so that a seed fixes its levels."""
+        super().reset(seed, indices)
+        self.sampler.reset(indices)
 
-    def stagger_clocks(self) -> None:
-        """Spread the step counts of the current episodes evenly, so that they are not all truncated together."""
-        levels = self.state.levels
-        levels["steps"] = np.arange(len(self)) * levels["max_steps"] // len(self)
-
-    def set_graphs(self, graphs: Sequence[GoalGraph]) -> None:
-        """Set the goal graphs from which later episodes sample."""
-        self.graph_records = graph_records(graphs)
-
-    def step(self, actions: ArrayLike) -> np.ndarray:
-        """Act once in every environment and return the outcomes; where an episode ends, the next one begins.
-
-        Args:
-            actions: [N] integers; one that is not an action of the environment has no effect, but the step counts.
-        """
-        actions, graphs, step = self.as_actions(actions), self.graph_records, _compiled_step()
-        levels, grids, outcomes, finals = self.state.levels, self.state.grids, self.outcomes, self.finals
-        if len(self._slices) == 1:
-            step(levels, grids, graphs, actions, outcomes, finals)
-        else:
-            parts = [
-                self._pool.submit(step, levels[p], grids[p], graphs, actions[p], outcomes[p], finals[p])
-                for p in self._slices
-            ]
-            for part in parts:
-                part.result()
+    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
+        """Act once in every environment and return the outcomes; the curriculum counts the episodes that end."""
+        advance = self.advance if self._autoreset else self.advance_within_episode
+        if not self._has_stages:
+            return advance(actions)
+        had_ended = self.state.levels["has_ended"].copy()
+        outcomes = advance(actions)
+        escaped, truncated = outcomes["terminated"] & ~had_ended, outcomes["truncated"] & ~had_ended
+        if self.sampler.add(escaped | truncated, escaped):
+            self.set_graphs(self.sampler.graphs)
         return outcomes
 
-    def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
-        """Act once in every environment whose episode has not ended and return the outcomes, without resets."""
-        actions = self.as_actions(actions)
-        _compiled_step_within()(self.state.levels, self.state.grids, actions, self.outcomes)
-        return self.outcomes
+    def observe(self, envs: NDArray[np.integer]) -> LevelView:
+        """Return what environments [M] show now; if they are all there are, the next step overwrites it."""
+        if envs is self.everywhere or len(self) == 1:
+            return LevelView(self.outcomes["tiles"], self.state.levels)
+        return LevelView(self.outcomes["tiles"][envs], self.state.levels[envs])
 
-    def state_after(self, before: State, actions: ArrayLike) -> State:
-        """The state that the last step led to; where it ended an episode, that step is taken again without a reset.
+    def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> LevelView:
+        """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
+        if ended.all():
+            return LevelView(self.outcomes["final_tiles"][envs], self._last_levels[envs])
+        tiles, levels = self.outcomes["tiles"][envs], self.state.levels[envs]
+        tiles[ended], levels[ended] = self.outcomes["final_tiles"][envs[ended]], self._last_levels[envs[ended]]
+        return LevelView(tiles, levels)
 
-        Args:
-            before: the state in which it was taken.
-            actions: [N] its actions.
-        """
-        state = self.get_state()
-        ended = np.flatnonzero(self.outcomes["terminated"] | self.outcomes["truncated"])
-        if len(ended):
-            last = before[ended]
-            outcomes = np.zeros(len(ended), OUTCOME)
-            batch_kernels.step_levels(last.levels, last.grids, self.as_actions(actions)[ended], outcomes)
-            state.levels[ended], state.grids[ended] = last.levels, last.grids
-        return state
+    def exact_view(self, envs: NDArray[np.integer]) -> LevelView:
+        """Return what environments [M] show now and their exact state, copied."""
+        return LevelView(self.outcomes["tiles"][envs], self.state.levels[envs], self.state.grids[envs])
 
-    def get_state(self, indices: Indices = slice(None)) -> State:
-        """Copy the exact state of some environments (by default all)."""
-        return self.state[self._chosen(indices)]
+    def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: LevelView | None = None) -> NDArray[np.bool_]:
+        """Return the meta-controllers' legal actions [M, 14], of a view or of all; off turn they can only wait."""
+        return legal_goals(self.state.levels if view is None else view.levels, mask, are_turns)
 
-    def check_state(self, state: State, indices: Indices = slice(None)) -> None:
-        """Check that `set_state` can take a state."""
-        n_chosen = len(self._chosen(indices))
-        check_state(state)
-        if state.size != self.state.size or len(state) != n_chosen:
-            raise InputError(
-                f"the state must hold {n_chosen} environments of size {self.state.size}; "
-                f"it holds {len(state)} of size {state.size}"
-            )
+    def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Return the shortest possible lengths [M] of the episodes of environments [M] from where they stand."""
+        return shortest_lengths(self.state if envs is self.everywhere or len(self) == 1 else self.get_state(envs))
 
-    def set_state(self, state: State, indices: Indices = slice(None)) -> None:
-        """Set environments (by default all) to a state taken earlier from these or other environments of the same size.
+    def shortest_actions(self, env: int) -> NDArray[np.integer]:
+        """Return the actions of a shortest way to the exit in one environment."""
+        return shortest_actions(self.get_state(env))
 
-        The state includes everything: the graph, the step limit, whether keys can be dropped, what is remembered, and
-        the seed and index of the original environment, which determine the episodes that follow.
-        """
-        self.check_state(state, indices)
-        chosen = self._chosen(indices)
-        self.state.levels[chosen], self.state.grids[chosen] = state.levels, state.grids
-        self._has_begun = bool(self.state.levels["n_rooms"][0])
-        self._clear_outcomes(chosen, state.levels["steps"])
-        levels = state.levels
-        at_exit = (levels["row"] == levels["exit_at"][:, 0]) & (levels["col"] == levels["exit_at"][:, 1])
-        self.outcomes["terminated"][chosen] = levels["has_ended"] & at_exit
-        self.outcomes["truncated"][chosen] = levels["has_ended"] & (levels["steps"] >= levels["max_steps"])
-        batch_kernels.look_levels(self.state.levels, self.state.grids, self.outcomes)
+    def clocks(self) -> NDArray[np.integer]:
+        """Return [N] the steps of the episodes under way."""
+        return self.state.levels["steps"]
 
-    def _chosen(self, indices: Indices) -> NDArray[np.integer]:
-        try:
-            return np.atleast_1d(np.arange(len(self))[indices])
-        except IndexError as error:
-            raise InputError(f"environments are numbered from 0 to {len(self) - 1}; there is no {indices}") from error
+    def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
+        """Return the names of the goal graphs of the episodes that ended last in environments [M]."""
+        return self.sampler.names(self._last_levels[envs])
 
-    def _clear_outcomes(self, indices: NDArray[np.integer], lengths: ArrayLike) -> None:
-        """Set the outcomes of environments that have taken no step since they were reset or restored."""
-        outcomes = np.zeros(len(indices), OUTCOME)
-        outcomes["event"], outcomes["length"] = -1, lengths
-        self.outcomes[indices] = outcomes
+    def milestones_of(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Return goals [M] of the episodes that ended last in environments [M] by room instead of by colour."""
+        return room_goals(goals, self._last_levels["branches"][envs])
 
-    def as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:
-        """Actions as kernels take them: [N] int64, contiguous; the same array where it is so already."""
-        if isinstance(actions, np.ndarray) and actions.dtype is INT64 and actions.shape == self._shape:
-            return actions if actions.flags.c_contiguous else actions.copy()
-        return whole_numbers(actions, len(self))
+    def possible_milestones(self, variants: Sequence[str]) -> list[int]:
+        """Return the milestones that levels of these goal graphs have."""
+        named = set(variants)
+        n_rooms = max(graph.n_rooms for graph in self.sampler.everything if graph.name in named)
+        return [c for c in range(N_GOALS) if c == EXIT_GOAL or c % N_COLOURS < n_rooms - 1]
 
+    def node_map(self, augmented: AugmentedGraph) -> NodeMap:
+        """Return what says where levels of one goal graph stand in its augmented graph."""
+        return NodeMap(augmented)
 
-def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
-    """Actions in some environments as [n] int64.
+    def nodes(self, node_map: NodeMap, *, terminated: NDArray[np.bool_], ended: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return the node of each environment after a step, where it ended the episode that of its end."""
+        return node_map(np.where(ended, self._last_levels, self.state.levels), terminated)
 
-    A number that is too large becomes a negative one, which is no action either.
-    """
-    try:
-        given = np.asarray(actions)
-    except ValueError:  # rows of unequal lengths
-        given = np.array(None)
-    if given.shape != (n,) or given.dtype.kind not in "iu":
-        raise InputError(
-            f"actions must be {n} whole numbers, one for each environment, "
-            f"not an array of {given.dtype} and shape {given.shape}"
-        )
-    return given.astype(np.int64)
+    def graph_of(self, start: State) -> GoalGraph:
+        """Return the goal graph of a level, as it was given."""
+        return self.sampler.graphs_of(start.levels)[0]
 
+    def observe_one(self, goal: int) -> dict[str, Any]:
+        """Return the observation's entries of the only environment and the vector of a goal, in fresh arrays."""
+        return write_one(self.outcomes, self.state.levels, goal)
 
-@cache
-def _compiled_step() -> Callable[..., None]:
-    """Compile `batch_kernels.step_and_reset_levels` for the types of a world's arrays."""
-    state = empty_state(1, MIN_SIZE)
-    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, INT64), np.zeros(1, OUTCOME), state.levels
-    return compiled(batch_kernels.step_and_reset_levels, *arrays)
+    def batch_observations(self, *, flat: bool) -> BatchObservations:
+        """Return what writes the observations of all environments at once."""
+        return BatchObservations(self, flat=flat)
 
+    def global_state(self, goal: int) -> NDArray[np.uint8]:
+        """Return the whole grid of the only environment: see `global_state.global_state`."""
+        if not self.has_begun:
+            raise InputError("reset the environment before its state is asked for")
+        return global_state(self.state, goal)
 
-@cache
-def _compiled_step_within() -> Callable[..., None]:
-    """Compile `batch_kernels.step_levels`, likewise."""
-    state = empty_state(1, MIN_SIZE)
-    return compiled(batch_kernels.step_levels, state.levels, state.grids, np.zeros(1, INT64), np.zeros(1, OUTCOME))
+    @property
+    def global_state_space(self) -> spaces.Box:
+        """The space of `global_state`."""
+        return state_space(self.state.size)
+
+    def screen(self, render_mode: str | None) -> LevelScreen:
+        """Return what shows environments in a render mode."""
+        return LevelScreen(self, render_mode)
+
+    def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
+        """Return everything that changes in environments [M], as fresh arrays."""
+        state = self.get_state(envs)
+        return {**self.sampler.get_state(envs), "grids": state.grids, "levels": state.levels}
+
+    def check_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Refuse arrays that `get_arrays` of as many environments of the same size cannot have given."""
+        self.check_state(State(arrays["grids"], arrays["levels"]))
+        self.sampler.check_state(arrays, arrays["levels"])
+
+    def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go back to what `get_arrays` gave, after `check_arrays`."""
+        self.set_state(State(arrays["grids"], arrays["levels"]))
+        self.sampler.set_state(arrays)
+        self.set_graphs(self.sampler.graphs)
+
+    @property
+    def can_split(self) -> bool:
+        """Whether no environment depends on others, by stages of a curriculum."""
+        return not self._has_stages
+
+    @property
+    def keys_to_action(self) -> dict[str, int]:
+        """Names of keys of the keyboard that stand for actions: arrows move, tab picks up, space opens, shift drops."""
+        return dict(zip(("up", "left", "right", "tab", "space", "left shift"), range(self.n_actions), strict=False))

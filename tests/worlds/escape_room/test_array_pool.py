@@ -6,8 +6,8 @@ import pickle
 import numpy as np
 import pytest
 
+from hierroom.support.array_pool import ArrayPool
 from hierroom.vector_env import EscapeRooms
-from hierroom.worlds.escape_room.array_pool import ArrayPool
 
 
 def make():

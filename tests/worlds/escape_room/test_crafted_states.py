@@ -15,7 +15,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.support.schema import as_array
-from hierroom.turns.env_config import EnvConfig
+from hierroom.worlds.env_config import EnvConfig
 
 PPO = PPOConfig(sequence_length=4, minibatches=2, hidden_size=4)
 

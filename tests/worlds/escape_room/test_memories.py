@@ -8,8 +8,8 @@ from turns_helpers import make
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.turns.rewards import REWARDS
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.layout import MEMORIES
-from hierroom.worlds.escape_room.world import World
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]
 SUBSETS = list(chain.from_iterable(combinations(MEMORIES, size) for size in range(len(MEMORIES) + 1)))

@@ -8,9 +8,9 @@ from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.turns.env_config import EnvConfig
 from hierroom.turns.turns import Turns
-from hierroom.worlds.escape_room.world import World
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.escape_room.engine import World
 
 
 def layouts(graph, size, levels, seed=0, n=300, episodes=4):

@@ -6,10 +6,10 @@ import pytest
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants, state_check
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.layout import LEVEL, State
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 from hierroom.worlds.escape_room.state_check import RULES, check_state, level_bounds
-from hierroom.worlds.escape_room.world import World
 
 SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)
 MEMORIES = ("visited", "explored", "doorways")

@@ -9,9 +9,9 @@ from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import world as world_module
 from hierroom.worlds.escape_room.constants import FORWARD, LEFT
+from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD, World
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.oracle import shortest_actions
-from hierroom.worlds.escape_room.world import MIN_ENVS_PER_THREAD, World
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]
 

@@ -17,7 +17,7 @@ from hierroom.worlds.escape_room.constants import (
     PICKUP,
     WALL,
 )
-from hierroom.worlds.escape_room.world import World
+from hierroom.worlds.escape_room.engine import World
 
 
 def face(world: World, tile: int) -> None:

@@ -20,9 +20,9 @@ from hierroom.worlds.escape_room.constants import (
     OPEN_DOOR,
     WALL,
 )
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_lengths
-from hierroom.worlds.escape_room.world import World
 
 CHAIN, STAR, MIXED = GoalGraph((0, 1, 2, 3, 4, 5), 6), GoalGraph((0,) * 6, 1), GoalGraph((0, 0, 1, 0, 2, 4), 5)
 FIVE, SIX = GoalGraph((0, 1, 0, 2), 3), GoalGraph((0, 1, 0, 2, 0), 4)

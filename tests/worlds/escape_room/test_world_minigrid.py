@@ -12,9 +12,9 @@ from minigrid_level import MiniGridLevel
 
 from hierroom.goals import COLOURS, NAMED_GRAPHS, GoalGraph
 from hierroom.worlds.escape_room import constants, tiles, view_kernels
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.render import draw_level
-from hierroom.worlds.escape_room.world import World
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 0, 1, 0, 2, 4), 5)]
 

@@ -6,9 +6,9 @@ import pytest
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants, step_kernels
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.oracle import TILE_TABLE, shortest_actions, shortest_lengths, solve_levels
-from hierroom.worlds.escape_room.world import World
 
 EXIT_AMONG_KEYS = GoalGraph((0, 1), 1)
 """A key lies in the exit's room: its shortest path may have to go around the exit."""

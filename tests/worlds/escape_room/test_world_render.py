@@ -8,13 +8,13 @@ import pytest
 from PIL import Image, ImageSequence
 
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS
+from hierroom.support.animation import animate
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants
-from hierroom.worlds.escape_room.animation import animate
+from hierroom.worlds.escape_room.engine import World
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.render import OUTLINE, Screen, draw_level, text
 from hierroom.worlds.escape_room.window import Window
-from hierroom.worlds.escape_room.world import World
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""The curriculum through a set of goal graphs, and the sampler of what N environments play."""
+"""The sampler of the goal graphs that N environments play."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.complexity.curriculum import Curriculum
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.goals import GoalGraph, GraphSpecs
 from hierroom.support.errors import InputError
@@ -14,51 +15,6 @@ from hierroom.support.schema import Array, Whole
 
 EPISODES_PER_STAGE = 200
 """Least number of episodes of a stage by which the curriculum decides about the next one."""
-
-
-class Curriculum:
-    """Moves through a set of goal graphs depending on how often the agent escapes.
-
-    The only state of a curriculum is the number of the current stage, which the caller keeps.
-
-    Args:
-        graphs: the whole set.
-        n_stages: number of parts into which it is divided, at least 1; see `GraphSet.stages`.
-        promote_at: the next stage begins at this success rate or above.
-        demote_at: the previous stage returns below this success rate; 0 <= demote_at < promote_at <= 1.
-
-    Attributes:
-        stages: the graphs of each stage, from the easiest on; together they are the whole set, each graph once.
-    """
-
-    def __init__(self, graphs: GraphSet, n_stages: int = 5, promote_at: float = 0.8, demote_at: float = 0.2):
-        if n_stages < 1:
-            raise InputError(f"a curriculum needs at least one stage, not {n_stages}")
-        if not 0 <= demote_at < promote_at <= 1:
-            raise InputError(
-                "a curriculum needs 0 <= demote_at < promote_at <= 1, "
-                f"not demote_at {demote_at:g} and promote_at {promote_at:g}"
-            )
-        self.stages: tuple[tuple[GoalGraph, ...], ...] = graphs.stages(n_stages)
-        self._promote_at, self._demote_at = promote_at, demote_at
-
-    def advance(self, stage: int, success_rate: float) -> int:
-        """Return the stage that follows.
-
-        Args:
-            stage: the current stage, 0 to ``len(stages) - 1``; a curriculum begins at 0.
-            success_rate: fraction of its most recent episodes in which the agent escaped, 0..1.
-
-        Returns:
-            The next, the current or the previous stage, limited to the stages that exist.
-        """
-        last = len(self.stages) - 1
-        if not 0 <= stage <= last:
-            raise InputError(f"the stages are 0 to {last}; there is no stage {stage}")
-        if not 0 <= success_rate <= 1:
-            raise InputError(f"a success rate must be in 0..1, not {success_rate:g}")
-        step = int(success_rate >= self._promote_at) - int(success_rate < self._demote_at)
-        return min(max(stage + step, 0), last)
 
 
 class GraphSampler:
@@ -159,9 +115,9 @@ class GraphSampler:
         """Note that episodes of the current stage begin in some environments, by default in all."""
         self._n_ended[envs] = np.maximum(self._n_ended[envs], 0)
 
-    def get_state(self) -> dict[str, NDArray]:
-        """The state of the curriculum as new arrays."""
-        return {"curriculum": self._counts.copy(), "n_ended": self._n_ended.copy()}
+    def get_state(self, envs: NDArray[np.integer] | slice = slice(None)) -> dict[str, NDArray]:
+        """Return the state of the curriculum as new arrays, of some environments or of all."""
+        return {"curriculum": self._counts.copy(), "n_ended": self._n_ended[envs].copy()}
 
     def check_state(self, state: Mapping[str, NDArray], levels: np.ndarray) -> None:
         """Check a state before `set_state`.

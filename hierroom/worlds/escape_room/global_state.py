@@ -6,9 +6,8 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from hierroom.support.errors import InputError
-from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import MARGIN
+from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.render import cells_of
 from hierroom.worlds.escape_room.tiles import TRIPLES
 
@@ -21,24 +20,21 @@ def state_space(size: int) -> spaces.Box:
     return spaces.Box(0, AGENT_ID, (size, size, 4), np.uint8)
 
 
-def global_state(turns: Turns, goal: int) -> NDArray[np.uint8]:
-    """The level of one environment as it is now.
+def global_state(state: State, goal: int) -> NDArray[np.uint8]:
+    """Return the level of one environment as it is now.
 
     Args:
-        turns: of one environment.
+        state: of one environment.
         goal: the id of the goal that is pursued, or -1.
 
     Returns:
         [size, size, 4] uint8 by row and column: MiniGrid's object id and colour id; 1 for an open door, and where the
         agent is its direction; 1 for the cell of the goal that is pursued. A key that is held is not on the grid.
     """
-    if not turns.world.has_begun:
-        raise InputError("reset the environment before its state is asked for")
-    level = turns.world.state.levels[0]
-    tiles = turns.world.state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN]
-    state = np.zeros((*tiles.shape, 4), np.uint8)
-    state[..., :3] = TRIPLES[tiles]
-    state[level.row - MARGIN, level.col - MARGIN, :3] = AGENT_ID, 0, level.direction
+    level, tiles = state.levels[0], state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN]
+    grid = np.zeros((*tiles.shape, 4), np.uint8)
+    grid[..., :3] = TRIPLES[tiles]
+    grid[level.row - MARGIN, level.col - MARGIN, :3] = AGENT_ID, 0, level.direction
     for row, col in cells_of(goal, tiles):
-        state[row, col, 3] = 1
-    return state
+        grid[row, col, 3] = 1
+    return grid

@@ -9,10 +9,10 @@ from hierroom.complexity.measures.mdp import DeterministicMDP
 from hierroom.complexity.measures.summary import measure_mdp
 from hierroom.complexity.measures.table import MeasuredGraph
 from hierroom.goals import GoalGraph
-from hierroom.lab.measure.sampled_level import SampledLevel
 from hierroom.support.errors import InputError
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.reachable import TooManyStatesError, reachable_states
-from hierroom.worlds.escape_room.world import World
+from hierroom.worlds.escape_room.sampled_level import SampledLevel
 
 MAX_LEVEL_STATES = 20_000
 """Levels with more states are measured by rollouts: the values of all states would take minutes."""
@@ -32,7 +32,7 @@ def level_mdp(graph: GoalGraph, seed: int, drop_key: bool = False, size: int = 1
         drop_key: whether keys can be dropped.
         size: cells along a side of the grid.
     """
-    return DeterministicMDP(*reachable_states(World([graph], size=size, drop_key=drop_key, seed=seed).state))
+    return DeterministicMDP(*reachable_states(Engine([graph], size=size, drop_key=drop_key, seed=seed).state))
 
 
 def measure_levels(
@@ -58,7 +58,7 @@ def measure_levels(
 
     def measure(item: tuple[GoalGraph, int]) -> MeasuredGraph:
         graph, level = item
-        name, start = f"{graph.name} {level}", World([graph], drop_key=drop_key, seed=level).state
+        name, start = f"{graph.name} {level}", Engine([graph], drop_key=drop_key, seed=level).state
         try:
             reachable = reachable_states(start, MAX_COUNTED_STATES)
         except TooManyStatesError:

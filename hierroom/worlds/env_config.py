@@ -5,12 +5,10 @@ It is data alone, and loads neither the world nor torch, so that a command can e
 
 from __future__ import annotations
 
-import inspect
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import wraps
-from typing import Annotated, Any, Literal, ParamSpec, TypeVar, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import tyro
 
@@ -27,8 +25,6 @@ NOVELTY_BONUS = 0.03
 states that are left up to (1 - gamma) / gamma, 0.053 at the default discount."""
 _LARGEST_BONUS = 10**6
 FRAMES_PER_SECOND = 10
-P = ParamSpec("P")
-T = TypeVar("T")
 GRAPHS = tyro.constructors.PrimitiveConstructorSpec(
     nargs="*",
     metavar="GRAPH [GRAPH ...]",
@@ -113,9 +109,17 @@ class EnvConfig:
             raise InputError(f"{name} must be {allowed}, not {shown(getattr(self, name))}")
 
     @classmethod
-    def of_arguments(cls, arguments: Mapping[str, Any]) -> EnvConfig:
-        """The config that an environment's arguments describe; other arguments are ignored."""
-        return cls(**{field.name: arguments[field.name] for field in fields(cls)})
+    def of_arguments(cls, entries: Mapping[str, Any], besides: Sequence[str] = ()) -> EnvConfig:
+        """Return the config that an environment's keyword arguments describe.
+
+        Args:
+            entries: entries of the config by name.
+            besides: names of the environment's other arguments, for the message where a name is unknown.
+        """
+        known = [field.name for field in fields(cls)]
+        if unknown := [name for name in entries if name not in known]:
+            raise InputError(f"an environment takes {', '.join((*known, *besides))}; not {', '.join(unknown)}")
+        return cls(**entries)
 
     @property
     def n_actions(self) -> int:
@@ -130,17 +134,3 @@ def _is_whole(value: object, low: int) -> bool:
 def fresh_seed() -> int:
     """A seed nobody chose."""
     return secrets.randbits(63)
-
-
-def known_arguments(function: Callable[P, T]) -> Callable[P, T]:
-    """The function, with one clear line for a keyword that it does not take."""
-    known = [name for name in inspect.signature(function).parameters if name != "self"]
-
-    @wraps(function)
-    def checked(*args: P.args, **kwargs: P.kwargs) -> T:
-        unknown = [name for name in kwargs if name not in known]
-        if unknown:
-            raise InputError(f"an environment takes {', '.join(known)}; not {', '.join(unknown)}")
-        return function(*args, **kwargs)
-
-    return checked

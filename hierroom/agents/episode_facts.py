@@ -1,0 +1,138 @@
+"""The facts of episodes, collected while they are played: for the log, the evaluation, the recorder and measuring."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from itertools import chain, compress
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.turns.records import Step
+from hierroom.turns.turns import Turns
+
+Achievements = list[tuple[int, int]]
+"""Steps, counted from 1, and what was achieved in them."""
+
+
+@dataclass(frozen=True)
+class EndedEpisodes:
+    """The facts of E episodes that one step ended.
+
+    Args:
+        rows: [E] int, their places among the environments that were stepped.
+        envs: [E] int, the numbers of these environments.
+        variants: [E] names of what was played, such as a goal graph's.
+        successes: [E] bool, whether the target was reached.
+        lengths: [E] int, steps.
+        shortest: [E] int, the shortest possible lengths, or -1 where that was not measured.
+        returns: [E] float64, sums of the controller's rewards.
+        milestones: [E] the milestones of the world that were achieved, in their order.
+    """
+
+    rows: NDArray[np.integer]
+    envs: NDArray[np.integer]
+    variants: list[str]
+    successes: NDArray[np.bool_]
+    lengths: NDArray[np.integer]
+    shortest: NDArray[np.integer]
+    returns: NDArray[np.float64]
+    milestones: list[Achievements]
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @classmethod
+    def joined(cls, parts: Sequence[EndedEpisodes]) -> EndedEpisodes:
+        """Return the facts of all episodes of some parts, at least one."""
+        columns: dict[str, Any] = {field.name: [getattr(part, field.name) for part in parts] for field in fields(cls)}
+        return cls(
+            **{
+                name: [*chain(*column)] if isinstance(column[0], list) else np.concatenate(column)
+                for name, column in columns.items()
+            }
+        )
+
+    def where(self, chosen: NDArray[np.bool_]) -> EndedEpisodes:
+        """Return the facts of some of the episodes, [E] bool."""
+        columns: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
+        return EndedEpisodes(
+            **{
+                name: [*compress(column, chosen)] if isinstance(column, list) else column[chosen]
+                for name, column in columns.items()
+            }
+        )
+
+
+class EpisodeFacts:
+    """Collects the facts of the episodes under way in N environments.
+
+    Args:
+        num_envs: N.
+
+    Attributes:
+        returns: [N] float64, sums of the controller's rewards so far.
+        achieved: [N] the goals achieved so far.
+    """
+
+    def __init__(self, num_envs: int) -> None:
+        self.returns = np.zeros(num_envs)
+        self.achieved: list[Achievements] = [[] for _ in range(num_envs)]
+
+    def add(
+        self,
+        step: Step,
+        turns: Turns,
+        envs: NDArray[np.integer] | None = None,
+        counted: NDArray[np.integer] | None = None,
+    ) -> EndedEpisodes:
+        """Add a step and return the facts of the episodes that it ended.
+
+        Args:
+            step: the step, of M environments.
+            turns: in which it was taken.
+            envs: [M] the numbers of these environments; None: they are all N.
+            counted: [C] the places, of M, from which episodes are returned; None: all.
+        """
+        numbers = turns.world.everywhere if envs is None else envs
+        self.returns[numbers] += step.rewards
+        for row in np.flatnonzero(step.achieved_bits).tolist():
+            achieved, bits = self.achieved[numbers[row]], int(step.achieved_bits[row])
+            while bits:
+                goal = (bits & -bits).bit_length() - 1
+                achieved.append((int(step.lengths[row]), goal))
+                bits &= bits - 1
+        if not turns.n_ended:
+            return _NONE
+        ended = np.flatnonzero(step.episode_ended)
+        facts = self._facts(step, turns, numbers, ended if counted is None else counted[step.episode_ended[counted]])
+        self.returns[numbers[ended]] = 0.0
+        for env in numbers[ended].tolist():
+            self.achieved[env] = []
+        return facts
+
+    def _facts(
+        self, step: Step, turns: Turns, numbers: NDArray[np.integer], rows: NDArray[np.integer]
+    ) -> EndedEpisodes:
+        if not len(rows):
+            return _NONE
+        envs = numbers[rows]
+        achieved = [self.achieved[env] for env in envs.tolist()]
+        goals = np.array([goal for one in achieved for _, goal in one], np.int64)
+        milestones = iter(turns.world.milestones_of(np.repeat(rows, [len(one) for one in achieved]), goals).tolist())
+        return EndedEpisodes(
+            rows,
+            envs,
+            turns.world.variants_of(rows),
+            step.terminated[rows],
+            step.lengths[rows],
+            step.shortest[rows],
+            self.returns[envs],
+            [[(at, next(milestones)) for at, _ in one] for one in achieved],
+        )
+
+
+_EMPTY = np.zeros(0, np.int64)
+_NONE = EndedEpisodes(_EMPTY, _EMPTY, [], _EMPTY.astype(bool), _EMPTY, _EMPTY, np.zeros(0), [])

@@ -1,0 +1,61 @@
+"""The goals of a world: their names, the vectors that stand for them, and the one that ends an episode."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.support.errors import InputError
+
+MAX_GOALS = 63
+"""What one step achieved is a bit for each goal in a whole number of 64 bits with a sign."""
+
+
+@dataclass(frozen=True, eq=False)
+class GoalSet:
+    """G goals, numbered from 0; -1 is 'no goal'.
+
+    Args:
+        names: [G] names.
+        vectors: [G + 1, K] float32, the vector that a controller observes for each goal; the last row is 'no goal'.
+        target: the goal that ends an episode with success.
+        kinds: names of the kinds of goals, by which training reports how many options reach their goal.
+        kind_of: [G] int, the kind of each goal, an index into ``kinds``.
+        milestones: names of what evaluations report the first step of; a world says which milestone a goal is, because
+            one goal may stand for another thing in each episode.
+    """
+
+    names: tuple[str, ...]
+    vectors: NDArray[np.float32]
+    target: int
+    kinds: tuple[str, ...]
+    kind_of: NDArray[np.integer]
+    milestones: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.names) > MAX_GOALS:
+            raise InputError(f"a world has at most {MAX_GOALS} goals, not {len(self.names)}")
+
+    @classmethod
+    def one_hot(cls, names: Sequence[str], target: str) -> GoalSet:
+        """Return the goals of these names, each its own kind and milestone, with one-hot vectors."""
+        names, n = tuple(names), len(names)
+        if target not in names:
+            raise InputError(f"the target must be one of the goals {', '.join(names)}, not {target!r}")
+        return cls(names, np.eye(n + 1, n, dtype=np.float32), names.index(target), names, np.arange(n), names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @property
+    def n_choices(self) -> int:
+        """Number of a meta-controller's actions: the goals, and 'no goal', the last."""
+        return len(self.names) + 1
+
+    @property
+    def no_goal_action(self) -> int:
+        """The action 'no goal'. While it is not the meta-controller's turn, only this one is legal: wait."""
+        return len(self.names)

@@ -1,0 +1,200 @@
+"""The records of the turns: where they stand in each environment, and what one primitive step did.
+
+Compiled kernels read and write them; the classes give their fields as arrays by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.support.errors import InputError
+from hierroom.support.schema import Table, of_records
+from hierroom.turns.kernels import NO_GOAL, NO_OUTCOME, OTHER, REACHED, TIMED_OUT
+
+META, CONTROLLER = "meta_0", "controller_0"
+AGENTS = (META, CONTROLLER)
+"""The agents in the order in which they act."""
+N_OUTCOMES = len((NO_OUTCOME, REACHED, TIMED_OUT, OTHER))
+_MOST = 2**62
+
+
+def _record(*fields: tuple[str, str]) -> np.dtype:
+    return np.dtype((np.record, np.dtype(list(fields), align=True)))
+
+
+LEDGER = _record(
+    ("is_meta_turn", "?"),  # the meta-controller is to act next
+    ("goals", "i8"),  # the goal pursued, or -1
+    ("last_goals", "i8"),  # the goal pursued before, or -1
+    ("last_outcomes", "i8"),  # how that option ended: NO_OUTCOME, REACHED, TIMED_OUT or OTHER
+    ("first_events", "i8"),  # the goal achieved first in the option under way, or -1
+    ("meta_turns", "i8"),  # turns that the meta-controller took this episode
+    ("option_steps", "i8"),  # primitive steps since the meta-controller's last turn
+    ("option_rewards", "f8"),  # extrinsic reward since then
+    ("previous_actions", "i8"),  # the controller's last action; the number of actions before the first, or if illegal
+    ("illegal_goals", "i8"),  # illegal actions of the meta-controller this episode
+    ("illegal_actions", "i8"),  # illegal actions of the controller this episode
+    ("shortest", "i8"),  # the shortest possible length of the episode, or -1 if it is not measured
+)
+"""Where the turns in one environment stand."""
+
+STEP = _record(
+    ("actions", "i8"),
+    ("goals", "i8"),
+    ("events", "i8"),
+    ("achieved_bits", "i8"),
+    ("n_first", "i8"),
+    ("meta_elapsed", "i8"),
+    ("achieved_instead", "i8"),
+    ("lengths", "i8"),
+    ("shortest", "i8"),
+    ("illegal_actions", "i8"),
+    ("rewards", "f8"),
+    ("extrinsic", "f8"),
+    ("meta_rewards", "f8"),
+    ("is_discovery", "?"),
+    ("is_novel", "?"),
+    ("reached", "?"),
+    ("timed_out", "?"),
+    ("option_ended", "?"),
+    ("terminated", "?"),
+    ("truncated", "?"),
+    ("episode_ended", "?"),
+    ("return_terminated", "?"),
+    ("return_truncated", "?"),
+)
+"""What a step did in one environment: see the attributes of `Step`."""
+_STEP_NAMES = frozenset(STEP.names or ())
+
+
+def ledger_schema(num_envs: int, n_goals: int, n_actions: int) -> Table:
+    """Return what the fields of the ledger of N environments may hold."""
+    return of_records(
+        LEDGER,
+        num_envs,
+        {
+            **dict.fromkeys(("goals", "last_goals", "first_events"), (NO_GOAL, n_goals - 1)),
+            "last_outcomes": (NO_OUTCOME, OTHER),
+            **dict.fromkeys(("meta_turns", "option_steps", "illegal_goals", "illegal_actions"), (0, _MOST)),
+            "previous_actions": (0, n_actions),
+            "shortest": (-1, _MOST),
+        },
+    )
+
+
+def reset_values(n_actions: int) -> dict[str, Any]:
+    """Return the fields of the ledger where an episode begins, as `kernels.begin_turns` writes them."""
+    none = dict.fromkeys(("goals", "last_goals", "first_events"), NO_GOAL)
+    zero = dict.fromkeys(("meta_turns", "option_steps", "illegal_goals", "illegal_actions"), 0)
+    start = {"is_meta_turn": True, "last_outcomes": NO_OUTCOME, "option_rewards": 0.0, "shortest": -1}
+    return {**none, **zero, **start, "previous_actions": n_actions}
+
+
+class Step:
+    """What one primitive step did in N environments, in arrays that nobody else holds.
+
+    Args:
+        records: [N] records of `STEP`.
+        n_goals: number of goals G.
+        before: the state that the step began in, where the controller's reward needs it, else None.
+        after: the state that it led to, before any environment was reset, likewise.
+
+    Attributes:
+        actions: [N] int, the controller's actions; the number of actions where it was none of them.
+        goals: [N] int, the goals pursued, or -1.
+        events: [N] int, the goal achieved, or -1; of several the one pursued, else the one of lowest number.
+        achieved: [N, G] bool, all goals achieved.
+        n_first: [N] int, how many of them for the first time this episode.
+        is_first: [N] bool, whether any was.
+        is_discovery: [N] bool, something that matters came into view for the first time this episode.
+        is_novel: [N] bool, the agent was not here before since it last achieved something new. False where the world
+            does not remember what was ``visited``; an error to a reward that does not ask for that.
+        rewards: [N] float64, the controller's rewards.
+        extrinsic: [N] float64, the environment's own rewards.
+        reached: [N] bool, the goal was reached.
+        timed_out: [N] bool, the option's horizon ran out before its goal was reached or the episode ended.
+        option_ended: [N] bool, the option ended for whatever reason: the meta-controller's turn ends here.
+        outcomes: [N] int, where an option ended how it did: ``REACHED``, ``TIMED_OUT`` or ``OTHER``.
+        meta_rewards: [N] float64, where the option ended the extrinsic reward summed over it, else 0.
+        meta_elapsed: [N] int, primitive steps since the meta-controller's last turn, this one included.
+        achieved_instead: [N] int, where an option ended without its goal the goal achieved first in it, or -1.
+        terminated: [N] bool, the target was reached.
+        truncated: [N] bool, the time limit was reached.
+        episode_ended: [N] bool, the episode terminated or was truncated.
+        return_terminated: [N] bool, the controller's return ends here and nothing is to come.
+        return_truncated: [N] bool, the controller's return is cut here, but more would have come.
+        lengths: [N] int, steps of the episode so far.
+        shortest: [N] int, the shortest possible length of the episode, or -1 where that is not measured.
+        illegal_actions: [N] int, actions of the controller this episode that its environment does not have.
+    """
+
+    __slots__ = ("_lacks_visits", "after", "before", "n_goals", "records")
+
+    def __init__(self, records: np.ndarray, n_goals: int, before: Any = None, after: Any = None) -> None:
+        self.records, self.n_goals, self.before, self.after = records, n_goals, before, after
+        self._lacks_visits = False
+
+    def __getattr__(self, name: str) -> Any:
+        """Return a field by its name; it is looked up when it is asked for, because most are not."""
+        if name in _STEP_NAMES:
+            if name == "is_novel" and self._lacks_visits:
+                raise InputError(
+                    'a reward that reads is_novel asks for what levels are to remember: memories = ("visited",), '
+                    "an attribute of its class or function"
+                )
+            return self.records[name]
+        raise AttributeError(f"a step has no {name!r}")
+
+    @property
+    def achieved(self) -> NDArray[np.bool_]:
+        """[N, G] all goals achieved."""
+        return (self.records["achieved_bits"][:, None] >> np.arange(self.n_goals) & 1).astype(bool)
+
+    @property
+    def is_first(self) -> NDArray[np.bool_]:
+        """[N] whether a goal was achieved for the first time this episode."""
+        return self.records["n_first"] > 0
+
+    @property
+    def outcomes(self) -> NDArray[np.integer]:
+        """[N] int, where an option ended how it did: ``REACHED``, ``TIMED_OUT`` or ``OTHER``."""
+        return np.where(self.reached, REACHED, np.where(self.timed_out, TIMED_OUT, OTHER))
+
+    @contextmanager
+    def read_only(self, *, lacks_visits: bool = False) -> Iterator[None]:
+        """Run a user's code in this context: it cannot change what happened.
+
+        Args:
+            lacks_visits: whether it did not ask for what ``is_novel`` needs.
+        """
+        self.records.flags.writeable = False  # of every array that is asked for within
+        self._lacks_visits = lacks_visits
+        try:
+            yield
+        finally:
+            self.records.flags.writeable, self._lacks_visits = True, False
+
+    def as_dict(self) -> dict[str, NDArray]:
+        """Return the fields by name."""
+        return {name: getattr(self, name) for name in _STEP_NAMES if name != "is_novel" or not self._lacks_visits}
+
+    def replaced(self, **arrays: NDArray) -> Step:
+        """Return a step in which some fields are others; whether episodes ended follows from how they did."""
+        records = self.records.copy()
+        for name, array in arrays.items():
+            records[name] = array
+        records["episode_ended"] = records["terminated"] | records["truncated"]
+        return Step(records, self.n_goals, self.before, self.after)
+
+    def clear(self, envs: NDArray[np.integer], n_actions: int, shortest: NDArray[np.integer]) -> None:
+        """Note that nothing was done in environments [M], whose episodes have the shortest lengths [M]."""
+        nothing = np.zeros(len(envs), STEP)
+        nothing["actions"], nothing["shortest"] = n_actions, shortest
+        for name in ("goals", "events", "achieved_instead"):
+            nothing[name] = NO_GOAL
+        self.records[envs] = nothing

@@ -1,0 +1,152 @@
+"""The features that an EscapeRoom offers: what a network can read of an observation, as small whole numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
+from hierroom.support.compile.kernel import njit
+from hierroom.worlds.escape_room.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, N_TILES, ROW_STEP, VIEW
+from hierroom.worlds.escape_room.frontier import nearest_frontiers
+from hierroom.worlds.escape_room.tiles import TRIPLES
+from hierroom.worlds.world import Feature
+
+N_CELLS = VIEW * VIEW
+CLASS_STARTS = np.array([1, 2, 3, 4, 8, 16])
+"""Distances along an axis at which the next of seven classes begins: 0, 1, 2, 3, 4 to 7, 8 to 15, 16 and more cells."""
+UNKNOWN_DISTANCE = 2 * len(CLASS_STARTS) + 1
+"""The class of a distance that is not known; the others go from far behind or left to far ahead or right."""
+
+
+def _goal_categories() -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """For each goal id and, last, no goal: its (object, colour) as categories, 0 for none; its tile code."""
+    categories = np.zeros((N_GOALS + 1, 2), np.uint8)
+    tiles = np.full(N_GOALS + 1, N_TILES, np.uint8)
+    colours = np.arange(N_COLOURS)
+    categories[:N_COLOURS] = np.stack([np.full(N_COLOURS, 1), 1 + colours], axis=1)
+    categories[FIRST_DOOR_GOAL:EXIT_GOAL] = np.stack([np.full(N_COLOURS, 2), 1 + colours], axis=1)
+    categories[EXIT_GOAL] = 3, 1 + COLOURS.index("green")
+    tiles[:N_COLOURS], tiles[FIRST_DOOR_GOAL:EXIT_GOAL], tiles[EXIT_GOAL] = KEY + colours, LOCKED_DOOR + colours, EXIT
+    return categories, tiles
+
+
+_GOAL_CATEGORIES, _GOAL_TILES = _goal_categories()
+_GOAL_IDS = np.arange(N_GOALS)
+
+
+def _goal_cells(observation: Any) -> NDArray:
+    """[M, 1] the cell of the view that holds the goal, or 49: colours differ, so there is one at most."""
+    is_goal = observation.view.tiles.reshape(-1, N_CELLS) == _GOAL_TILES[observation.goals][:, None]
+    return np.where(is_goal.any(axis=1), is_goal.argmax(axis=1), N_CELLS)[:, None]
+
+
+def _goal_place(observation: Any) -> NDArray:
+    """[M, 2] `_places` of the goal where it was seen last: nothing moves unseen; a key in hand stays where it lay."""
+    return _places(observation.view.levels, _seen_at(observation.view.levels, observation.goals[:, None]))
+
+
+def _object_places(observation: Any) -> NDArray:
+    """[M, 26] likewise of every goal, by id, whichever the controller has."""
+    goals = np.broadcast_to(_GOAL_IDS, (len(observation.view.levels), N_GOALS))
+    return _places(observation.view.levels, _seen_at(observation.view.levels, goals))
+
+
+def _doorway_places(observation: Any) -> NDArray:
+    """[M, 4] `_places` of the two doors that were opened or walked through last, the later one first."""
+    return _places(observation.view.levels, observation.view.levels["doorways"])
+
+
+def _frontier_places(observation: Any) -> NDArray:
+    """[M, 4] `_places` of what `nearest_frontiers` finds."""
+    return _places(observation.view.levels, nearest_frontiers(observation.view.levels))
+
+
+@njit(cache=True)
+def _seen_at(levels, goals):
+    """[M, G, 2] (row, col) of those goals [M, G] that were seen this episode, zeros for the others and for no goal."""
+    cells = np.zeros((*goals.shape, 2), np.int64)
+    for m, g in np.ndindex(goals.shape):
+        goal = goals[m, g]
+        if goal != NO_GOAL and (levels[m].seen >> goal) & 1:
+            branch = levels[m].branches[goal % N_COLOURS]
+            if goal < FIRST_DOOR_GOAL:
+                cells[m, g] = levels[m].keys_at[branch]
+            elif goal < EXIT_GOAL:
+                cells[m, g] = levels[m].doors_at[branch]
+            else:
+                cells[m, g] = levels[m].exit_at
+    return cells
+
+
+@njit(cache=True)
+def _places(levels, cells):
+    """[M, 2 C] how far ahead of the agent and how far to its right each of some cells [M, C, 2] is.
+
+    Each is the class of the distance, -6 to 6, plus 6; `UNKNOWN_DISTANCE` where the cell's row is 0, as none's is.
+    """
+    places = np.full((cells.shape[0], 2 * cells.shape[1]), UNKNOWN_DISTANCE)
+    for m in range(cells.shape[0]):
+        row_step, col_step = ROW_STEP[levels[m].direction], COL_STEP[levels[m].direction]
+        for c in range(cells.shape[1]):
+            if cells[m, c, 0] > 0:
+                down, east = cells[m, c, 0] - levels[m].row, cells[m, c, 1] - levels[m].col
+                places[m, 2 * c] = _class_of(down * row_step + east * col_step)
+                places[m, 2 * c + 1] = _class_of(down * col_step - east * row_step)
+    return places
+
+
+@njit(cache=True)
+def _class_of(distance):
+    classes = np.searchsorted(CLASS_STARTS, abs(distance), side="right")
+    return len(CLASS_STARTS) + (classes if distance > 0 else -classes)
+
+
+def _by_colour(observation: Any, what: str) -> NDArray:
+    """[M, 6] the bits of ``keys`` or ``doors``."""
+    return observation.view.levels[what][:, None] >> observation.view.levels["branches"] & 1
+
+
+def _goal_status(observation: Any) -> NDArray:
+    """[M, 13] for each goal id 0 for never seen, 1 for seen this episode, 2 for a key in hand or an open door."""
+    status = observation.view.levels["seen"][:, None] >> _GOAL_IDS & 1
+    achieved = np.concatenate([_by_colour(observation, "keys"), _by_colour(observation, "doors")], axis=1)
+    status[:, :EXIT_GOAL][achieved > 0] = 2
+    return status
+
+
+def _view(observation: Any) -> NDArray:
+    """[M, 49] the tile codes of the view."""
+    return observation.view.tiles.reshape(-1, N_CELLS)
+
+
+_PLACE = UNKNOWN_DISTANCE + 1
+
+FEATURES: Mapping[str, Feature] = {
+    "view": Feature(lambda _: (N_TILES,) * N_CELLS, _view),
+    "view-ids": Feature(lambda _: (N_TILES,) * N_CELLS, _view, TRIPLES.astype(np.float32)),
+    "goal": Feature(
+        lambda _: (4, 1 + N_COLOURS),
+        lambda observation: _GOAL_CATEGORIES[observation.goals],
+        is_of_goal=True,
+        is_of_world=False,
+    ),
+    "goal-in-view": Feature(lambda _: (N_CELLS + 1,), _goal_cells, is_of_goal=True, is_of_world=False),
+    "goal-place": Feature(lambda _: (_PLACE,) * 2, _goal_place, is_of_goal=True, is_of_world=False),
+    "object-places": Feature(lambda _: (_PLACE,) * 2 * N_GOALS, _object_places, is_of_world=False),
+    "doorway-places": Feature(lambda _: (_PLACE,) * 4, _doorway_places, memories=("doorways",), is_of_world=False),
+    "frontier-places": Feature(lambda _: (_PLACE,) * 4, _frontier_places, memories=("explored",), is_of_world=False),
+    "direction": Feature(lambda _: (4,), lambda observation: observation.view.levels["direction"][:, None]),
+    "keys": Feature(lambda _: (2,) * N_COLOURS, lambda observation: _by_colour(observation, "keys")),
+    "goal-status": Feature(lambda _: (3,) * N_GOALS, _goal_status, is_by_goal=True),
+}
+"""view: the tile of each cell of the view; view-ids: the same, read as its object id, colour id and open bit; goal:
+object and colour; goal-in-view: the cell of the view that holds the goal; goal-place: about how far ahead of the agent
+and to its right the goal is, once it was seen this episode; object-places: the same for each goal id, whichever the
+goal; doorway-places: the same for the two doors that were opened or walked through last; frontier-places: the same for
+floor next to what was not seen yet, the nearest in the agent's room and the nearest elsewhere; direction; keys: those
+held, by colour; goal-status: whether each goal was seen this episode, and whether the key is in hand or the door open.
+A meta-controller's goal is the one it gave last."""

@@ -1,0 +1,62 @@
+"""Which goals a meta-controller may choose in a level, as compiled kernels."""
+
+from hierroom.support.compile.kernel import njit
+
+FIRST_DOOR_GOAL, EXIT_GOAL, N_GOALS = 6, 12, 13
+"""As in `hierroom.goals`."""
+REACHABLE, EXISTING, SEEN, ALL = range(4)
+GOAL_MASKS = {"reachable": REACHABLE, "existing": EXISTING, "seen": SEEN, "none": ALL}
+"""Goals that can be achieved before anything else is; goals of the level that are not achieved yet; those of them that
+came into view this episode; every goal id, whether it exists or not. Under ``seen`` what matters may not have been seen
+yet, so 'no goal', which asks for something new, is legal as well."""
+
+
+@njit(cache=True)
+def write_goals(level, kind, goals):
+    """Write which goals [13] a meta-controller may choose in a level on its turn; returns whether there is one."""
+    if kind == ALL:
+        goals[:N_GOALS] = True
+        return True
+    goals[:N_GOALS] = False
+    n_legal = 0
+    for branch in range(level.n_rooms - 1):
+        colour = level.colours[branch]
+        is_held, is_open = level.keys >> branch & 1, level.doors >> branch & 1
+        if kind == REACHABLE:
+            home = level.key_rooms[branch]
+            key_legal = (home == 0 or level.doors >> (home - 1) & 1) and not is_held and not is_open
+            door_legal = is_held and not is_open
+        else:
+            key_legal, door_legal = not is_open and not is_held, not is_open
+            if kind == SEEN:
+                key_legal = key_legal and level.seen >> colour & 1
+                door_legal = door_legal and level.seen >> (FIRST_DOOR_GOAL + colour) & 1
+        if key_legal:
+            goals[colour] = True
+            n_legal += 1
+        if door_legal:
+            goals[FIRST_DOOR_GOAL + colour] = True
+            n_legal += 1
+    if kind == REACHABLE:
+        exit_legal = level.doors >> (level.exit_room - 1) & 1
+    else:
+        exit_legal = kind == EXISTING or level.seen >> EXIT_GOAL & 1
+    if exit_legal:
+        goals[EXIT_GOAL] = True
+        n_legal += 1
+    return n_legal > 0
+
+
+@njit(cache=True, nogil=True)
+def write_masks(levels, are_turns, kind, masks):
+    """Write the legal actions [M, 14] of meta-controllers: off turn they can only wait.
+
+    'No goal' is legal where no goal is, and under ``SEEN`` always: what matters may not have been seen yet.
+    """
+    for m in range(levels.shape[0]):
+        has_goal = False
+        if are_turns[m]:
+            has_goal = write_goals(levels[m], kind, masks[m])
+        else:
+            masks[m, :N_GOALS] = False
+        masks[m, N_GOALS] = not has_goal or kind == SEEN

@@ -1,0 +1,55 @@
+"""Where levels of one goal graph stand in its augmented graph.
+
+Every state of a level has exactly one node:
+
+- the exit, once it is reached;
+- (key k, open doors), while the agent holds a key whose door is still locked: k is the room of the last such key it
+  picked up, the one that it would drop;
+- else (room r, open doors) for the room r it stands in; a doorway belongs to the room behind it.
+
+So a key node lasts from the pick-up until the door is open.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.complexity.augmented import AugmentedGraph
+
+
+class NodeMap:
+    """Where levels of one goal graph stand in its augmented graph.
+
+    Args:
+        augmented: the augmented graph.
+    """
+
+    def __init__(self, augmented: AugmentedGraph) -> None:
+        self.exit = augmented.exit
+        n_branches = augmented.graph.n_rooms - 1
+        self._nodes = np.full((2, n_branches + 1, 1 << n_branches), -1)  # key or room, which, open doors as bits
+        for i, node in enumerate(augmented.nodes[:-1]):
+            self._nodes[int(node.kind == "room"), node.room, sum(1 << (door - 1) for door in node.doors)] = i
+
+    def __call__(self, levels: np.ndarray, terminated: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return the node of each level, [M] int64 indices into the augmented graph's nodes.
+
+        Args:
+            levels: [M] records of `layout.LEVEL`.
+            terminated: [M] bool, whether the exit has been reached.
+        """
+        carried = levels["carried"]
+        nodes = self._nodes[
+            (carried < 0).astype(int), np.where(carried < 0, _room_of(levels), carried + 1), levels["doors"]
+        ]
+        return np.where(terminated, self.exit, nodes)
+
+
+def _room_of(levels: np.ndarray) -> NDArray[np.int64]:
+    """[M] the room each agent stands in, a doorway being part of the room behind it."""
+    row, col = levels["row"][:, None], levels["col"][:, None]
+    top, left, bottom, right = np.moveaxis(levels["rectangles"], -1, 0)
+    inside = (top <= row) & (row <= bottom) & (left <= col) & (col <= right)  # [M, rooms]
+    inside[:, 1:] |= (levels["doors_at"] == np.stack([levels["row"], levels["col"]], axis=-1)[:, None]).all(axis=-1)
+    return inside.argmax(axis=1)

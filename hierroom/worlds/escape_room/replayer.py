@@ -1,0 +1,65 @@
+"""Plays episodes of an EscapeRoom again from their start, names their goals and draws their states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.goals import GoalGraph
+from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, OPEN, PICKUP, RIGHT
+from hierroom.worlds.escape_room.engine import Engine
+from hierroom.worlds.escape_room.layout import State
+from hierroom.worlds.escape_room.level import goal_name, uncoloured
+from hierroom.worlds.escape_room.render import draw_level, legible_tile_size, text
+
+ACTION_NAMES = {FORWARD: "forward", LEFT: "left", RIGHT: "right", PICKUP: "pick up", OPEN: "open", DROP: "drop"}
+
+
+class LevelReplayer:
+    """See `Replayer`; a state is that of one environment."""
+
+    def identity(self, state: State) -> tuple[int, int, int]:
+        """Return the seed of the environments, the number of this one, and how many episodes it had begun before."""
+        level = state.levels[0]
+        return int(level.seed), int(level.index), int(level.episode)
+
+    def max_steps(self, state: State) -> int:
+        """Return the number of steps after which the episode is truncated."""
+        return int(state.levels[0].max_steps)
+
+    def goal_name(self, state: State, goal: int) -> str:
+        """Return a goal of the level in words: see `level.goal_name`."""
+        return goal_name(state.levels[0], goal)
+
+    def goal_label(self, state: State, goal: int) -> str:
+        """Return a goal in words without its colour, which is drawn for each episode."""
+        return uncoloured(self.goal_name(state, goal))
+
+    def action_name(self, state: State, action: int) -> str:
+        """Return an action of the controller in words."""
+        return ACTION_NAMES[action] if action < DROP + bool(state.levels["can_drop"][0]) else "illegal action"
+
+    def replay(self, state: State, actions: NDArray[np.integer]) -> Iterator[State]:
+        """Yield the state, and that after each action."""
+        level = state.levels[0]
+        graph = GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room))
+        engine = Engine([graph], size=state.size, seed=None)
+        engine.set_state(state)
+        yield engine.get_state()
+        for action in actions:
+            engine.step_within_episode([action])
+            yield engine.get_state()
+
+    def tile_size(self, state: State) -> int:
+        """Return the side length of a cell in pixels at which a line of text fits into the grid."""
+        return legible_tile_size(state.size)
+
+    def picture(self, state: State, goal: int, tile_size: int, title: str) -> NDArray[np.uint8]:
+        """Draw the level: [H, W, 3] uint8."""
+        return draw_level(state, goal, tile_size, title)
+
+    def text(self, state: State, goal: int = -1) -> str:
+        """Draw the level for a terminal."""
+        return text(state, goal)

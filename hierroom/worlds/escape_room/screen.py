@@ -1,0 +1,49 @@
+"""Shows one EscapeRoom in the render mode of an environment."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.support.errors import require_name
+from hierroom.worlds.escape_room.engine import Engine
+from hierroom.worlds.escape_room.render import default_tile_size, draw_level, text
+from hierroom.worlds.escape_room.window import Window
+from hierroom.worlds.world import RENDER_MODES
+
+
+class LevelScreen:
+    """Shows one level in the ``render_mode`` of an environment.
+
+    Args:
+        engine: the environments.
+        render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"``, or None to show nothing.
+    """
+
+    def __init__(self, engine: Engine, render_mode: str | None) -> None:
+        require_name("render_mode must be one of", render_mode, (*RENDER_MODES, None))
+        self.render_mode = render_mode
+        self._engine = engine
+        self._window = Window() if render_mode == "human" else None
+
+    def show(self, env: int, goal: int) -> None:
+        """Update the window, if there is one; to be called after every reset and step."""
+        if self._window is not None:
+            self._window.show(self._picture(env, goal))
+
+    def render(self, env: int, goal: int) -> str | NDArray[np.uint8] | None:
+        """Return the level as text or as a picture [H, W, 3] uint8; None in the modes ``"human"`` and None."""
+        if self.render_mode == "ansi":
+            return text(self._engine.state[env], goal)
+        if self.render_mode == "rgb_array":
+            return self._picture(env, goal)
+        self.show(env, goal)
+        return None
+
+    def _picture(self, env: int, goal: int) -> NDArray[np.uint8]:
+        return draw_level(self._engine.state[env], goal, default_tile_size(self._engine.state.size))
+
+    def close(self) -> None:
+        """Close the window if it is open."""
+        if self._window is not None:
+            self._window.close()

@@ -1,0 +1,57 @@
+"""The world that a config describes; only the world that is asked for is imported."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from hierroom.goals.goal_set import GoalSet
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.world import Feature
+
+
+@dataclass(frozen=True, eq=False)
+class WorldSpec:
+    """What agents are made for: it is known before a world is made.
+
+    Args:
+        goals: its goals.
+        n_actions: number of the controller's actions.
+        features: the features that it offers, by name.
+    """
+
+    goals: GoalSet
+    n_actions: int
+    features: Mapping[str, Feature]
+
+
+def world_spec(config: EnvConfig) -> WorldSpec:
+    """Return what agents in the world of a config are made for."""
+    from hierroom.worlds.escape_room.world import EscapeRoomWorld
+
+    return WorldSpec(EscapeRoomWorld.goals, config.n_actions, EscapeRoomWorld.features)
+
+
+def make_world(
+    config: EnvConfig,
+    num_envs: int,
+    *,
+    seed: int | None = None,
+    autoreset: bool = True,
+    threads: int = 1,
+    memories: Iterable[str] = (),
+) -> Any:
+    """Return the `World` of a config.
+
+    Args:
+        config: what the environments are made of.
+        num_envs: number of environments N, at least 1.
+        seed: of their first episodes; None: `World.reset` must be called with one first.
+        autoreset: whether an environment whose episode ends begins its next one in the same step.
+        threads: maximal number of threads.
+        memories: what the world must remember of each episode.
+    """
+    from hierroom.worlds.escape_room.world import EscapeRoomWorld
+
+    return EscapeRoomWorld(config, num_envs, seed=seed, autoreset=autoreset, threads=threads, memories=memories)

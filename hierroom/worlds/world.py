@@ -1,0 +1,243 @@
+"""A world: N environments that are stepped together, and their goals. Everything above asks this of it, and no more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeGuard
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.goals import GoalGraph
+from hierroom.goals.goal_set import GoalSet
+from hierroom.support.errors import InputError
+
+OUTCOME_FIELDS = (
+    ("achieved", "i8"),  # bit g: this step achieved goal g
+    ("n_first", "i4"),  # how many of these goals were achieved for the first time in this episode
+    ("is_novel", "?"),  # the agent has not been here before since it last achieved something; False if not remembered
+    ("is_discovery", "?"),  # something that matters came into view for the first time in this episode
+    ("reward", "f8"),  # the extrinsic reward
+    ("terminated", "?"),
+    ("truncated", "?"),
+    ("length", "i4"),  # number of steps of the episode so far, this one included
+)
+"""What a step did in one environment; the records of a world may have further fields."""
+
+RENDER_MODES = ("ansi", "rgb_array", "human")
+Seeds = int | Sequence[int | None] | None
+"""One seed for all environments, one or None for each, or none: see `World.reset`."""
+INT64 = np.dtype(np.int64)
+
+
+class View(Protocol):
+    """What M environments show at one moment: what features and observations are made from.
+
+    A world adds what its own features and meta-controllers ask for by name, such as ``depth_first_ranks`` [M, G], by
+    which ``fixed-dfs`` chooses, and ``oracle_goals`` [M], which ``oracle`` gives.
+    """
+
+    def as_dict(self) -> dict[str, NDArray]:
+        """Return the observation's entries by name, [M, ...] each, in fresh arrays."""
+        ...
+
+    def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
+        """Return [M, n] random numbers in [0, 1) that seed, environment, episode and turn [M] fix."""
+        ...
+
+    def level(self, m: int, legal: NDArray[np.bool_]) -> Any:
+        """Return the m-th environment in words; ``legal`` [G] are the goals that may be chosen."""
+        ...
+
+
+@dataclass(frozen=True)
+class Feature:
+    """One thing that a network can read of an observation: one whole number or several.
+
+    Args:
+        cardinalities: from the controller's number of actions to the number of values of each of its numbers.
+        encode: from an observation of M environments to [M, numbers] whole numbers below the cardinalities.
+        vectors: [cardinality, d] fixed numbers that stand for each value, or None: a learned row for each value.
+        memories: what the world must remember for it.
+        is_by_goal: whether it has one number for each goal.
+        is_of_goal: whether it shows the controller's goal; methods whose controller does not see the goal leave it out.
+        is_of_world: whether it shows the world as it is, and neither the goal nor what the agent did; curiosity is
+            about these features.
+    """
+
+    cardinalities: Callable[[int], tuple[int, ...]]
+    encode: Callable[[Any], NDArray]
+    vectors: NDArray | None = None
+    memories: tuple[str, ...] = ()
+    is_by_goal: bool = False
+    is_of_goal: bool = False
+    is_of_world: bool = True
+
+
+class Replayer(Protocol):
+    """Plays episodes again from their start, names their goals and draws their states.
+
+    A state is what `World.get_state` gives for one environment.
+    """
+
+    def identity(self, state: Any) -> tuple[int, int, int]:
+        """Return the seed of the environments, the number of this one, and how many episodes it had begun before."""
+        ...
+
+    def max_steps(self, state: Any) -> int:
+        """Return the number of steps after which the episode is truncated."""
+        ...
+
+    def goal_name(self, state: Any, goal: int) -> str:
+        """Return a goal of this episode in words; -1 is no goal."""
+        ...
+
+    def goal_label(self, state: Any, goal: int) -> str:
+        """Return a goal in words that mean the same in every episode."""
+        ...
+
+    def action_name(self, state: Any, action: int) -> str:
+        """Return an action of the controller in words."""
+        ...
+
+    def replay(self, state: Any, actions: NDArray[np.integer]) -> Iterator[Any]:
+        """Yield the state, and that after each action."""
+        ...
+
+    def tile_size(self, state: Any) -> int:
+        """Return the tile size of a picture in which text can be read."""
+        ...
+
+    def picture(self, state: Any, goal: int, tile_size: int, title: str) -> NDArray[np.uint8]:
+        """Draw a state: [H, W, 3] uint8."""
+        ...
+
+    def text(self, state: Any, goal: int = -1) -> str:
+        """Draw a state for a terminal."""
+        ...
+
+
+class Screen(Protocol):
+    """Shows one environment in a render mode."""
+
+    def show(self, env: int, goal: int) -> None:
+        """Update the window, if there is one."""
+        ...
+
+    def render(self, env: int, goal: int) -> str | NDArray[np.uint8] | None:
+        """Return the environment as text or as a picture [H, W, 3] uint8, as the mode asks."""
+        ...
+
+    def close(self) -> None:
+        """Close the window, if one is open."""
+        ...
+
+
+class World(Protocol):
+    """N environments that are stepped together.
+
+    Attributes:
+        goals: the goals.
+        rules: what must be achieved before what; of several goal graphs, the hardest. None: unknown.
+        n_actions: number of the controller's actions.
+        features: the features that networks can read, by name.
+        replayer: plays episodes again and draws them.
+        outcomes: [N] records with the fields of `OUTCOME_FIELDS`, overwritten by each step.
+        variants: names of the kinds of episodes that the world draws from, the easiest first.
+        stage_titles: a line for each stage of a curriculum; empty without one.
+        everywhere: [N] int, the numbers of all environments.
+    """
+
+    goals: GoalSet
+    rules: GoalGraph | None
+    n_actions: int
+    features: Mapping[str, Feature]
+    replayer: Replayer
+    outcomes: np.ndarray
+    variants: tuple[str, ...]
+    stage_titles: Sequence[str]
+    everywhere: NDArray[np.integer]
+
+    def __len__(self) -> int: ...
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether the first `reset` was made."""
+        ...
+
+    @property
+    def stage(self) -> int:
+        """The current stage of the curriculum, counted from 0."""
+        ...
+
+    @property
+    def complexity(self) -> Any:
+        """How hard the environments are to explore, or None if no rules are known."""
+        ...
+
+    @property
+    def observation_spaces(self) -> dict[str, spaces.Space]:
+        """The spaces of the entries of `View.as_dict`, of one environment."""
+        ...
+
+    def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
+        """Begin an episode: with a seed an environment's first one, without one its next."""
+        ...
+
+    def step(self, actions: NDArray[np.int64]) -> np.ndarray:
+        """Act once in every environment and return the outcomes."""
+        ...
+
+    def observe(self, envs: NDArray[np.integer]) -> View:
+        """Return what environments [M] show now; if they are all there are, the next step may overwrite it."""
+        ...
+
+    def last_view(self, envs: NDArray[np.integer], ended: NDArray[np.bool_]) -> View:
+        """Return what environments [M] show after the last step, those that ``ended`` [M] before they were reset."""
+        ...
+
+    def exact_view(self, envs: NDArray[np.integer]) -> View:
+        """Return what environments [M] show now and their exact state, copied."""
+        ...
+
+    def legal_goals(self, mask: str, are_turns: NDArray[np.bool_], view: View | None = None) -> NDArray[np.bool_]:
+        """Return the meta-controllers' legal actions [M, G + 1], of a view or of all; off turn they can only wait."""
+        ...
+
+    def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
+        """Return the variant of the episode that ended last in environments [M]."""
+        ...
+
+    def milestones_of(self, envs: NDArray[np.integer], goals: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Return the milestones [M] that goals [M] were in the episodes that ended last in environments [M]."""
+        ...
+
+    def possible_milestones(self, variants: Sequence[str]) -> list[int]:
+        """Return the milestones that episodes of these variants have."""
+        ...
+
+
+def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:
+    """Return whether it is one seed for each environment."""
+    if isinstance(seed, np.ndarray):
+        return seed.ndim > 0
+    return isinstance(seed, Sequence) and not isinstance(seed, (str, bytes))
+
+
+def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
+    """Return actions in some environments as [n] int64.
+
+    A number that is too large becomes a negative one, which is no action either.
+    """
+    try:
+        given = np.asarray(actions)
+    except ValueError:  # rows of unequal lengths
+        given = np.array(None)
+    if given.shape != (n,) or given.dtype.kind not in "iu":
+        raise InputError(
+            f"actions must be {n} whole numbers, one for each environment, "
+            f"not an array of {given.dtype} and shape {given.shape}"
+        )
+    return given.astype(np.int64)
