@@ -12,17 +12,15 @@ TIMES_QUIET = 10
 def run_child(
     words: Iterable[str | Path], *, quiet_seconds: float = 30, **options: Any
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command to its end, its output kept as text.
+    """Run a command to its end, and keep its output as text.
 
     Args:
         words: the command and its arguments.
         quiet_seconds: at least what it takes on a quiet machine.
         options: further arguments of `subprocess.run`.
     """
-    kept = {"capture_output": True} if not {"stdout", "stderr"} & {*options} else {}
-    return subprocess.run(
-        [*map(str, words)], text=True, check=False, timeout=TIMES_QUIET * quiet_seconds, **kept, **options
-    )
+    usual = {"text": True, "check": False, "capture_output": not {"stdout", "stderr"} & {*options}}
+    return subprocess.run([*map(str, words)], timeout=TIMES_QUIET * quiet_seconds, **usual | options)
 
 
 def run_python(*arguments: str | Path, quiet_seconds: float = 30, **options: Any) -> subprocess.CompletedProcess[str]:

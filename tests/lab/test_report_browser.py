@@ -8,6 +8,7 @@ import shutil
 
 import evaluated_runs
 import pytest
+from children import TIMES_QUIET
 from PIL import Image
 from report_page import HOSTILE, hostile_run
 
@@ -56,7 +57,7 @@ def browser(tmp_path_factory):
     driver = webdriver.Chrome(
         options=options, service=webdriver.ChromeService(DRIVER, env={**os.environ, "SE_OFFLINE": "true"})
     )
-    driver.set_script_timeout(60)
+    driver.set_script_timeout(TIMES_QUIET * 6)
     yield driver
     driver.quit()
 
