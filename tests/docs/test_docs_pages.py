@@ -150,10 +150,9 @@ def _stop_after(read):
         and before.text.startswith("python -m hierroom complexity")
     ],
 )
-def test_what_follows_a_command_is_what_it_prints(before, block, capsys, monkeypatch):
+def test_what_follows_a_command_is_what_it_prints(before, block, capsys):
     [line] = lines_of(before)
-    monkeypatch.setattr(sys, "argv", shlex.split(line)[3:])
-    assert complexity() == 0
+    assert complexity(shlex.split(line)[4:]) == 0
     assert capsys.readouterr().out == block.text
 
 
