@@ -5,10 +5,7 @@ import pytest
 from turns_helpers import achieve, make, well_or_wildly
 
 import hierroom
-from hierroom import InputError
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.runs.assembly import make_turns
-from hierroom.runs.config.config import TrainConfig
 from hierroom.worlds.env_config import NOVELTY_BONUS
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP
 from hierroom.worlds.escape_room.engine import World
@@ -70,14 +67,6 @@ def test_what_was_visited_is_part_of_the_state():
     turns.set_state(state)
     np.testing.assert_array_equal(first, [turns.step(actions).rewards for actions in later])
     assert 0 < np.mean(first) < 0.1
-
-
-def test_the_size_of_the_bonus_is_a_hyperparameter():
-    config = TrainConfig().changed(method="ppo-novelty", graph="a", size=11, novelty_bonus=0.5)
-    turns = make_turns(config, 64, seed=0, levels="training")
-    assert set(turns.step([FORWARD] * 64).rewards) == {0.0, 0.5}
-    with pytest.raises(InputError, match="novelty_bonus must be a number from 0 to 1,000,000, not -1"):
-        make("a", reward="novelty", novelty_bonus=-1)
 
 
 @pytest.mark.parametrize(("settings", "bonus"), [({}, NOVELTY_BONUS), ({"novelty_bonus": 0.25}, 0.25)])

@@ -7,7 +7,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.wrappers.vector import RecordEpisodeStatistics
-from stable_baselines3 import DQN, PPO
+from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import VecMonitor
 
@@ -103,23 +103,6 @@ def test_ppo_learns_and_is_evaluated():
     assert len(model.ep_info_buffer) == len(model.ep_success_buffer) > 0
     mean, _ = evaluate_policy(model, envs, n_eval_episodes=4, deterministic=False)
     assert 0 <= mean <= 5
-
-
-@pytest.mark.usefixtures("one_thread")
-def test_dqn_takes_them_too_with_features():
-    envs = gymnasium.make_vec("hierroom/EscapeRoom-b-v0", N, **SETTINGS)
-    envs = hierroom.sb3_view(hierroom.add_features(envs, ["goal-place", "frontier-places"]))
-    model = DQN("MultiInputPolicy", envs, learning_starts=60, buffer_size=600, batch_size=32, device="cpu", seed=0)
-    model.learn(240)
-    assert model.replay_buffer.observations["features"].shape == (100, N, 6)
-
-
-@pytest.mark.usefixtures("one_thread")
-def test_maskable_ppo_finds_the_masks():
-    contrib = pytest.importorskip("sb3_contrib", reason="sb3-contrib is not installed")
-    model = contrib.MaskablePPO("MultiInputPolicy", make(), n_steps=32, batch_size=64, n_epochs=1, device="cpu", seed=0)
-    model.learn(32 * N)
-    assert model.rollout_buffer.action_masks.all()
 
 
 def test_no_library_is_one_clear_line(monkeypatch):
