@@ -115,7 +115,7 @@ def test_random_goals_are_legal_and_uniform():
     assert chisquare(np.bincount(chosen[1])).pvalue > 1e-3
 
 
-def test_no_goals():
+def test_the_meta_controller_none_chooses_no_goal():
     turns = make(GoalGraph.named("e"), 9)
     turns.ask(make_meta("none"))
     assert turns.goals.tolist() == [-1] * 9

@@ -120,7 +120,7 @@ def test_a_meta_controller_itself():
         (META_CONTROLLERS["random"], "a meta-controller is an object, not a class: make one of RandomGoals"),
     ],
 )
-def test_wrong_ones_are_one_clear_line(outside, spec, said):
+def test_an_invalid_spec_raises_input_error(outside, spec, said):
     if isinstance(spec, str):
         spec, said = spec.format(outside=outside), said.format(outside=outside)
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
@@ -157,7 +157,7 @@ ALL_METHODS = {
 
 
 @pytest.mark.parametrize("method", [name for name in ALL_METHODS if name != "load_state_dict"])
-def test_a_method_that_fails_is_one_clear_line_that_says_where(outside, method, tmp_path):
+def test_a_method_that_fails_raises_input_error_with_its_line(outside, method, tmp_path):
     """In training, which runs them all; an error of ours would keep its traceback."""
     lines = [*textwrap.dedent(MINE).splitlines(), "class Failing(Mine):"]
     for name, result in ALL_METHODS.items():
@@ -176,7 +176,7 @@ def test_a_method_that_fails_is_one_clear_line_that_says_where(outside, method, 
     assert "\n" not in str(caught.value)
 
 
-def test_a_function_that_takes_no_level_is_one_clear_line():
+def test_a_function_without_a_level_argument_raises_input_error():
     with pytest.raises(InputError, match=r"^the meta-controller loads fails: TypeError: the JSON object must be str,"):
         EscapeRoom(graph="a", meta=json.loads).reset(seed=0)
 
@@ -201,7 +201,7 @@ class Saying:
         (["red key"] * 3, "an array of <U7 and shape (3,)"),
     ],
 )
-def test_a_wrong_choice_is_one_clear_line(said, what):
+def test_an_invalid_choice_raises_input_error(said, what):
     start = (
         "the meta-controller's choice must be 3 goal ids "
         "(whole numbers, one for each environment whose turn it is), not "
@@ -227,7 +227,7 @@ class Diary:
         return legal.argmax(axis=1)
 
 
-def test_it_is_asked_when_an_option_has_ended_and_told_when_an_episode_begins():
+def test_a_meta_controller_chooses_after_each_option_and_is_reset_with_each_episode():
     turns, diary = make("a", 3, max_steps=10, subgoal_horizon=4), Diary()
     turns.world.state.levels["steps"] = [0, 0, 6]
     for _ in range(11):
@@ -284,7 +284,7 @@ def test_a_plain_function_may_choose_no_goal(said):
 
 
 @pytest.mark.parametrize("bad", [True, 99, -7, 1.0, "red key", [0], np.zeros(13), np.zeros((2, 2)), {"goal": 1}])
-def test_a_wrong_choice_of_a_plain_function_is_one_clear_line(bad):
+def test_an_invalid_choice_of_a_plain_function_raises_input_error(bad):
     def choose_badly(level):
         return bad
 

@@ -225,7 +225,7 @@ def test_weights_that_are_tied_are_saved_and_come_back(outside, tmp_path):
         ("{outside}:Flat", "{it} gives logits of sequence of shape (6, 4), not (3, 2, 4)"),
     ],
 )
-def test_wrong_ones_are_one_clear_line(outside, spec, said):
+def test_an_invalid_spec_raises_input_error(outside, spec, said):
     spec = spec and spec.format(outside=outside)
     said = said.format(outside=outside, it=f"the network '{spec}'")
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
@@ -252,7 +252,7 @@ def test_buffers_that_no_state_has_are_as_before_the_trial(outside):
     assert tried.held[0] is tried.n_turns
 
 
-def test_a_network_may_write_to_what_it_is_given(outside):
+def test_a_network_may_overwrite_its_inputs(outside):
     """The learner keeps the state before a turn, and its features, for the update."""
     network = make_network(f"{outside}:Writing", SPACE, 8, None)
     backend = TorchBackend(network, PPOConfig(), "cpu")
@@ -281,7 +281,7 @@ def test_statistics_that_move_in_training_stand_still_in_evaluations(outside):
         assert torch.equal(values, trained[1][name]), name
 
 
-def test_what_a_network_raises_later_is_one_line(outside, tmp_path):
+def test_an_error_of_a_network_after_its_trial_raises_input_error(outside, tmp_path):
     said = r"^the network Late fails: RuntimeError: too long for me \(line \d+ of [^\n]*$"
     with pytest.raises(InputError, match=said):
         train([*FLAGS, "--network", f"{outside}:Late", "--out", str(tmp_path / "run")])

@@ -204,7 +204,7 @@ def test_resumed_equals_uninterrupted_and_the_checkpoint_is_plain(start_success,
     assert not equal(learned_state(through), learned_state(other))
 
 
-def test_what_was_learned_plays_elsewhere_and_learns_nothing(tmp_path):
+def test_a_frozen_agent_plays_elsewhere_and_does_not_learn(tmp_path):
     trainer = Trainer(SMALL)
     for _ in range(4):
         trainer.advance()
@@ -247,7 +247,7 @@ def test_one_command_trains_it_with_the_settings_it_needs(tmp_path):
         ({"meta_features": ("smell",)}, "meta_features are .*; not smell"),
     ],
 )
-def test_wrong_settings_are_one_clear_line(entry, said):
+def test_invalid_settings_raise_input_error(entry, said):
     with pytest.raises(InputError, match=rf"^{said}[^\n]*$"):
         Trainer(SMALL.changed(**entry))
 

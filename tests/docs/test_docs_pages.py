@@ -70,7 +70,7 @@ def test_the_innermost_wrapper_holds_a_view():
 
 
 @pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "toml"], ids=lambda block: block.page)
-def test_toml_is_read_by_what_it_is_for(block, tmp_path):
+def test_toml_blocks_are_valid_graphs_plans_or_configs(block, tmp_path):
     path = tmp_path / "own.toml"
     path.write_text(block.text)
     entries = tomllib.loads(block.text)
@@ -150,7 +150,7 @@ def _stop_after(read):
         and before.text.startswith("python -m hierroom complexity")
     ],
 )
-def test_what_follows_a_command_is_what_it_prints(before, block, capsys):
+def test_the_output_shown_after_a_command_equals_its_output(before, block, capsys):
     [line] = lines_of(before)
     assert complexity(shlex.split(line)[4:]) == 0
     assert capsys.readouterr().out == block.text

@@ -37,7 +37,7 @@ def test_every_page_is_there(site):
     }
 
 
-def test_what_pages_link_to_outside_the_docs_is_in_the_site(site):
+def test_files_outside_the_docs_that_pages_link_to_are_in_the_site(site):
     shown = site / "examples" / "clients" / "torchrl_ppo.py"
     assert shown.read_bytes() == (ROOT / "examples" / "clients" / "torchrl_ppo.py").read_bytes()
     assert 'href="examples/clients/torchrl_ppo.py"' in (site / "clients.html").read_text()

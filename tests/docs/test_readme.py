@@ -45,7 +45,7 @@ def test_the_table_of_complexity_is_computed(letter):
     assert row in README
 
 
-def test_each_run_of_the_ablation_differs_from_the_default_in_what_its_name_says():
+def test_each_run_of_the_ablation_changes_only_the_entry_in_its_name():
     default = PRESETS["default"]
     runs = [run for run in read_plan(ROOT / "benchmarks" / "sweeps" / "ablation.toml").runs() if run.config.seed == 0]
     assert {run.identity["variant"] for run in runs} >= {f"without {name}" for name in default.agents.features[2:]}
@@ -81,7 +81,7 @@ def test_the_presets_are_documented_value_by_value():
         assert f"`{name}`" in PRESETS_PAGE
 
 
-def test_what_only_some_methods_use_is_documented_value_by_value():
+def test_entries_of_only_some_methods_are_documented_value_by_value():
     section = PRESETS_PAGE.split("## What only some methods use")[1].split("\n## ")[0]
     documented = {
         entry: value.strip(" `") for entry, value in re.findall(r"^\| `(.*?)` \|(.*?)\|", section, re.MULTILINE)
@@ -93,7 +93,7 @@ def test_what_only_some_methods_use_is_documented_value_by_value():
         assert documented == {**of_meta, **alone, "meta_features": ", ".join(config.agents.meta_features)}
 
 
-def test_algorithm_1_is_the_paper_s_preset_but_for_what_is_documented():
+def test_algorithm_1_differs_from_the_paper_s_preset_as_documented():
     section = PRESETS_PAGE.split("## Algorithm 1 to the letter")[1].split("\n## ")[0]
     rows = re.findall(r"^\| `(\w+)` \|(.*?)\|", section, re.MULTILINE)
     paper, ours = PRESETS["paper"].entries, PRESETS["algorithm1"].entries
@@ -103,7 +103,7 @@ def test_algorithm_1_is_the_paper_s_preset_but_for_what_is_documented():
     }
 
 
-def test_what_the_other_presets_change_is_documented_value_by_value():
+def test_entries_that_other_presets_change_are_documented_value_by_value():
     """Each row of the second table names an entry and its value where it is not the default's."""
     section = PRESETS_PAGE.split("## What the other presets change")[1].split("\n## ")[0]
     documented = {}
@@ -121,7 +121,7 @@ def test_what_the_other_presets_change_is_documented_value_by_value():
     assert documented == changed
 
 
-def test_every_feature_is_told_of_with_its_numbers():
+def test_every_feature_is_documented_with_its_count():
     table = README.split("| feature | numbers |")[1].split("\n\n")[0]
     told = {name: int(numbers) for name, numbers in re.findall(r"^\| `([\w-]+)` \| (\d+) \|", table, re.MULTILINE)}
     assert told == {name: len(feature.cardinalities(5)) for name, feature in FEATURES.items()}

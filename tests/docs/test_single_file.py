@@ -57,7 +57,7 @@ def test_nothing_that_learns_is_imported():
         (["--seed", "-1"], "a seed must be a whole number from 0"),
     ],
 )
-def test_a_bad_option_is_one_clear_line(arguments, says, single_file, monkeypatch, capsys):
+def test_an_invalid_option_prints_one_line(arguments, says, single_file, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", [FILE.name, *arguments])
     with pytest.raises(SystemExit) as stopped:
         single_file.run(single_file.main)

@@ -51,7 +51,7 @@ def test_the_signature_lists_every_entry_of_the_config(api):
 
 
 @pytest.mark.parametrize("api", MADE)
-def test_an_unknown_keyword_is_one_line_that_names_the_known_ones(api):
+def test_an_unknown_keyword_raises_input_error_that_names_the_known_ones(api):
     native = {"make": "EscapeRoom", "make_vec": "EscapeRooms", "make_vec sync": "EscapeRoom"}.get(api, api)
     known = ", ".join(inspect.signature(NATIVE[native]).parameters)
     for wrong in ({"pay": "bonus"}, {"room_index": 3, "colour": "mauve"}):
@@ -144,7 +144,7 @@ def test_an_interval_of_graphs_gives_the_same_levels_everywhere(api, interval):
         ({"graph": ["a", "b"], "exclude": "c"}, "cannot exclude c: it is not among the goal graphs of a and b"),
     ],
 )
-def test_a_wrong_interval_is_one_clear_line(api, arguments, said):
+def test_an_invalid_interval_raises_input_error(api, arguments, said):
     with pytest.raises(InputError) as caught:
         MADE[api](**arguments)
     assert str(caught.value).startswith(said)

@@ -181,7 +181,7 @@ def advance(env, rng):
 
 
 @pytest.mark.parametrize("api", APIS)
-def test_what_is_returned_is_the_callers_own(api):
+def test_returned_arrays_belong_to_the_caller(api):
     """Spoiling it changes nothing, and what was kept does not change later."""
     env, twin = APIS[api](), APIS[api]()
     rng, twin_rng = np.random.default_rng(0), np.random.default_rng(0)

@@ -71,7 +71,7 @@ def test_the_spec_tells_the_step_limit():
     assert ends == [(False, False)] * 76 + [(False, True)]
 
 
-def test_the_spec_of_one_environment_makes_many_and_the_smaller_limit_counts():
+def test_a_single_environment_s_spec_makes_a_vector_and_the_smaller_limit_counts():
     single = gymnasium.make(ID, max_steps=7)
     many = gymnasium.make_vec(ID, 2, max_steps=7)
     shorter = gymnasium.make_vec(ID, 2, max_episode_steps=7)

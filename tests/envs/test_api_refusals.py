@@ -35,7 +35,7 @@ from hierroom.vector_env import EscapeRooms
         ({"curriculum_stages": 0}, "curriculum_stages must be a whole number of at least 1, not 0"),
     ],
 )
-def test_wrong_arguments_are_one_clear_line(api, arguments, said, tmp_path, monkeypatch):
+def test_invalid_arguments_raise_input_error(api, arguments, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "broken.toml").write_text("key_rooms = [0,")
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
@@ -88,7 +88,7 @@ def test_wrong_arguments_are_one_clear_line(api, arguments, said, tmp_path, monk
         ),
     ],
 )
-def test_wrong_calls_are_one_clear_line(attempt, said):
+def test_invalid_calls_raise_input_error(attempt, said):
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
         attempt()
     assert "\n" not in str(caught.value)

@@ -88,7 +88,7 @@ def test_returns_without_discount_are_refused():
         RandomNetworkDistillation(SIZES, 2, gamma=1.0, seed=0)
 
 
-def test_what_was_seen_often_is_not_new_and_the_rest_is():
+def test_frequent_observations_earn_less_than_rare_ones():
     curiosity, rng = make(num_envs=32), np.random.default_rng(2)
     rare, features = np.tile(np.array([[3, 2]], np.uint8), (32, 1)), np.empty((32, 2), np.uint8)
     for _ in range(60):
@@ -119,7 +119,7 @@ def test_resumed_equals_uninterrupted_even_between_updates():
         assert through.learn() == resumed.learn()
 
 
-def test_what_is_new_of_the_level_is_rewarded():
+def test_curiosity_rewards_new_observations_of_the_level():
     trainer = Trainer(SMALL.changed(ppo=PPOConfig(sequence_length=200)))
     turns, agent, told = trainer.turns, trainer.agents[CONTROLLER], []
     curiosity, finish = agent.curiosity, agent.learner.finish

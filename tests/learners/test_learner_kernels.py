@@ -210,7 +210,7 @@ def test_compiled_and_torch_updates_agree(wrap):
 
 
 @pytest.mark.parametrize("begun", [RecurrentActorCritic, PlainTorchNetwork])
-def test_either_goes_on_from_what_the_other_saved(begun):
+def test_either_backend_resumes_the_other_s_state(begun):
     learner, env = make_learner(network=begun), RandomEnvs(6, seed=1)
     while not env.tick(learner)[3]:
         pass

@@ -25,7 +25,7 @@ HOLDS = {
 
 
 @pytest.mark.parametrize("hold", HOLDS.values(), ids=HOLDS)
-def test_what_is_held_in_any_way_is_never_handed_out_again(hold):
+def test_an_array_that_is_held_in_any_way_is_never_reused(hold):
     pool = ArrayPool(make)
     held = []
     for step in range(6):
@@ -38,7 +38,7 @@ def test_what_is_held_in_any_way_is_never_handed_out_again(hold):
     assert [set(one.ravel().tolist()) for one in told] == [{step} for step in range(6)]
 
 
-def test_what_nobody_holds_is_used_again():
+def test_an_array_that_nobody_holds_is_reused():
     pool, seen = ArrayPool(make), []
     for _ in range(20):
         (first, _), named = pool.take()

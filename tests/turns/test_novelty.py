@@ -18,7 +18,7 @@ def state_of(level):
 
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("size", [11, 63])
-def test_novel_is_what_a_set_of_states_does_not_hold(size, drop_key):
+def test_a_state_is_novel_at_its_first_visit_in_an_episode(size, drop_key):
     """The agent's cell with the keys it has found and the doors it has opened, kept in a plain set."""
     world = World([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key, memories=["visited"])
     rng = np.random.default_rng(0)
@@ -58,7 +58,7 @@ def test_a_key_that_is_dropped_and_taken_again_makes_nothing_new():
     assert step.events[0] >= 0
 
 
-def test_what_was_visited_is_part_of_the_state():
+def test_visited_states_are_part_of_the_state():
     turns, rng = make("b", 4, reward="novelty", max_steps=60), np.random.default_rng(2)
     for actions in rng.choice(5, size=(50, 4), p=[0.6, 0.1, 0.1, 0.1, 0.1]):
         turns.step(actions)

@@ -12,7 +12,7 @@ from hierroom.turns.ledger import AGENTS
 from hierroom.turns.records import NO_OUTCOME, TIMED_OUT
 
 
-def test_what_is_not_legal_is_no_goal_and_counted():
+def test_an_illegal_choice_is_no_goal_and_is_counted():
     turns = make("a", n=5)
     (key,) = goal_ids(turns, "k1")
     everyone = np.arange(5)

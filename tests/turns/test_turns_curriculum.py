@@ -136,7 +136,7 @@ def test_going_back_restores_the_stage(stages):
         assert play_on(other, OraclePlayer().step) <= stages[1]
 
 
-def test_a_stage_that_does_not_exist_is_one_clear_line():
+def test_an_unknown_stage_raises_input_error():
     turns = make(INTERVAL, N_ENVS, seed=4, **SETTINGS)
     state = turns.get_state()
     state["curriculum"][0] = 2

@@ -58,7 +58,7 @@ def test_going_back_to_an_episode_that_has_ended_finds_it_ended():
         assert (step.terminated.tolist(), step.truncated.tolist()) == ([True, False], [False, True])
 
 
-def test_a_state_that_does_not_fit_is_one_clear_line():
+def test_a_state_of_another_shape_raises_input_error():
     turns = make(n=2)
     state = turns.get_state()
     with pytest.raises(InputError, match=r"^the state must hold 2 environments of size 11; it holds 3 of size 11$"):

@@ -45,7 +45,7 @@ def numbers(agent, observation):
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_numbers_say_what_the_dicts_say(drop_key):
+def test_boxes_hold_the_numbers_of_the_dicts(drop_key):
     settings = {"drop_key": drop_key, "goal_mask": "none", "subgoal_horizon": 3, "reward": "bonus"}
     env, plain = make(**settings), hierroom.parallel_env(graph="a", size=11, max_steps=60, **settings)
     rng = np.random.default_rng(0)

@@ -140,7 +140,7 @@ def test_the_checkers_are_content():
 
 
 @pytest.mark.parametrize(("name", "memory"), [("doorway-places", "doorways"), ("frontier-places", "explored")])
-def test_only_what_was_asked_for_is_remembered(name, memory):
+def test_levels_remember_only_the_memories_asked_for(name, memory):
     env = gymnasium.make("hierroom/EscapeRoom-d-v0", meta="oracle")
     levels = env.unwrapped.single.turns.world.state.levels
     env.reset(seed=0)
@@ -196,7 +196,7 @@ def test_both_agents_may_have_features_of_their_own(make):
         ),
     ],
 )
-def test_refusals_are_one_line(make, said):
+def test_invalid_uses_raise_input_error(make, said):
     with pytest.raises(hierroom.InputError, match=said) as caught:
         make()
     assert "\n" not in str(caught.value)

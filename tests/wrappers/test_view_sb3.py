@@ -74,7 +74,7 @@ def test_pictures_and_texts_are_those_of_the_environments():
     assert texts.get_images() == [None] * N
 
 
-def test_what_a_wrapper_tells_of_episodes_is_told_where_they_end():
+def test_episode_statistics_of_wrappers_arrive_at_the_end_of_an_episode():
     envs = hierroom.sb3_view(RecordEpisodeStatistics(gymnasium.make_vec("hierroom/EscapeRoom-b-v0", N, **SETTINGS)))
     envs.set_options({"complexity": True})
     envs.reset()
@@ -105,7 +105,7 @@ def test_ppo_learns_and_is_evaluated():
     assert 0 <= mean <= 5
 
 
-def test_no_library_is_one_clear_line(monkeypatch):
+def test_without_the_library_it_raises_input_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     for name in [name for name in sys.modules if name.startswith("stable_baselines3.")]:
         monkeypatch.delitem(sys.modules, name)
@@ -129,7 +129,7 @@ def test_no_library_is_one_clear_line(monkeypatch):
         (lambda: make().set_attr("graph", "c"), "the environments of the batch engine have no attributes of their own"),
     ],
 )
-def test_refusals_are_one_line(attempt, said):
+def test_invalid_uses_raise_input_error(attempt, said):
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
         attempt()
     assert "\n" not in str(caught.value)

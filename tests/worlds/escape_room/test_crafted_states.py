@@ -112,7 +112,7 @@ def change(path, value):
         (change("shuffle_random", None), "learner.shuffle_random must be a mapping, not None"),
     ],
 )
-def test_the_state_of_a_learner_is_one(spoil, said):
+def test_an_invalid_state_of_a_learner_raises_input_error(spoil, said):
     learner = learner_in_the_middle()
     state = learner.state_dict()
     learner.load_state_dict(state)
@@ -154,7 +154,7 @@ def trainer_of(method="hippo", meta=None, **agents):
         ("log.returns", torch.full((4,), torch.nan).double(), "log.returns must be finite everywhere, not nan"),
     ],
 )
-def test_the_state_of_training_is_one(path, value, said):
+def test_an_invalid_state_of_training_raises_input_error(path, value, said):
     trainer = trainer_of(meta="learned")
     state = trainer.state_dict()
     trainer.load_state_dict(state)
@@ -182,7 +182,7 @@ def test_turns_have_begun_only_where_no_agent_is_about_to_begin_one():
             trainer.load_state_dict(spoiled)
 
 
-def test_the_state_of_curiosity_is_one():
+def test_an_invalid_state_of_curiosity_raises_input_error():
     trainer = trainer_of("ppo-rnd", features=("direction", "keys"))
     trainer.advance()
     for path, value, said in (

@@ -94,7 +94,7 @@ def test_the_doorways_are_the_two_opened_or_walked_through_last():
 
 
 @pytest.mark.parametrize("meta", ["learned", "fixed-dfs"])
-def test_levels_remember_what_a_learned_meta_controller_is_shown(meta):
+def test_levels_remember_the_features_of_a_learned_meta_controller(meta):
     """It was shown constants where the controller had no such feature."""
     config = find_preset("paper").changed(meta=meta, meta_features=("goal-status", "frontier-places"), num_envs=4)
     turns, features = make_turns(config, 4, 0, levels="training"), Features(config.agents.meta_features, 5, META)

@@ -123,7 +123,7 @@ def test_the_level_is_that_of_the_environment_asked_for():
     assert len({everywhere.level(m) for m in range(6)}) == 6
 
 
-def test_a_level_is_not_changed_by_what_follows():
+def test_a_level_stays_as_it_is_after_further_steps():
     turns = make("c", seed=5)
     situation = turns.situation(np.array([0]))
     level, again = situation.level(0), situation.level(0)

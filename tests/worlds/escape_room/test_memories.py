@@ -39,7 +39,7 @@ def assert_same_world(one, other):
 
 @pytest.mark.parametrize("step", ["step", "step_within_episode"])
 @pytest.mark.parametrize("memories", SUBSETS, ids=lambda memories: "-".join(memories) or "nothing")
-def test_what_is_not_asked_for_stays_zero_and_the_rest_is_the_same(memories, step):
+def test_memories_not_asked_for_stay_zero_and_change_nothing_else(memories, step):
     """Beside a world that remembers nothing, and one that remembers everything."""
     world, plain, full = make_world(memories), make_world([]), make_world(MEMORIES)
     used, n_novel = set(), 0
@@ -82,7 +82,7 @@ def test_a_memory_asked_for_later_holds_from_the_next_reset_on(memory):
     assert (world.state.levels["episode"] >= 2).all()
 
 
-def test_a_state_brings_along_what_is_remembered():
+def test_a_state_holds_the_memories_of_its_levels():
     remembering, other = make_world(MEMORIES), make_world([], seed=9)
     for actions in actions_of(50):
         remembering.step(actions)
@@ -97,7 +97,7 @@ def test_a_state_brings_along_what_is_remembered():
 
 
 @pytest.mark.parametrize("reward", REWARDS)
-def test_turns_remember_what_the_reward_needs_and_what_is_asked_for(reward):
+def test_turns_remember_the_memories_of_the_reward_and_those_asked_for(reward):
     def bits(names):
         return sum(MEMORIES[name] for name in names)
 

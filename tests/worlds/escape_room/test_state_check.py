@@ -148,7 +148,7 @@ def test_nobody_stands_on_a_key_or_in_a_locked_door(things):
 
 
 @pytest.mark.parametrize("name", ["keys", "doors", "found"])
-def test_what_is_held_opened_or_found_is_of_rooms_that_are_there(name):
+def test_keys_doors_and_found_bits_of_missing_rooms_are_refused(name):
     state = begun().get_state()
     state.levels[name][1] |= 1 << state.levels["n_rooms"][1] - 1
     with pytest.raises(InputError, match=RULES[4]):

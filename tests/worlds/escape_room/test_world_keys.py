@@ -140,7 +140,7 @@ def test_the_step_that_opened_a_door_is_remembered():
     assert level.opened_at.tolist() == [0, 3, 0, 0, 0, 0]
 
 
-def test_what_was_seen_is_remembered_for_the_episode():
+def test_seen_goals_are_remembered_until_the_episode_ends():
     world = World([NAMED_GRAPHS["b"]], seed=18)
     level = world.state.levels[0]
     for goal in (level.colours[0], 6 + level.colours[1]):
