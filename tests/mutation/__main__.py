@@ -38,7 +38,7 @@ NOT_TRIED = (
 )
 """How lines of any module begin whose mutants are not tried."""
 LEFT_OUT = (
-    *("test_the_kernel_is_its_own_source", "test_as_ordinary_python"),  # of compiled kernels, or in other processes
+    "test_the_kernel_is_its_own_source",  # of compiled kernels
     "test_ten_thousand_levels_are_solvable",  # takes minutes; the next in its file asks the same of fewer levels
     # Up to a hundred thousand rollouts, for hours as plain Python; others ask the same of a few.
     *("test_the_random_policy_succeeds", "test_information_is_as_computed", "test_gorp_succeeds"),

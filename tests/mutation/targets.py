@@ -12,7 +12,7 @@ TARGETS: Mapping[str, tuple[str, str, int]] = {
     "hitting": ("complexity/hitting.py", "complexity_hitting", 7),
     "elimination": ("complexity/elimination.py", "complexity_elimination", 21),
     "ledger": ("turns/ledger.py", "options option_ends crafted_states", 24),
-    "turn_kernels": ("turns/kernels.py", "options option_ends turn_kernels rewards api_equal api_vector", 6),
+    "turn_kernels": ("turns/kernels.py", "options option_ends turn_kernels rewards api_vector", 6),
     "turns": ("turns/turns.py", "turns turns_masks turns_state turns_curriculum rewards", 4),
     "step": ("worlds/escape_room/step_kernels.py", "world_keys world_minigrid world_batch features novelty", 0),
     "view": ("worlds/escape_room/view_kernels.py", "world_keys world_minigrid world_batch frontier", 7),
