@@ -2,7 +2,6 @@ import os
 import signal
 
 import pytest
-import torch
 from hypothesis import settings
 
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")  # windows are opened, on no screen
@@ -15,6 +14,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 @pytest.fixture
 def one_thread():
     """PyTorch uses one thread: at the sizes of tests two wait for each other more than they compute."""
+    import torch
+
     threads = torch.get_num_threads()
     torch.set_num_threads(1)
     yield
