@@ -28,7 +28,7 @@ import hierroom
 from hierroom.goals import GoalGraph
 from hierroom.gym_env import EscapeRoom
 from hierroom.vector_env import EscapeRooms
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.tiles import encode
 
 Run = Callable[[int], None]

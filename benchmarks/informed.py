@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from hierroom.goals import EXIT_GOAL, NO_GOAL
-from hierroom.meta import MetaController
-from hierroom.turns.ledger import META
-from hierroom.turns.records import Step
+from hierroom.meta import MetaController, take_turn
+from hierroom.turns.records import META, Step
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
@@ -27,7 +26,7 @@ class Informed:
     def step(self, turns: Turns) -> Step:
         """Take the turns that are due, and one primitive step in every environment."""
         due = turns.due(META)
-        turns.ask(self._meta)
+        take_turn(self._meta, turns)
         for env in due:
             goal = EXIT_GOAL if turns.goals[env] == NO_GOAL else int(turns.goals[env])
             self._plans[env] = shortest_actions(turns.world.get_state([int(env)]), goal).tolist()

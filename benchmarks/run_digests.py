@@ -45,7 +45,7 @@ RUNS: dict[str, dict[str, Any]] = {
     "own-watching-meta": {"graph": "a", "meta": "own_watching_meta:OthersFirst"},
     "own-reward": {"graph": "b", "reward": "own_reward:Closer"},
     "own-network": {"graph": "a", "network": "own_network:GatedMemory"},
-    "curriculum": {"graph": ["a", "c", "rooms:3"], "exclude": "d", "curriculum_stages": 3, "max_steps": 60},
+    "curriculum": {"graph": ["a", "c", "rooms:3"], "exclude": "b", "curriculum_stages": 3, "max_steps": 60},
     "large-preset": {"graph": "f", "preset": "large"},
 }
 """The runs by name: what differs from the default of `hierroom.train`."""

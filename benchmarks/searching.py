@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NO_GOAL
-from hierroom.meta import MetaController
+from hierroom.meta import MetaController, take_turn
 from hierroom.support.errors import InputError
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
@@ -259,7 +259,7 @@ class Searching:
         Raises:
             InputError: if an environment has no goal.
         """
-        turns.ask(self._meta)
+        take_turn(self._meta, turns)
         if (turns.goals == NO_GOAL).any():
             raise InputError("the searching controller needs a meta-controller that always gives a goal")
         self.look(turns)

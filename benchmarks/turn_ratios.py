@@ -28,7 +28,7 @@ from hierroom.runs.config.presets import find_preset
 from hierroom.runs.trainer import Trainer
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
-from hierroom.turns.ledger import META
+from hierroom.turns.records import META
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional
 
+from hierroom.agents.features import Features
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.turns.records import Step
 from hierroom.turns.rewards import Bonus, Intrinsic
-from hierroom.worlds.escape_room.features import Features
+from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.tiles import TRIPLES
+from hierroom.worlds.make import world_spec
 
 _VIEW = 49
 
@@ -48,7 +50,7 @@ def usual_weights(space: AgentSpace, hidden_size: int) -> RecurrentActorCritic:
         space: of the features view-ids and goal.
         hidden_size: units.
     """
-    network = RecurrentActorCritic(space, hidden_size, Features(("view-ids", "goal"), space.n_actions).vectors)
+    network = RecurrentActorCritic(space, hidden_size, Features(world_spec(EnvConfig()), ("view-ids", "goal")).vectors)
     n_inputs = len(network.encoder.weight)
     for module in (network.encoder, network.core, network.policy_head, network.value_head):
         bound = (n_inputs if module is network.encoder else hidden_size) ** -0.5

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from hierroom.goals import GoalGraph
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.tiles import encode
 

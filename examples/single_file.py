@@ -20,17 +20,17 @@ import torch
 from torch import Tensor, nn
 from torch.distributions import Categorical
 
+from hierroom.agents.features import Features
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.controller import Observation
 from hierroom.goals import N_GOALS
 from hierroom.meta import make_meta
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
-from hierroom.turns.ledger import CONTROLLER, META, Transition
-from hierroom.turns.records import Step
-from hierroom.turns.turns import N_META_ACTIONS, Turns
+from hierroom.turns.records import CONTROLLER, META, Step
+from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig, LevelsName
-from hierroom.worlds.escape_room.features import Features
+from hierroom.worlds.make import world_spec
 
 
 @dataclass(frozen=True)
@@ -56,10 +56,10 @@ CONTROLLER_PPO = PPO(gamma=0.95, sequence_length=32, sequences=64, min_advantage
 META_PPO = PPO(gamma=0.998, sequence_length=8, sequences=32, min_advantage_std=0.05)
 NUM_ENVS = 64  # to train in, side by side
 H = 64  # hidden units of either network
-N_ACTIONS = 5
+WORLD = world_spec(EnvConfig())
 SEEN = "view goal goal-in-view goal-place direction keys previous-action doorway-places frontier-places"
-CONTROLLER_FEATURES = Features(SEEN.split(), N_ACTIONS)
-META_FEATURES = Features(("goal-status", "goal-outcome"), N_ACTIONS, META)  # each a number below 4 for every goal
+CONTROLLER_FEATURES = Features(WORLD, SEEN.split())
+META_FEATURES = Features(WORLD, ("goal-status", "goal-outcome"), META)  # each a number below 4 for every goal
 
 
 def make_turns(settings: argparse.Namespace, num_envs: int, levels: LevelsName) -> Turns:
@@ -143,9 +143,9 @@ class Actor:
         _, policy, _, self.states[observation.envs] = self.look(observation)
         return policy.sample().numpy()
 
-    def record(self, transition: Transition, turns: Turns) -> None:
+    def record(self, step: Step, turns: Turns) -> None:
         """Take note of its turns that a primitive step ended."""
-        self.states[transition.envs[transition.episode_ended]] = 0
+        self.states[step.episode_ended] = 0
 
 
 class Learner(Actor):
@@ -182,15 +182,17 @@ class Learner(Actor):
         self.store(envs, log_prob=policy.log_prob(actions))
         return actions.numpy()
 
-    def record(self, transition: Transition, turns: Turns) -> None:
+    def record(self, step: Step, turns: Turns) -> None:
         """Store what came of its turns that a primitive step ended."""
-        envs, cut = transition.envs, np.flatnonzero(transition.truncated)
-        self.store(envs, reward=transition.rewards, elapsed=transition.elapsed, terminated=transition.terminated)
-        self.store(envs, truncated=transition.truncated, episode_ended=transition.episode_ended)
-        if len(cut):  # more would have come: the value of what was observed last, before a reset or the next goal
-            self.store(envs[cut], final_value=self.look(transition.last_observation(cut))[2])
+        agent = self.features.agent
+        envs, rewards, elapsed, terminated, truncated = step.ended_turns(agent)
+        self.store(envs, reward=rewards, elapsed=elapsed, terminated=terminated, truncated=truncated)
+        self.store(envs, episode_ended=step.episode_ended[envs])
+        if truncated.any():  # more would have come: the value of what was observed last, before a reset or next goal
+            cut = envs[truncated]
+            self.store(cut, final_value=self.look(turns.final_observation(agent, step, cut))[2])
         self.n_turns[envs] += 1
-        super().record(transition, turns)
+        super().record(step, turns)
 
     def store(self, envs: np.ndarray, **values: Any) -> None:
         """Write entries of the turns under way."""
@@ -238,10 +240,10 @@ def play(turns: Turns, agents: dict[str, Any]) -> Step:
         if len(due := turns.due(name)):
             observation = turns.observe(name, due)
             turns.act(name, observation, agent.act(observation))
-    transitions = turns.advance()  # s', f <- Env(a); r <- Critic(s', g); F <- F + f
-    for name, agent in agents.items():
-        agent.record(transitions[name], turns)  # the controller's (s, a, s', r), the meta-controller's (s_0, g, s', F)
-    return transitions[CONTROLLER].step
+    step = turns.advance()  # s', f <- Env(a); r <- Critic(s', g); F <- F + f
+    for agent in agents.values():
+        agent.record(step, turns)  # the controller's (s, a, s', r), the meta-controller's (s_0, g, s', F)
+    return step
 
 
 def train(settings: argparse.Namespace) -> dict[str, Any]:
@@ -251,10 +253,10 @@ def train(settings: argparse.Namespace) -> dict[str, Any]:
     torch.manual_seed(settings.seed)
     turns = make_turns(settings, NUM_ENVS, "training")
     turns.world.stagger_clocks()  # or all first episodes would be truncated at the same step
-    network = ActorCritic(CONTROLLER_FEATURES.cardinalities, N_ACTIONS)
-    controller = Learner(network, CONTROLLER_FEATURES, NUM_ENVS, N_ACTIONS, CONTROLLER_PPO)
+    network = ActorCritic(CONTROLLER_FEATURES.cardinalities, WORLD.n_actions)
+    controller = Learner(network, CONTROLLER_FEATURES, NUM_ENVS, WORLD.n_actions, CONTROLLER_PPO)
     if settings.meta == "learned":
-        meta = Learner(MetaActorCritic((4,) * 4, 2, 2 * H), META_FEATURES, NUM_ENVS, N_META_ACTIONS, META_PPO)
+        meta = Learner(MetaActorCritic((4,) * 4, 2, 2 * H), META_FEATURES, NUM_ENVS, WORLD.goals.n_choices, META_PPO)
     else:
         meta = ScriptedAgent(make_meta(settings.meta))
     agents, episodes, started = {META: meta, CONTROLLER: controller}, deque(maxlen=500), perf_counter()

@@ -5,19 +5,20 @@ import io
 import numpy as np
 import turns_trace
 import world_trace
+from escape_room import FEATURES, WORLD
 from rich.console import Console
 from turns_helpers import well_or_wildly
 
 import hierroom
+from hierroom.agents.features import Features
 from hierroom.commands.compile import compile_all
 from hierroom.goals import NO_GOAL
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.trainer import Trainer
-from hierroom.turns.ledger import AGENTS, CONTROLLER, META
-from hierroom.turns.situation import GOAL_MASKS
+from hierroom.turns.records import AGENTS, CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import MIN_SIZE
-from hierroom.worlds.escape_room.features import FEATURES, Features
+from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 
@@ -32,7 +33,7 @@ def walk(mask: str, *, drop_key: bool, size: int, num_envs: int, n_steps: int) -
     )
     turns = Turns(config, num_envs, seed=size, measure_shortest=size == MIN_SIZE, memories=tuple(MEMORIES))
     rng = np.random.default_rng(size)
-    features = {META: Features([*FEATURES], config.n_actions, META), CONTROLLER: Features(OF_BOTH, config.n_actions)}
+    features = {META: Features(WORLD, [*FEATURES], META), CONTROLLER: Features(WORLD, OF_BOTH)}
     for t in range(n_steps):
         turns.meta_masks()
         turns.choose_everywhere(rng.integers(NO_GOAL - 2, 17, size=num_envs))

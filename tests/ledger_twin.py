@@ -3,12 +3,11 @@
 import numpy as np
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NO_GOAL
-from hierroom.turns.ledger import reset_values
-from hierroom.turns.records import OTHER, REACHED, TIMED_OUT
+from hierroom.turns.records import OTHER, REACHED, TIMED_OUT, reset_values
 
 
 class LedgerTwin:
-    """As `options.Ledger`, a dict of arrays."""
+    """As `ledger.Ledger`, a dict of arrays."""
 
     def __init__(self, num_envs, n_actions):
         self.n_actions = n_actions
@@ -22,12 +21,15 @@ class LedgerTwin:
         is_illegal = (actions < 0) | (actions >= self.n_actions)
         v["illegal_actions"] += is_illegal
         v["previous_actions"] = np.where(is_illegal, self.n_actions, actions)
-        goals, events = v["goals"].copy(), outcomes["event"].astype(np.int64)
+        goals, achieved = v["goals"].copy(), outcomes["achieved"].astype(np.int64)
+        has_goal = achieved[:, None] >> np.arange(N_GOALS) & 1 > 0
+        is_pursued = (goals != NO_GOAL) & has_goal[np.arange(len(goals)), goals]
+        events = np.where(is_pursued, goals, np.where(achieved > 0, has_goal.argmax(axis=1), NO_GOAL))
         v["first_events"] = np.where(v["first_events"] == NO_GOAL, events, v["first_events"])
         terminated, truncated = outcomes["terminated"].copy(), outcomes["truncated"].copy()
         ended = terminated | truncated
-        is_new = outcomes["is_first"] | outcomes["is_discovery"]
-        reached = np.where(goals == NO_GOAL, is_new, events == goals)
+        is_new = (outcomes["n_first"] > 0) | outcomes["is_discovery"]
+        reached = np.where(goals == NO_GOAL, is_new, is_pursued)
         timed_out = (v["option_steps"] >= subgoal_horizon) & ~(reached | ended)
         option_ended = reached | timed_out | ended
         return_terminated = terminated | reached if return_ends_with_option else terminated
@@ -36,7 +38,8 @@ class LedgerTwin:
             "actions": v["previous_actions"].copy(),
             "goals": goals,
             "events": events,
-            "is_first": outcomes["is_first"].copy(),
+            "achieved_bits": achieved,
+            "n_first": outcomes["n_first"].astype(np.int64),
             "is_discovery": outcomes["is_discovery"].copy(),
             "is_novel": outcomes["is_novel"].copy(),
             "extrinsic": outcomes["reward"].copy(),

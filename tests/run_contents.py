@@ -22,7 +22,7 @@ from hierroom.runs.logs.episode_log import WINDOW
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve, evaluation_points
 from hierroom.runs.logs.scalars import tag
 from hierroom.runs.trained_agent import load
-from hierroom.turns.ledger import CONTROLLER
+from hierroom.turns.records import CONTROLLER
 
 Rows = list[dict[str, float]]
 

@@ -1,5 +1,7 @@
 """Small batches of turns, and ways to play in them."""
 
+import numpy as np
+
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
@@ -35,6 +37,12 @@ def goal_ids(turns, *names):
     colours = turns.world.state.levels[0].colours
     kinds = {"k": 0, "d": FIRST_DOOR_GOAL}
     return {EXIT_GOAL if name == "x" else kinds[name[0]] + int(colours[int(name[1]) - 1]) for name in names}
+
+
+def bits(goals):
+    """The bits of goals that are achieved, -1 for none."""
+    goals = np.asarray(goals)
+    return np.where(goals < 0, 0, 1 << np.maximum(goals, 0))
 
 
 def achieve(turns, name):

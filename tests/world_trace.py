@@ -6,7 +6,7 @@ import numpy as np
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.worlds.escape_room import random_kernels, tiles
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.frontier import nearest_frontiers
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths

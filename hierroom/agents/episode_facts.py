@@ -47,23 +47,15 @@ class EndedEpisodes:
     @classmethod
     def joined(cls, parts: Sequence[EndedEpisodes]) -> EndedEpisodes:
         """Return the facts of all episodes of some parts, at least one."""
-        columns: dict[str, Any] = {field.name: [getattr(part, field.name) for part in parts] for field in fields(cls)}
-        return cls(
-            **{
-                name: [*chain(*column)] if isinstance(column[0], list) else np.concatenate(column)
-                for name, column in columns.items()
-            }
-        )
+        columns: Any = ([getattr(part, field.name) for part in parts] for field in fields(cls))
+        joined: Any = ([*chain(*one)] if isinstance(one[0], list) else np.concatenate(one) for one in columns)
+        return cls(*joined)
 
     def where(self, chosen: NDArray[np.bool_]) -> EndedEpisodes:
         """Return the facts of some of the episodes, [E] bool."""
-        columns: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self)}
-        return EndedEpisodes(
-            **{
-                name: [*compress(column, chosen)] if isinstance(column, list) else column[chosen]
-                for name, column in columns.items()
-            }
-        )
+        columns: Any = (getattr(self, field.name) for field in fields(self))
+        kept: Any = ([*compress(one, chosen)] if isinstance(one, list) else one[chosen] for one in columns)
+        return EndedEpisodes(*kept)
 
 
 class EpisodeFacts:

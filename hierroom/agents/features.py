@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -41,6 +41,11 @@ def features_of_turns(goals: GoalSet) -> dict[str, Feature]:
     }
 
 
+def offered(world: WorldSpec) -> dict[str, Feature]:
+    """Return all features that networks can read in a world, by name."""
+    return {**world.features, **features_of_turns(world.goals)}
+
+
 @dataclass(frozen=True)
 class Features:
     """The features of one agent, side by side.
@@ -57,18 +62,16 @@ class Features:
 
     def __post_init__(self) -> None:
         require_features("features", self.names)
-        if unknown := [name for name in self.names if name not in self._offered]:
-            raise InputError(f"this world offers the features {', '.join(self._offered)}; not {', '.join(unknown)}")
+        known = offered(self.world)
+        if unknown := [name for name in self.names if name not in known]:
+            raise InputError(f"this world offers the features {', '.join(known)}; not {', '.join(unknown)}")
         if self.agent == CONTROLLER and "goal-outcome" in self.names:
             raise InputError("goal-outcome is how the last option ended: one of meta_features, not of features")
 
     @cached_property
-    def _offered(self) -> Mapping[str, Feature]:
-        return {**self.world.features, **features_of_turns(self.world.goals)}
-
-    @cached_property
     def _chosen(self) -> list[Feature]:
-        return [self._offered[name] for name in self.names]
+        known = offered(self.world)
+        return [known[name] for name in self.names]
 
     def subset(self, *, of_goal: bool | None = None, of_world: bool | None = None) -> list[str]:
         """Return the names of those that show the goal or not, or the world or not, where this is given."""

@@ -17,7 +17,7 @@ from hierroom.learners.policy import Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.support.errors import InputError, shown
 from hierroom.support.schema import AnyMapping, Exactly, Real, Table
-from hierroom.turns.records import META, Step
+from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
 
@@ -84,29 +84,15 @@ class PPOAgent:
         if self._warm_up is not None and not self.is_learning:
             self._warm_up.add(step)
             return
-        is_ours = self.learner.has_begun  # a turn that began in the warm-up is none of the learner's
-        if self.features.agent == META:
-            envs = np.flatnonzero(step.option_ended & is_ours)
-            records = step.records[envs]
-            rewards, elapsed, terminated = records["meta_rewards"], records["meta_elapsed"], records["terminated"]
-            truncated = records["truncated"] & ~terminated
-        else:
-            envs = np.flatnonzero(is_ours)
-            records = step.records[envs]
-            rewards, elapsed, terminated = (
-                records["rewards"],
-                np.ones(len(envs), np.int64),
-                records["return_terminated"],
-            )
-            truncated = records["return_truncated"]
+        agent = self.features.agent
+        envs, rewards, elapsed, terminated, truncated = step.ended_turns(agent)
         if self.curiosity is not None:
-            everywhere = np.arange(len(turns))
-            seen = turns.final_observation(self.features.agent, step, everywhere)
-            rewards = rewards + self.curiosity.rewards(seen)[envs]
-        last = None
-        if truncated.any():
-            last = self.features.encode(turns.final_observation(self.features.agent, step, envs[truncated]))
-        self.learner.finish(envs, rewards, elapsed, terminated, truncated, records["episode_ended"], last)
+            rewards = rewards + self.curiosity.rewards(turns.final_observation(agent, step, envs))
+        ours = np.flatnonzero(self.learner.has_begun[envs])  # a turn that began in the warm-up is none of the learner's
+        envs, truncated = envs[ours], truncated[ours]
+        last = self.features.encode(turns.final_observation(agent, step, envs[truncated])) if truncated.any() else None
+        ended = step.episode_ended[envs]
+        self.learner.finish(envs, rewards[ours], elapsed[ours], terminated[ours], truncated, ended, last)
 
     def update(self, observation: Observation, progress: float) -> None:
         """Learn from the turns taken.

@@ -165,6 +165,22 @@ class Step:
         """[N] int, where an option ended how it did: ``REACHED``, ``TIMED_OUT`` or ``OTHER``."""
         return np.where(self.reached, REACHED, np.where(self.timed_out, TIMED_OUT, OTHER))
 
+    def ended_turns(self, agent: str) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
+        """Return the turns of an agent that the step ended: the controller's everywhere, the meta-controller's options.
+
+        Returns:
+            [M] int, the environments; [M] float64, the agent's rewards for its turns; [M] int, primitive steps that
+            they lasted; [M] bool, the agent's return ends here; [M] bool, it is cut here, but more would have come.
+        """
+        if agent == CONTROLLER:
+            envs, records = np.arange(len(self.records)), self.records
+            elapsed = np.ones(len(envs), np.int64)
+            return envs, records["rewards"], elapsed, records["return_terminated"], records["return_truncated"]
+        envs = np.flatnonzero(self.records["option_ended"])
+        records = self.records[envs]
+        terminated, truncated = records["terminated"], records["truncated"] & ~records["terminated"]
+        return envs, records["meta_rewards"], records["meta_elapsed"], terminated, truncated
+
     @contextmanager
     def read_only(self, *, lacks_visits: bool = False) -> Iterator[None]:
         """Run a user's code in this context: it cannot change what happened.

@@ -2,17 +2,18 @@
 
 import numpy as np
 import torch
+from escape_room import WORLD
 
+from hierroom.agents.features import Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.runs.config.presets import find_preset
-from hierroom.turns.ledger import META
-from hierroom.worlds.escape_room.features import Features
+from hierroom.turns.records import META
 
 
 def test_permuting_colours_permutes_what_the_network_says():
-    cardinalities = Features(find_preset("learned").agents.meta_features, 5, META).cardinalities
+    cardinalities = Features(WORLD, find_preset("learned").agents.meta_features, META).cardinalities
     network = GoalNetwork(AgentSpace(cardinalities, 14), 8)
     with torch.no_grad():
         for head in (network.colour_head, network.exit_head):

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import chisquare
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GoalGraph
-from hierroom.meta import make_meta
+from hierroom.meta import make_meta, take_turn
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
@@ -71,7 +71,7 @@ def test_fixed_dfs_is_uniform_over_depth_first_paths(graph, goal_mask):
     turns.world.state.levels["colours"] = turns.world.state.levels["branches"] = np.arange(6)
     levels, paths = turns.world.state.levels, [() for _ in range(n)]
     for turn in range(1, 2 * graph.n_rooms):
-        turns.ask(meta)
+        take_turn(meta, turns)
         for i, goal in enumerate(turns.goals.tolist()):
             if "exit" not in paths[i]:
                 paths[i] += (name(levels[i], goal),)
@@ -91,7 +91,7 @@ def test_fixed_dfs_is_uniform_over_depth_first_paths(graph, goal_mask):
 
 def test_fixed_dfs_has_no_goal_where_it_may_choose_none():
     turns = make(SEVEN_ROOMS, 64, goal_mask="seen")
-    turns.ask(make_meta("fixed-dfs"))
+    take_turn(make_meta("fixed-dfs"), turns)
     has_seen_a_key = (turns.world.state.levels["seen"] & 63) > 0
     assert 0 < has_seen_a_key.sum() < 64
     assert ((turns.goals >= 0) <= has_seen_a_key).all()
@@ -108,7 +108,7 @@ def test_where_no_goal_is_legal_none_is_chosen(spec):
 def test_random_goals_are_legal_and_uniform():
     turns = make(GoalGraph.named("e"), 3000)
     turns.world.state.levels["colours"] = turns.world.state.levels["branches"] = np.arange(6)
-    turns.ask(make_meta("random"))
+    take_turn(make_meta("random"), turns)
     colours = turns.world.state.levels["colours"][:, :3]
     chosen = (colours == turns.goals[:, None]).nonzero()
     assert len(chosen[0]) == 3000
@@ -117,7 +117,7 @@ def test_random_goals_are_legal_and_uniform():
 
 def test_the_meta_controller_none_chooses_no_goal():
     turns = make(GoalGraph.named("e"), 9)
-    turns.ask(make_meta("none"))
+    take_turn(make_meta("none"), turns)
     assert turns.goals.tolist() == [-1] * 9
 
 
@@ -128,7 +128,7 @@ def test_oracle_goals_lie_on_a_shortest_way(graph):
     for _ in range(8):
         shortest, step = shortest_lengths(turns.world.get_state())[0], None
         while step is None or not step.episode_ended[0]:
-            turns.ask(meta)
+            take_turn(meta, turns)
             goal, step = turns.goals[0], None
             for action in shortest_actions(turns.world.get_state()):
                 step = turns.step([action])
@@ -146,9 +146,9 @@ def test_an_environment_gets_the_same_goals_alone_and_among_others(spec):
     rng, given = np.random.default_rng(0), set()
     for _ in range(60 if spec == "oracle" else 300):
         actions = rng.integers(5, size=n)
-        together.ask(meta)
+        take_turn(meta, together)
         for k, turns in alone.items():
-            turns.ask(meta)
+            take_turn(meta, turns)
             assert turns.goals[0] == together.goals[k]
             given.add(int(together.goals[k]))
             turns.step(actions[[k]])

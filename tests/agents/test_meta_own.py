@@ -13,7 +13,7 @@ from turns_helpers import make
 from hierroom import InputError
 from hierroom.agents.scripted_agent import ScriptedAgent, unsaved_memory
 from hierroom.gym_env import EscapeRoom
-from hierroom.meta import META_CONTROLLERS, MetaController, make_meta
+from hierroom.meta import META_CONTROLLERS, MetaController, make_meta, take_turn
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.session import begin, run_session
 from hierroom.vector_env import EscapeRooms
@@ -81,7 +81,7 @@ def test_a_class_in_the_current_folder(outside):
     meta = make_meta(f"{outside}:Mine")
     assert isinstance(meta, MetaController)
     turns = make("a", 4)
-    turns.ask(meta)
+    take_turn(meta, turns)
     assert turns.goals.tolist() == turns.world.state.levels["colours"][:, 0].tolist()
 
 
@@ -139,7 +139,7 @@ def test_methods_that_make_one_must_return_one(outside, monkeypatch):
 
 def test_a_coroutine_function_raises_input_error_without_a_warning(outside, recwarn):
     with pytest.raises(InputError, match=r"^later must return a goal of the level, .* not <coroutine"):
-        make("a", 2).ask(make_meta(f"{outside}:later"))
+        take_turn(make_meta(f"{outside}:later"), make("a", 2))
     gc.collect()
     assert not recwarn.list
 
@@ -207,7 +207,7 @@ def test_an_invalid_choice_raises_input_error(said, what):
         "(whole numbers, one for each environment whose turn it is), not "
     )
     with pytest.raises(InputError, match=f"^{re.escape(start + what)}$"):
-        make("a", 3).ask(Saying(said))
+        take_turn(Saying(said), make("a", 3))
 
 
 class Diary:
@@ -231,9 +231,9 @@ def test_a_meta_controller_chooses_after_each_option_and_is_reset_with_each_epis
     turns, diary = make("a", 3, max_steps=10, subgoal_horizon=4), Diary()
     turns.world.state.levels["steps"] = [0, 0, 6]
     for _ in range(11):
-        turns.ask(diary)
+        take_turn(diary, turns)
         turns.step([1, 1, 1])
-    turns.ask(diary)
+    take_turn(diary, turns)
     # Environments 0 and 1 end after 10 steps; environment 2 after 4, just as its option does, and again after 14.
     assert diary.begun == [[0, 1, 2], [2], [0, 1]]
     assert diary.asked == [[0, 1, 2], [0, 1, 2], [0, 1, 2], [0, 1]]
@@ -267,7 +267,7 @@ def test_a_plain_function_from_a_level_to_a_goal(outside, function, goal_mask):
     turns = make("e", 30, size=19, goal_mask=goal_mask, subgoal_horizon=5, max_steps=50)
     for _ in range(60):
         expected = np.where(turns.ledger.is_meta_turn, nearest_by_hand(turns), turns.goals)
-        turns.ask(meta)
+        take_turn(meta, turns)
         assert turns.goals.tolist() == expected.tolist()
         given |= set(expected.tolist())
         turns.step(rng.choice([0, 0, 1, 2, 3, 4], size=30))
@@ -279,7 +279,7 @@ def test_a_plain_function_from_a_level_to_a_goal(outside, function, goal_mask):
 @pytest.mark.parametrize("said", [None, -1, 13])
 def test_a_plain_function_may_choose_no_goal(said):
     turns = make("a", 3, goal_mask="none")
-    turns.ask(make_meta(lambda level: said))
+    take_turn(make_meta(lambda level: said), turns)
     assert turns.goals.tolist() == [-1] * 3
 
 
@@ -291,7 +291,7 @@ def test_an_invalid_choice_of_a_plain_function_raises_input_error(bad):
     for function in (choose_badly, lambda level: bad):
         said = f"{function.__name__} must return a goal of the level, a goal id (0 to 12) or None, not "
         with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
-            make("a", 3).ask(make_meta(function))
+            take_turn(make_meta(function), make("a", 3))
         assert "\n" not in str(caught.value)
 
 
@@ -323,7 +323,7 @@ def test_one_that_watches_sees_every_step_in_training():
     from hierroom.agents.scripted_agent import ScriptedAgent
     from hierroom.runs.config.config import TrainConfig
     from hierroom.runs.trainer import Trainer
-    from hierroom.turns.ledger import META
+    from hierroom.turns.records import META
 
     trainer = Trainer(TrainConfig(num_envs=4, steps=400).changed(size=11, max_steps=9, meta="random"))
     trainer.turns.reset(0)  # without the staggered clocks

@@ -21,8 +21,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
 from hierroom.train import parse
-from hierroom.turns.ledger import CONTROLLER, META, transitions
-from hierroom.turns.records import OTHER, REACHED, TIMED_OUT
+from hierroom.turns.records import CONTROLLER, META, OTHER, REACHED, TIMED_OUT
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 META_PPO = PPOConfig(sequence_length=4, sequences_per_update=4, minibatches=2, epochs=2, hidden_size=8)
@@ -45,7 +44,7 @@ FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2", "--t
 
 def learned_state(trainer):
     state = trainer.state_dict()
-    return {name: state[name] for name in ("agents", "turns", "levels", "steps")}
+    return {name: state[name] for name in ("agents", "turns", "steps")}
 
 
 def learned_meta(config=SMALL):
@@ -67,10 +66,10 @@ def take_turns(agent, turns, goals=None):
 
 
 def move(turns, action=1):
-    """Let the controller take the same action everywhere; returns the meta-controller's turns that it ended."""
+    """Let the controller take the same action everywhere; returns the step."""
     observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
     turns.act(CONTROLLER, observation, np.full(len(turns), action))
-    return turns.advance()[META]
+    return turns.advance()
 
 
 def way(turns, name):
@@ -102,9 +101,10 @@ def play(graph, goals, script, **settings):
     for name in script:
         for action in [1] if name == -1 else way(turns, name):
             take_turns(agent, turns, goals)
-            transition = move(turns, action)
-            observed_last.extend(agent.features.encode(transition.last_observation(np.arange(len(transition.envs)))))
-            agent.record(transition, turns)
+            step = move(turns, action)
+            ended, *_ = step.ended_turns(META)
+            observed_last.extend(agent.features.encode(turns.final_observation(META, step, ended)))
+            agent.record(step, turns)
     return told, valued, observed_last
 
 
@@ -166,8 +166,7 @@ def test_goals_are_drawn_at_random_until_enough_episodes_escape():
     step, ended = turns.step(np.ones(8, int)), np.ones(8, bool)
 
     def all_ended(**ends):
-        step_then = step.replaced(option_ended=ended, **ends)
-        return transitions(step_then, lambda name, envs: turns.final_observation(name, step_then, envs))[META]
+        return step.replaced(option_ended=ended, **ends)
 
     lost = all_ended(terminated=~ended, truncated=ended)
     for _ in range(12):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hierroom.meta import make_meta
+from hierroom.meta import make_meta, take_turn
 from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.presets import find_preset
 from hierroom.runs.evaluation import evaluate
@@ -78,7 +78,7 @@ def test_it_goes_the_shortest_way_to_goals_it_saw():
     turns = turns_in("f", n, size=11)
     searching = Searching(make_meta("fixed-dfs"), turns)
     searching.known[:] = turns.world.state.grids
-    turns.ask(make_meta("fixed-dfs"))
+    take_turn(make_meta("fixed-dfs"), turns)
     shortest, reached = shortest_lengths(turns.world.get_state(), turns.goals), 0
     is_first_episode = np.ones(n, bool)
     while is_first_episode.any():
@@ -87,7 +87,7 @@ def test_it_goes_the_shortest_way_to_goals_it_saw():
         assert (step.meta_elapsed[done] == shortest[done]).all()
         reached += done.sum()
         is_first_episode &= ~step.episode_ended
-        turns.ask(make_meta("fixed-dfs"))
+        take_turn(make_meta("fixed-dfs"), turns)
         shortest[done] = shortest_lengths(turns.world.get_state(), turns.goals)[done]
     assert reached >= 5 * n
 

@@ -6,12 +6,13 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 import torch
+from escape_room import WORLD
 from torch import nn
 
+from hierroom.agents.features import Features
 from hierroom.lab.sweep.plan import read_plan
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP, RIGHT
-from hierroom.worlds.escape_room.features import Features
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "benchmarks"))
@@ -37,7 +38,7 @@ def test_a_sequence_of_the_plain_network_is_its_steps_with_resets():
 
 
 def test_the_usual_weights_are_those_of_torch_s_layers():
-    space = AgentSpace(Features(("view-ids", "goal"), 5).cardinalities, 5)
+    space = AgentSpace(Features(WORLD, ("view-ids", "goal")).cardinalities, 5)
     torch.manual_seed(0)
     network, layers = variants.usual_weights(space, 64), (nn.LSTM(64, 64), nn.Linear(64, 5), nn.Linear(64, 1))
     assert type(network) is RecurrentActorCritic  # which is computed by the compiled kernels

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import tyro
+from escape_room import FEATURES
 
 import hierroom
 from hierroom.agents.config import METHODS, FeatureName, MethodName
@@ -17,9 +18,8 @@ from hierroom.runs.config.presets import PRESETS
 from hierroom.support.cli import COMMANDS, one_line_usage
 from hierroom.support.errors import InputError
 from hierroom.turns.rewards import REWARDS
-from hierroom.turns.situation import GOAL_MASKS
 from hierroom.worlds.env_config import GoalMaskName, RewardName
-from hierroom.worlds.escape_room.features import FEATURES
+from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS
 
 
 def run(*arguments, env=None):

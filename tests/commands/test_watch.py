@@ -9,7 +9,7 @@ import pictures
 import pytest
 
 import hierroom
-from hierroom.agents.playback import description, film, legible_tile_size, save_episodes
+from hierroom.agents.playback import description, film, save_episodes, without_colours
 from hierroom.agents.playback import pictures as drawn
 from hierroom.commands import watch
 from hierroom.runs.config.config import TrainConfig
@@ -18,7 +18,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.animation import animate
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.escape_room.render import draw_level, without_colours
+from hierroom.worlds.escape_room.render import draw_level, legible_tile_size
 from hierroom.worlds.escape_room.window import Window
 
 

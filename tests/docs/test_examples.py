@@ -11,12 +11,12 @@ from turns_helpers import achieve, goal_ids, make
 import hierroom
 from hierroom.agents.player import Pair, play
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.meta import make_meta
+from hierroom.meta import make_meta, take_turn
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
 from hierroom.train import main as train
-from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR
@@ -134,7 +134,7 @@ def test_a_meta_controller_that_watches_makes_episodes_shorter():
 
 def test_the_reward_for_nearness_by_hand():
     turns = Turns(EnvConfig("a", size=11, reward="own_reward:Closer"), 1, seed=0)
-    turns.ask(make_meta("fixed-dfs"))
+    take_turn(make_meta("fixed-dfs"), turns)
     key = int(turns.goals[0])
     for action in shortest_actions(turns.world.get_state(), key):
         before = turns.world.get_state().distances(turns.goals)[0]
@@ -152,7 +152,7 @@ def test_the_nearest_goal_is_chosen(name, goal_mask, kinds):
     """By rows plus columns: the nearest key that is in reach, or the nearest of all goals."""
     meta = make_meta(f"own_meta_controller:{name}")
     turns = make("e", 50, size=19, goal_mask=goal_mask)
-    turns.ask(meta)
+    take_turn(meta, turns)
     state, chosen = turns.world.state, set()
     for m, level in enumerate(state.levels):
         colours = level.colours[:3].tolist()
@@ -169,7 +169,7 @@ def test_the_nearest_goal_is_chosen(name, goal_mask, kinds):
 
     alone = make("a")
     for goal in ("k1", "d1", "x"):
-        alone.ask(meta)
+        take_turn(meta, alone)
         assert {int(alone.goals[0])} == goal_ids(alone, goal)
         if goal != "x":
             achieve(alone, goal)

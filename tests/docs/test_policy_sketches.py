@@ -14,7 +14,7 @@ from hierroom.learners.ppo import Learner
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.worlds.env_config import EnvConfig
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))

@@ -5,13 +5,13 @@ from dataclasses import fields
 from pathlib import Path
 
 import pytest
+from escape_room import FEATURES
 
 from hierroom.complexity import analyze
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.lab.sweep.plan import read_plan
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.presets import PRESETS
-from hierroom.worlds.escape_room.features import FEATURES
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()

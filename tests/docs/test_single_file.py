@@ -11,7 +11,7 @@ import torch
 from children import run_python
 
 from hierroom.learners.gae import generalized_advantages
-from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.records import CONTROLLER, META
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILE = EXAMPLES / "single_file.py"

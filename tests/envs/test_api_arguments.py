@@ -101,7 +101,7 @@ def test_several_graphs_can_be_given_as_a_list_or_a_tuple_less_those_excluded(ap
         env = MADE[api](graph=graph, exclude=exclude)
         assert graphs_of(env) == expected
         assert turns_of(env).complexity.graph == ROW  # the hardest
-        assert [graph.name for graph in turns_of(env).sampler.everything][:2] == ["a", "c"]
+        assert [graph.name for graph in turns_of(env).world.sampler.everything][:2] == ["a", "c"]
         env.close()
 
 

@@ -12,7 +12,7 @@ from children import TIMES_QUIET
 from minigrid.wrappers import ImgObsWrapper
 
 import hierroom
-from hierroom.turns.ledger import META
+from hierroom.turns.records import META
 
 ID = "hierroom/EscapeRoom-b-v0"
 SETTINGS = {"size": 11, "max_steps": 30, "subgoal_horizon": 7}

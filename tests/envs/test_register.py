@@ -44,7 +44,7 @@ def test_a_graph_of_a_file_has_an_id(tmp_path):
 
 def test_a_set_with_excluded_graphs_has_an_id():
     env = gymnasium.make(hierroom.register("four-rooms", ["a", "rooms:4"], exclude=["g", FORK]))
-    names = {graph.name for graph in env.unwrapped.single.turns.sampler.everything}
+    names = {graph.name for graph in env.unwrapped.single.turns.world.sampler.everything}
     assert len(names) == 8
     assert {"a", "d", "e", "f"} <= names
 
@@ -64,7 +64,7 @@ def test_an_id_refuses_other_graphs_and_exclusions(make):
 def test_a_spec_that_was_written_as_json_makes_the_same_again(graph):
     env = gymnasium.make("hierroom/EscapeRoom-v0", graph=graph)
     again = gymnasium.make(EnvSpec.from_json(env.spec.to_json()))
-    everything = [one.unwrapped.single.turns.sampler.everything for one in (env, again)]
+    everything = [one.unwrapped.single.turns.world.sampler.everything for one in (env, again)]
     assert everything[0] == everything[1]
     assert [one.name for one in everything[0]] == [one.name for one in everything[1]]
 

@@ -5,7 +5,7 @@ import pytest
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.measured_levels import level_mdp, measure_levels
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 from hierroom.worlds.escape_room.reachable import reachable_states

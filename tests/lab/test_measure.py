@@ -10,12 +10,13 @@ from hierroom.agents.player import OraclePlayer, RandomPlayer
 from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity import AugmentedGraph, Node
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
-from hierroom.lab.measure import NodeMap, count_transitions, graph_of, measure
+from hierroom.lab.measure import count_transitions, graph_of, measure
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.escape_room.node_map import NodeMap
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 
 

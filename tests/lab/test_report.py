@@ -27,7 +27,7 @@ from hierroom.learners.decision import Decision
 from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
-from hierroom.turns.ledger import CONTROLLER, META
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import MARGIN
 from hierroom.worlds.escape_room.render import view_of

@@ -11,7 +11,7 @@ from hierroom.learners.distillation import GROWTH, RandomNetworkDistillation, wh
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
-from hierroom.turns.ledger import CONTROLLER
+from hierroom.turns.records import CONTROLLER
 from hierroom.worlds.env_config import EnvConfig
 
 SIZES = (4, 3)

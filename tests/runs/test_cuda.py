@@ -22,7 +22,7 @@ from hierroom.runs.trained_agent import load
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.turns.ledger import CONTROLLER
+from hierroom.turns.records import CONTROLLER
 
 pytestmark = pytest.mark.skipif(not torch.cuda.is_available(), reason="needs a CUDA device")
 

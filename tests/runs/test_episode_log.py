@@ -10,7 +10,7 @@ from turns_helpers import make
 
 from hierroom.agents.player import OraclePlayer
 from hierroom.goals import GoalGraph
-from hierroom.meta import make_meta
+from hierroom.meta import make_meta, take_turn
 from hierroom.runs.logs.episode_log import WINDOW, EpisodeLog
 from hierroom.worlds.escape_room.layout import LEVEL
 
@@ -113,7 +113,7 @@ def test_options_are_counted_by_the_kind_of_their_goal():
     rng = np.random.default_rng(0)
     for t in range(600):
         if t % 3:  # elsewhere there is no goal
-            turns.ask(meta)
+            take_turn(meta, turns)
         step = turns.step(rng.integers(5, size=6))
         log.add(step, turns, 6 * t)
         for name, goals in kinds.items():
@@ -133,14 +133,14 @@ def test_the_graph_of_a_row_is_that_of_its_episode():
     turns, log = make("expected_steps:20..80", n=12, size=11, max_steps=15), EpisodeLog(np.zeros(12, int))
     seen = set()
     for t in range(60):
-        names = turns.sampler.names(turns.world.state.levels)
+        names = turns.world.sampler.names(turns.world.state.levels)
         step = turns.step(np.ones(12, np.int64))
         log.begin_update()
         log.add(step, turns, t)
         for row in log.ended:
             assert row["graph"] == names[row["env"]]  # pyright: ignore[reportArgumentType]
             seen.add(row["graph"])
-    assert seen == {graph.name for graph in turns.sampler.everything}
+    assert seen == {graph.name for graph in turns.world.sampler.everything}
     assert len(seen) > 2
     assert GoalGraph.named("c").name in seen
 

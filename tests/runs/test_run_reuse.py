@@ -139,7 +139,7 @@ def test_a_run_on_a_set_of_graphs_goes_on_without_their_files(tmp_path, monkeypa
     agent = load(folder.path)
 
     def played(**entries):
-        return [graph.name for graph in agent.turns(2, env=agent.env(**entries)).sampler.everything]
+        return [graph.name for graph in agent.turns(2, env=agent.env(**entries)).world.sampler.everything]
 
     assert played() == names
     assert played(graph=["c", own]) == ["c", "keys-0-1-1-exit-3"]

@@ -27,7 +27,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 from hierroom.train import main as train
-from hierroom.turns.ledger import META
+from hierroom.turns.records import META
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import EXIT
 

@@ -18,7 +18,7 @@ from hierroom.runs.trained_agent import load
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.train import main as train
-from hierroom.turns.ledger import CONTROLLER
+from hierroom.turns.records import CONTROLLER
 from hierroom.worlds.env_config import EnvConfig
 
 OWN = "own_network:GatedMemory"

@@ -13,7 +13,8 @@ from learner_envs import RandomEnvs, make_learner
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.support.thread_pool import ThreadPool
 from hierroom.vector_env import EscapeRooms
-from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD, World
+from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD
+from hierroom.worlds.escape_room.engine import Engine as World
 
 
 def same_state(one, other):

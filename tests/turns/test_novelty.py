@@ -8,7 +8,7 @@ import hierroom
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.worlds.env_config import NOVELTY_BONUS
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 

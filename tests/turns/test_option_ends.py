@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from turns_helpers import bits
 
+from hierroom.goals import N_GOALS
 from hierroom.turns.ledger import Ledger
 from hierroom.turns.records import Step
 from hierroom.turns.rewards import REWARDS, make_reward
@@ -29,9 +31,8 @@ def test_the_return_of_the_controller_ends_with_the_episode_or_its_option(reward
     n = len(RETURNS)
     ledger, outcomes = Ledger.at_reset(n, n_actions=5), np.zeros(n, OUTCOME)
     ledger.begin_options(np.arange(n), np.full(n, 2))
-    outcomes["event"], outcomes["terminated"], outcomes["truncated"], late, intrinsic, others = zip(
-        *RETURNS, strict=True
-    )
+    events, outcomes["terminated"], outcomes["truncated"], late, intrinsic, others = zip(*RETURNS, strict=True)
+    outcomes["achieved"] = bits(events)
     ledger.option_steps[:] = np.where(late, 3, 0)
     records, _ = ledger.record(
         np.zeros(n, np.int64),
@@ -40,7 +41,7 @@ def test_the_return_of_the_controller_ends_with_the_episode_or_its_option(reward
         subgoal_horizon=4,
         n_actions=5,
     )
-    step = Step(records)
+    step = Step(records, N_GOALS)
     told = list(zip(step.return_terminated.tolist(), step.return_truncated.tolist(), strict=True))
     assert told == list(intrinsic if reward_name == "intrinsic" else others)
 
@@ -68,12 +69,12 @@ def test_the_goal_achieved_instead_is_the_first_event_of_an_option():
         ledger.begin_options(np.array([0]), np.array([goal]))
         for t, event in enumerate(events, start=1):
             outcomes = np.zeros(1, OUTCOME)
-            outcomes["event"], outcomes["is_first"] = event, event >= 0
+            outcomes["achieved"], outcomes["n_first"] = bits(event), event >= 0
             if end and t == len(events):
                 outcomes[end] = True
             records, _ = ledger.record(
                 np.zeros(1, np.int64), outcomes, return_ends_with_option=False, subgoal_horizon=4, n_actions=5
             )
-            step = Step(records)
+            step = Step(records, N_GOALS)
             assert step.option_ended[0] == (t == len(events))
             assert step.achieved_instead[0] == (expected if t == len(events) else -1)

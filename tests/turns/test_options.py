@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
-from turns_helpers import make, well_or_wildly
+from turns_helpers import bits, make, well_or_wildly
 
 import hierroom
 from hierroom.goals import EXIT_GOAL, N_GOALS, GoalGraph
-from hierroom.meta import make_meta
+from hierroom.meta import make_meta, take_turn
 from hierroom.turns.kernels import begin_turns
-from hierroom.turns.ledger import LEDGER, META, Ledger, transitions
-from hierroom.turns.records import OTHER, REACHED, STEP, TIMED_OUT, Step
+from hierroom.turns.ledger import Ledger
+from hierroom.turns.records import LEDGER, META, OTHER, REACHED, STEP, TIMED_OUT, Step
 from hierroom.turns.rewards import REWARDS, make_reward
 from hierroom.worlds.env_config import NOVELTY_BONUS
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import OUTCOME
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
@@ -65,8 +65,8 @@ def test_rewards_and_ends_of_options_equal_numbers_worked_by_hand(story, reward_
         if goal is not None:
             ledger.begin_options(np.array([place]), np.array([goal]))
         outcomes = np.zeros(3, OUTCOME)
-        outcomes["event"] = -1
-        outcomes[place]["event"], outcomes[place]["is_first"], outcomes[place]["reward"] = event, event >= 0, reward
+        outcomes["achieved"][place], outcomes["n_first"][place] = bits(event), event >= 0
+        outcomes["reward"][place] = reward
         if end:
             outcomes[place][end] = True
         rule = make_reward(reward_name)
@@ -77,7 +77,7 @@ def test_rewards_and_ends_of_options_equal_numbers_worked_by_hand(story, reward_
             subgoal_horizon=4,
             n_actions=5,
         )
-        step = Step(records)
+        step = Step(records, N_GOALS)
         assert not step.rewards.any()
         rule.write(step)
         expected = {"extrinsic": extrinsic, "bonus": bonus, "intrinsic": intrinsic, "novelty": extrinsic}[reward_name]
@@ -138,7 +138,7 @@ def test_rewards_are_conserved(reward_name, horizon):
                 for name, given in parallel.step({"meta_0": choice, "controller_0": action})[1].items():
                     from_parallel[name] += given
                 outcome = world.step_within_episode(np.array([action]))[0]
-                event = int(outcome["event"])
+                event = int(outcome["achieved"]).bit_length() - 1
                 by_hand["meta_0"] += event == EXIT_GOAL
                 by_hand["controller_0"] += {
                     "extrinsic": event == EXIT_GOAL,
@@ -157,7 +157,7 @@ def test_the_rewards_of_options_add_up_to_those_of_steps():
     rng = np.random.default_rng(0)
     of_options, of_steps, elapsed = np.zeros(32), np.zeros(32), np.zeros(32, np.int64)
     for t in range(1, 401):
-        turns.ask(meta)
+        take_turn(meta, turns)
         step = turns.step([well_or_wildly(rng, turns.world) if n == 0 else rng.integers(5) for n in range(32)])
         of_options += step.meta_rewards
         of_steps += step.rewards
@@ -177,6 +177,7 @@ def test_a_ledger_at_reset_equals_what_the_kernel_writes_at_an_episode_s_start()
 def test_an_option_whose_episode_is_terminated_is_not_truncated_too():
     steps = np.zeros(3, STEP)
     steps["option_ended"], steps["terminated"], steps["truncated"] = True, [True, False, True], [False, True, True]
-    meta = transitions(Step(steps), lambda agent, envs: None)[META]  # type: ignore[arg-type]
-    assert meta.terminated.tolist() == [True, False, True]
-    assert meta.truncated.tolist() == [False, True, False]
+    envs, _, _, terminated, truncated = Step(steps, N_GOALS).ended_turns(META)
+    assert envs.tolist() == [0, 1, 2]
+    assert terminated.tolist() == [True, False, True]
+    assert truncated.tolist() == [False, True, False]

@@ -10,14 +10,14 @@ from turns_helpers import make
 import hierroom
 from hierroom.agents.player import OraclePlayer
 from hierroom.goals import EXIT_GOAL, N_COLOURS
-from hierroom.meta import make_meta
+from hierroom.meta import make_meta, take_turn
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.turns.records import Step
 from hierroom.turns.rewards import REWARDS, make_reward
 from hierroom.turns.turns import Turns
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.level import Level
 
@@ -40,7 +40,7 @@ def play(turns: Turns, n_steps: int, seed: int = 0) -> list[Step]:
     meta, rng = make_meta("random"), np.random.default_rng(seed)
     steps = []
     for _ in range(n_steps):
-        turns.ask(meta)
+        take_turn(meta, turns)
         steps.append(turns.step(rng.integers(turns.world.n_actions, size=len(turns))))
     return steps
 

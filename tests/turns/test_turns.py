@@ -6,10 +6,9 @@ from turns_helpers import achieve, goal_ids, make
 
 from hierroom.complexity import analyze
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, GOAL_VECTORS
-from hierroom.meta import choose_goals, make_meta
+from hierroom.meta import choose_goals, make_meta, take_turn
 from hierroom.support.errors import InputError
-from hierroom.turns.ledger import AGENTS
-from hierroom.turns.records import NO_OUTCOME, TIMED_OUT
+from hierroom.turns.records import AGENTS, NO_OUTCOME, TIMED_OUT
 
 
 def test_an_illegal_choice_is_no_goal_and_is_counted():
@@ -81,7 +80,7 @@ class Spoiler:
 
 def test_a_meta_controller_cannot_change_the_environments():
     turns, twin = make(n=3), make(n=3)
-    turns.ask(Spoiler())
+    take_turn(Spoiler(), turns)
     twin.ask(make_meta("none"))
     assert turns.goals.tolist() == [-1] * 3
     state, expected = turns.get_state(), twin.get_state()
@@ -181,7 +180,7 @@ class MaskSpoiler:
 def test_a_meta_controller_cannot_make_a_goal_legal():
     turns = make(n=3)
     with pytest.raises(InputError, match=r"the meta-controller MaskSpoiler fails: .*read-only"):
-        turns.ask(MaskSpoiler())
+        take_turn(MaskSpoiler(), turns)
     assert turns.goals.tolist() == [-1] * 3
 
 

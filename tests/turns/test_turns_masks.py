@@ -6,8 +6,9 @@ from turns_helpers import achieve, goal_ids, make, well_or_wildly
 
 import hierroom
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS, GoalGraph, enumerate_graphs
-from hierroom.turns.situation import GOAL_MASKS, NO_GOAL_ACTION
+from hierroom.goals import N_GOALS as NO_GOAL_ACTION
 from hierroom.worlds.escape_room.constants import EXIT, KEY, OPEN_DOOR, WALL
+from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS
 
 SEVEN_ROOMS = GoalGraph((0, 0, 1, 0, 2, 4), 5)
 BOTH = ("meta_0", "controller_0")

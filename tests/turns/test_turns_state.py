@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from turns_helpers import make, well_or_wildly
 
-from hierroom.meta import make_meta
+from hierroom.meta import make_meta, take_turn
 from hierroom.support.errors import InputError
 from hierroom.turns.kernels import OTHER
 from hierroom.turns.turns import Turns
@@ -20,7 +20,7 @@ def observed(turns):
 def played(turns, meta, actions):
     told = []
     for row in actions:
-        turns.ask(meta)
+        take_turn(meta, turns)
         told.append([*turns.step(row).as_dict().values(), *observed(turns).as_dict().values()])
     return told
 
@@ -135,7 +135,7 @@ def test_an_episode_begins_instead_of_a_step():
     turns, expected = make("a", n=4, seed=6, autoreset=False), make("a", n=4, seed=6, autoreset=False)
     told, _ = (each.step([1, 2, 0, 1]) for each in (turns, expected))
     some = np.array([0, 2])
-    turns.begin_instead(some)
+    turns.reset_ended(some)
     expected.reset(None, some)
     for name, array in expected.get_state().items():
         np.testing.assert_array_equal(turns.get_state()[name], array, err_msg=name)
@@ -145,6 +145,6 @@ def test_an_episode_begins_instead_of_a_step():
 
 
 def test_parts_are_taken_only_where_no_environment_depends_on_others():
-    assert make("a", n=3).can_part
-    assert not make("hitting_time:8..16", n=3, curriculum_stages=2).can_part
-    assert not make("a", n=3, reward=lambda step: step.extrinsic).can_part
+    assert make("a", n=3).can_split
+    assert not make("hitting_time:8..16", n=3, curriculum_stages=2).can_split
+    assert not make("a", n=3, reward=lambda step: step.extrinsic).can_split

@@ -3,17 +3,18 @@
 import gymnasium
 import numpy as np
 import pytest
+from escape_room import FEATURES, WORLD
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from pettingzoo.test import api_test, parallel_api_test
 
 import hierroom
-from hierroom.meta import FixedDFS
-from hierroom.turns.ledger import AGENTS, CONTROLLER, META
+from hierroom.agents.features import Features
+from hierroom.meta import FixedDFS, take_turn
+from hierroom.turns.records import AGENTS, CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.escape_room.features import FEATURES, Features
 from hierroom.worlds.escape_room.layout import MEMORIES
 
 NAMES = ["goal-place", "doorway-places", "frontier-places", "previous-action", "goal-status"]
@@ -24,15 +25,15 @@ WAIT = 13
 
 def expected(seed, names=NAMES, agent=CONTROLLER):
     """The features of 200 steps under the fixed depth-first meta-controller, read as the learner reads them."""
-    features, meta = Features(names, 5, agent), FixedDFS()
+    features, meta = Features(WORLD, names, agent), FixedDFS()
     turns = Turns(EnvConfig(reward="intrinsic", **SETTINGS), seed=seed, memories=MEMORIES)
     told = []
     for action in ACTIONS:
         if agent == CONTROLLER:
-            turns.ask(meta)
+            take_turn(meta, turns)
         if agent == CONTROLLER or len(turns.due(META)):  # the meta-controller is shown them on its turns
             told.append(features.encode(turns.observe(agent, np.arange(1)))[0].tolist())
-        turns.ask(meta)
+        take_turn(meta, turns)
         turns.step([action])
     return told
 
@@ -68,7 +69,7 @@ def test_aec(agent):
 def test_parallel():
     env = hierroom.add_features(hierroom.parallel_env(**SETTINGS), NAMES)
     observations, _ = env.reset(seed=3)
-    without_goal = Features(NAMES[1:], 5)
+    without_goal = Features(WORLD, NAMES[1:])
     told = []
     for action in ACTIONS:
         told.append(observations[CONTROLLER]["features"][2:].tolist())
@@ -162,7 +163,7 @@ def test_both_agents_may_have_features_of_their_own(make):
         observation = env.observe(agent) if result is None else result[0][agent]
         assert space.contains(observation)
         names = ["view" if agent == META else "goal-place"]
-        assert space["features"].nvec.tolist() == list(Features(names, 5, agent).cardinalities)
+        assert space["features"].nvec.tolist() == list(Features(WORLD, names, agent).cardinalities)
 
 
 @pytest.mark.parametrize(

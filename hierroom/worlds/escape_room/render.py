@@ -41,7 +41,7 @@ def default_tile_size(size: int) -> int:
 
 
 def legible_tile_size(size: int) -> int:
-    """Return the side length of a cell, an even number of pixels, at which text fits into a grid of some cells a side."""
+    """Return an even side length of a cell in pixels at which text fits into a grid of some cells a side."""
     tile_size = max(-(-304 // size), min(16, 800 // size))
     return tile_size + tile_size % 2
 

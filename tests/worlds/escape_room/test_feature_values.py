@@ -4,16 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from escape_room import FEATURES
 from turns_helpers import make
 
+from hierroom.agents.features import Features
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS, NAMED_GRAPHS, NO_GOAL
-from hierroom.meta import make_meta
+from hierroom.meta import make_meta, take_turn
 from hierroom.support.errors import InputError
+from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR, VIEW
-from hierroom.worlds.escape_room.features import FEATURES, Features
 from hierroom.worlds.escape_room.tiles import TRIPLES
+from hierroom.worlds.make import world_spec
 
 N_ENVS, N_ACTIONS = 16, 6
+WORLD = world_spec(EnvConfig(drop_key=True))
 CONTROLLERS = tuple(name for name in FEATURES if name != "goal-outcome")
 
 
@@ -38,7 +42,7 @@ def played():
     turns = make([NAMED_GRAPHS["b"], NAMED_GRAPHS["f"]], N_ENVS, seed=5, size=13, max_steps=300, drop_key=True)
     meta, rng, last = make_meta("random"), np.random.default_rng(2), np.full(N_ENVS, N_ACTIONS)
     for _ in range(1500):
-        turns.ask(meta)
+        take_turn(meta, turns)
         others = rng.random(N_ENVS) < 0.1
         turns.goals[others] = rng.integers(NO_GOAL, N_GOALS, others.sum())
         yield turns, turns.observe("controller_0", np.arange(N_ENVS)), last
@@ -124,18 +128,18 @@ CARDINALITIES = {
 @pytest.mark.parametrize("name", FEATURES)
 def test_each_number_has_so_many_values(name):
     agent = "meta_0" if name == "goal-outcome" else "controller_0"
-    assert Features([name], N_ACTIONS, agent).cardinalities == CARDINALITIES[name]
+    assert Features(WORLD, [name], agent).cardinalities == CARDINALITIES[name]
 
 
 def test_several_stand_side_by_side():
     names = ["goal", "view-ids", "direction", "frontier-places", "doorway-places"]
-    features = Features(names, N_ACTIONS)
+    features = Features(WORLD, names)
     assert features.cardinalities == sum((CARDINALITIES[name] for name in names), ())
     assert features.memories == ("explored", "doorways")
     vectors = features.vectors
     assert [one is None for one in vectors] == [True] * 2 + [False] * 49 + [True] * 9
     np.testing.assert_array_equal(vectors[2], TRIPLES)
-    assert Features(["view", "goal"], N_ACTIONS).vectors is None
+    assert Features(WORLD, ["view", "goal"]).vectors is None
     (_, observation, _) = next(played())
     expected = np.concatenate([FEATURES[name].encode(observation) for name in names], axis=1)
     np.testing.assert_array_equal(features.encode(observation), expected)
@@ -146,8 +150,8 @@ def test_several_stand_side_by_side():
     ("names", "is_by_goal"), [(["goal-status"], True), (["goal-status", "goal-outcome"], True), (["keys"], False)]
 )
 def test_features_by_goal_are_known(names, is_by_goal):
-    assert Features(names, N_ACTIONS, "meta_0").are_by_goal == is_by_goal
-    assert not Features([*names, "view"], N_ACTIONS, "meta_0").are_by_goal
+    assert Features(WORLD, names, "meta_0").are_by_goal == is_by_goal
+    assert not Features(WORLD, [*names, "view"], "meta_0").are_by_goal
 
 
 @pytest.mark.parametrize(
@@ -161,4 +165,4 @@ def test_features_by_goal_are_known(names, is_by_goal):
 )
 def test_an_unknown_feature_raises_input_error(names, message):
     with pytest.raises(InputError, match=message):
-        Features(names, N_ACTIONS)
+        Features(WORLD, names)

@@ -4,17 +4,19 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from escape_room import FEATURES, WORLD
 from turns_helpers import make
 from views import shown_goals
 
 from hierroom.agents.config import FeatureName
+from hierroom.agents.features import Features
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, NAMED_GRAPHS, NO_GOAL
-from hierroom.meta import make_meta
+from hierroom.meta import make_meta, take_turn
 from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.presets import find_preset
-from hierroom.turns.ledger import META
+from hierroom.turns.records import META
 from hierroom.worlds.escape_room.constants import COL_STEP, LOCKED_DOOR, OPEN_DOOR, ROW_STEP, VIEW
-from hierroom.worlds.escape_room.features import FEATURES, UNKNOWN_DISTANCE, Features
+from hierroom.worlds.escape_room.features import UNKNOWN_DISTANCE
 
 N_ENVS = 16
 OWN_CELL = VIEW // 2 * VIEW + VIEW - 1
@@ -40,7 +42,7 @@ def test_the_goal_is_where_views_of_this_episode_showed_it_last():
     rng, memories = np.random.default_rng(0), [{} for _ in range(N_ENVS)]
     compared = {"no goal": 0, "not there": 0, "not seen yet": 0, "in view": 0, "remembered": 0, "dropped": 0}
     for _ in range(1200):
-        turns.ask(meta)
+        take_turn(meta, turns)
         turns.goals[rng.random(N_ENVS) < 0.01] = NO_GOAL
         observation = turns.observe("controller_0", np.arange(N_ENVS))
         places, in_view = FEATURES["goal-place"].encode(observation), FEATURES["goal-in-view"].encode(observation)
@@ -97,7 +99,7 @@ def test_the_doorways_are_the_two_opened_or_walked_through_last():
 def test_levels_remember_the_features_of_a_learned_meta_controller(meta):
     """It was shown constants where the controller had no such feature."""
     config = find_preset("paper").changed(meta=meta, meta_features=("goal-status", "frontier-places"), num_envs=4)
-    turns, features = make_turns(config, 4, 0, levels="training"), Features(config.agents.meta_features, 5, META)
+    turns, features = make_turns(config, 4, 0, levels="training"), Features(WORLD, config.agents.meta_features, META)
     shown = []
     for action in np.random.default_rng(0).integers(5, size=300):
         turns.step(np.full(4, action))

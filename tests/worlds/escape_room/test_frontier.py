@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from escape_room import FEATURES
 from turns_helpers import make
 from views import in_view
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.worlds.escape_room.constants import LOCKED_DOOR, MARGIN, WALL
-from hierroom.worlds.escape_room.features import FEATURES, UNKNOWN_DISTANCE
+from hierroom.worlds.escape_room.features import UNKNOWN_DISTANCE
 from hierroom.worlds.escape_room.frontier import nearest_frontiers
 
 N_ENVS = 8

@@ -8,8 +8,8 @@ from turns_helpers import make, well_or_wildly
 from views import shown_goals
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, N_GOALS, NAMED_GRAPHS, GoalGraph
-from hierroom.turns.situation import GOAL_MASKS
 from hierroom.worlds.escape_room.constants import COL_STEP, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, ROW_STEP
+from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS
 from hierroom.worlds.escape_room.level import goal_name
 
 GRAPHS = [NAMED_GRAPHS["a"], NAMED_GRAPHS["d"], NAMED_GRAPHS["f"], GoalGraph((0, 0, 1, 0, 2, 4), 5)]

@@ -8,7 +8,7 @@ from turns_helpers import make
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.turns.rewards import REWARDS
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import MEMORIES
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]

@@ -12,7 +12,7 @@ from hierroom.complexity.measures.policy_information import policy_information
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import batch_kernels, measured_levels
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import OUTCOME
 from hierroom.worlds.escape_room.measured_levels import level_mdp, measure_levels
 from hierroom.worlds.escape_room.reachable import _keys

@@ -10,7 +10,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 
 
 def layouts(graph, size, levels, seed=0, n=300, episodes=4):

@@ -6,7 +6,7 @@ import pytest
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants, state_check
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import LEVEL, State
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 from hierroom.worlds.escape_room.state_check import RULES, check_state, level_bounds

@@ -9,7 +9,8 @@ from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import world as world_module
 from hierroom.worlds.escape_room.constants import FORWARD, LEFT
-from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD, World
+from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
@@ -83,7 +84,7 @@ def test_reset_with_a_seed_starts_over_and_without_goes_on():
     world.reset()
     assert same_state(world.state, second)
     assert (world.outcomes["length"] == 0).all()
-    assert (world.outcomes["event"] == -1).all()
+    assert not world.outcomes["achieved"].any()
 
 
 def test_seeds_environments_and_episodes_differ():
@@ -203,7 +204,7 @@ def test_the_exit_on_the_last_step_ends_both_ways():
     for action in shortest_actions(world.state):
         outcome = world.step_within_episode([action])[0]
     assert (outcome.reward, outcome.terminated, outcome.truncated) == (1, True, True)
-    assert (outcome.event, outcome.is_first) == (EXIT_GOAL, True)
+    assert (outcome.achieved, outcome.n_first) == (1 << EXIT_GOAL, 1)
 
 
 def test_after_the_end_nothing_happens_and_nothing_is_rewarded():
@@ -213,8 +214,8 @@ def test_after_the_end_nothing_happens_and_nothing_is_rewarded():
     ended = world.get_state()
     outcome = world.step_within_episode([FORWARD])[0]
     assert same_state(world.state, ended)
-    assert (outcome.reward, outcome.event, outcome.terminated) == (0, -1, True)
-    assert (outcome.is_first, outcome.is_novel, outcome.is_discovery) == (False, False, False)
+    assert (outcome.reward, outcome.achieved, outcome.terminated) == (0, 0, True)
+    assert (outcome.n_first, outcome.is_novel, outcome.is_discovery) == (0, False, False)
 
 
 # Wrong input.

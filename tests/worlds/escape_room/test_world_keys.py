@@ -17,7 +17,7 @@ from hierroom.worlds.escape_room.constants import (
     PICKUP,
     WALL,
 )
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 
 
 def face(world: World, tile: int) -> None:
@@ -46,21 +46,21 @@ def test_keys_collect_and_the_last_useful_one_is_shown():
     first, second, third = world.state.levels[0].colours[:3]
     for count, colour in enumerate((second, first, third), start=1):
         outcome = fetch(world, colour)
-        assert (outcome.event, outcome.is_first, outcome.reward) == (colour, True, 0)
+        assert (outcome.achieved, outcome.n_first, outcome.reward) == (1 << colour, 1, 0)
         assert world.state.levels[0].bag_size == count
         assert outcome.tiles[3, 6] == KEY + colour
         assert not (world.state.grids == KEY + colour).any()
     # A key whose door is open is of no more use: the one before it is shown.
     face(world, LOCKED_DOOR + third)
     outcome = act(world, OPEN)
-    assert (outcome.event, outcome.is_first) == (6 + third, True)
+    assert (outcome.achieved, outcome.n_first) == (1 << 6 + third, 1)
     assert outcome.tiles[3, 6] == KEY + first
     assert outcome.tiles[3, 5] == OPEN_DOOR + third
     observation = tiles.encode(world.outcomes["tiles"])[0]
     assert observation[3, 5].tolist() == [tiles.DOOR_ID, third, 1]
     # Open doors stay open.
     face(world, OPEN_DOOR + third)
-    assert act(world, OPEN).event == -1
+    assert act(world, OPEN).achieved == 0
     assert (world.state.grids == OPEN_DOOR + third).sum() == 1
 
 
@@ -74,7 +74,7 @@ def test_drop_puts_down_the_last_key_whose_door_is_locked():
     for colour, next_shown in ((second, KEY + first), (first, EMPTY)):
         face(world, EMPTY)
         outcome = act(world, DROP)
-        assert outcome.event == -1
+        assert outcome.achieved == 0
         assert (outcome.tiles[3, 5], outcome.tiles[3, 6]) == (KEY + colour, next_shown)
         assert (world.state.grids == KEY + colour).sum() == 1
     face(world, EMPTY)
@@ -84,11 +84,11 @@ def test_drop_puts_down_the_last_key_whose_door_is_locked():
     assert world.state.levels[0].bag_size == 1
     # What was dropped can be picked up again, and that is no first time; its door can be opened.
     outcome = fetch(world, second)
-    assert (outcome.event, outcome.is_first) == (second, False)
+    assert (outcome.achieved, outcome.n_first) == (1 << second, 0)
     face(world, LOCKED_DOOR + first)
-    assert act(world, OPEN).event == -1
+    assert act(world, OPEN).achieved == 0
     face(world, LOCKED_DOOR + second)
-    assert act(world, OPEN).event == 6 + second
+    assert act(world, OPEN).achieved == 1 << 6 + second
 
 
 def test_keys_are_dropped_on_free_cells_only():
@@ -122,11 +122,11 @@ def test_a_door_needs_its_own_key():
     world = World([NAMED_GRAPHS["b"]], seed=17)
     first, second = world.state.levels[0].colours[:2]
     face(world, LOCKED_DOOR + first)
-    assert act(world, OPEN).event == -1
+    assert act(world, OPEN).achieved == 0
     fetch(world, second)
     face(world, LOCKED_DOOR + first)
-    assert act(world, OPEN).event == -1
-    assert act(world, FORWARD).event == -1
+    assert act(world, OPEN).achieved == 0
+    assert act(world, FORWARD).achieved == 0
     assert world.state.grids[0][world.state.levels[0].row, world.state.levels[0].col] == EMPTY
 
 
@@ -136,7 +136,7 @@ def test_the_step_that_opened_a_door_is_remembered():
     fetch(world, level.colours[1])
     act(world, LEFT)
     face(world, LOCKED_DOOR + level.colours[1])
-    assert act(world, OPEN).event == 6 + level.colours[1]
+    assert act(world, OPEN).achieved == 1 << 6 + level.colours[1]
     assert level.opened_at.tolist() == [0, 3, 0, 0, 0, 0]
 
 

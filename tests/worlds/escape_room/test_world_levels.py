@@ -20,7 +20,7 @@ from hierroom.worlds.escape_room.constants import (
     OPEN_DOOR,
     WALL,
 )
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 

@@ -12,7 +12,7 @@ from minigrid_level import MiniGridLevel
 
 from hierroom.goals import COLOURS, NAMED_GRAPHS, GoalGraph
 from hierroom.worlds.escape_room import constants, tiles, view_kernels
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.render import draw_level
 

@@ -6,7 +6,7 @@ import pytest
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants, step_kernels
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.oracle import TILE_TABLE, shortest_actions, shortest_lengths, solve_levels
 
@@ -31,8 +31,8 @@ def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:
             for action in range(6 if can_drop else 5):
                 child = node.copy()
                 step_kernels.advance(child.levels[0], child.grids[0], action, outcome[0])
-                if outcome[0].event >= 0:
-                    found.setdefault(int(outcome[0].event), distance)
+                if outcome[0].achieved:
+                    found.setdefault(int(outcome[0].achieved).bit_length() - 1, distance)
                 identity = (child.grids.tobytes(), *(child.levels[name].tobytes() for name in fields))
                 if not outcome[0].terminated and identity not in seen:
                     seen.add(identity)
@@ -111,7 +111,9 @@ def test_paths_reach_their_goals_in_as_many_steps_as_stated(graph, size):
                 continue
             path = shortest_actions(world.state, goal)
             assert len(path) == length > 0
-            events = [int(world.step_within_episode(path[t : t + 1])[0].event) for t in range(length)]
+            events = [
+                int(world.step_within_episode(path[t : t + 1])[0].achieved).bit_length() - 1 for t in range(length)
+            ]
             assert events[-1] == goal
             assert goal not in events[:-1]
             assert world.outcomes[0].terminated == (goal == EXIT_GOAL)
@@ -139,7 +141,7 @@ def test_the_rest_of_a_shortest_path_is_a_shortest_path(graph):
     path = shortest_actions(world.state)
     for done, action in enumerate(path[:-1], start=1):
         outcome = world.step_within_episode(np.array([action]))[0]
-        if outcome.event >= 0:
+        if outcome.achieved:
             assert shortest_lengths(world.state) == len(path) - done
 
 

@@ -11,9 +11,10 @@ from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS
 from hierroom.support.animation import animate
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants
-from hierroom.worlds.escape_room.engine import World
+from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.oracle import shortest_actions
-from hierroom.worlds.escape_room.render import OUTLINE, Screen, draw_level, text
+from hierroom.worlds.escape_room.render import OUTLINE, draw_level, text
+from hierroom.worlds.escape_room.screen import LevelScreen
 from hierroom.worlds.escape_room.window import Window
 
 
@@ -174,19 +175,19 @@ def test_a_window_without_a_screen(world, monkeypatch):
 
 def test_screens(world, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    assert Screen("ansi").render(world.state, 3) == text(world.state, 3)
-    np.testing.assert_array_equal(Screen("rgb_array").render(world.state, 3), draw_level(world.state, 3))
-    assert Screen(None).render(world.state) is None
-    screen = Screen("human")
-    screen.show(world.state, 3)
-    assert screen.render(world.state, 3) is None
+    assert LevelScreen(world, "ansi").render(0, 3) == text(world.state, 3)
+    np.testing.assert_array_equal(LevelScreen(world, "rgb_array").render(0, 3), draw_level(world.state, 3))
+    assert LevelScreen(world, None).render(0, -1) is None
+    screen = LevelScreen(world, "human")
+    screen.show(0, 3)
+    assert screen.render(0, 3) is None
     screen.close()
     with pytest.raises(InputError, match="render_mode must be one of ansi, rgb_array, human or None, not 'rgb'"):
-        Screen("rgb")
+        LevelScreen(world, "rgb")
 
 
 def test_large_grids_fit_a_screen():
-    frame = Screen("rgb_array").render(World([NAMED_GRAPHS["c"]], size=63).state)
+    frame = LevelScreen(World([NAMED_GRAPHS["c"]], size=63), "rgb_array").render(0, -1)
     assert isinstance(frame, np.ndarray)
     assert frame.shape == (756, 756, 3)
 

@@ -1,0 +1,8 @@
+"""What agents in EscapeRooms are made for."""
+
+from hierroom.agents.features import offered
+from hierroom.worlds.env_config import EnvConfig
+from hierroom.worlds.make import world_spec
+
+WORLD = world_spec(EnvConfig())
+FEATURES = offered(WORLD)
