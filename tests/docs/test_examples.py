@@ -9,7 +9,7 @@ from run_contents import check_picture, check_run
 from turns_helpers import achieve, goal_ids, make
 
 import hierroom
-from hierroom.agents.player import Pair, play
+from hierroom.agents.player import Pair, Play
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.meta import make_meta, take_turn
 from hierroom.runs.config.config import TrainConfig
@@ -127,7 +127,8 @@ def test_a_meta_controller_that_watches_makes_episodes_shorter():
     for kind in (OthersFirst, Blind):
         turns = Turns(EnvConfig("f", goal_mask="existing", subgoal_horizon=50), 20, seed=0)
         pair = Pair({META: ScriptedAgent(kind(20)), CONTROLLER: Controller()})
-        ended = [step.step.lengths[step.ended] for step in play(turns, pair, 20)]
+        played = Play(turns, pair, 20)
+        ended = [step.lengths[played.counted[step.episode_ended[played.counted]]] for step in played]
         lengths[kind] = np.concatenate(ended).mean()
     assert lengths[OthersFirst] < 0.8 * lengths[Blind]
 
