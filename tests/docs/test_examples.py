@@ -33,13 +33,13 @@ SAYS = {
     "minigrid_chain.py": "-> key held, door open: -",
     "supersuit_sb3.py": "2048 turns of both agents in 4 environments",
 }
-OWN = [
-    ("meta", "own_meta_controller:nearest"),
-    ("meta", "own_meta_controller:NearestKeyFirst"),
-    ("reward", "own_reward:Closer"),
-    ("reward", "own_reward:hurry"),
-    ("network", "own_network:GatedMemory"),
-]
+OWN = {
+    "own_meta_controller:nearest": "meta",
+    "own_reward:Closer": "reward",
+    "own_meta_controller:NearestKeyFirst": "meta",
+    "own_reward:hurry": "reward",
+    "own_network:GatedMemory": "network",
+}
 
 
 @pytest.fixture(autouse=True)
@@ -48,7 +48,7 @@ def in_examples(monkeypatch):
 
 
 def test_every_example_is_tested():
-    own = {f"{spec.partition(':')[0]}.py" for _, spec in OWN} | {"own_learning_meta.py", "own_watching_meta.py"}
+    own = {f"{spec.partition(':')[0]}.py" for spec in OWN} | {"own_learning_meta.py", "own_watching_meta.py"}
     elsewhere = {"single_file.py", "policy_sketches.py"}
     assert {path.name for path in EXAMPLES.glob("*.py")} == {*SAYS, *own, *elsewhere}
 
@@ -61,9 +61,10 @@ def test_an_example_runs(name):
     assert SAYS[name] in done.stdout
 
 
-@pytest.mark.parametrize(("kind", "spec"), OWN)
-def test_user_code_trains_is_resumed_and_plays(kind, spec, tmp_path):
-    out, own = tmp_path / "run", [f"--{kind}", spec]
+@pytest.mark.parametrize("spec", [pytest.param(spec, marks=[pytest.mark.slow] * (n > 1)) for n, spec in enumerate(OWN)])
+def test_user_code_trains_is_resumed_and_plays(spec, tmp_path):
+    out, kind = tmp_path / "run", OWN[spec]
+    own = [f"--{kind}", spec]
     assert train([*SHORT, *own, "--graph", "a", "--steps", "4000", "--max-steps", "100", "--out", str(out)]) == 0
     assert check_run(out)["steps"] == 4096  # 8 updates
     check_picture(out)

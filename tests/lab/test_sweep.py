@@ -116,6 +116,7 @@ def test_what_no_run_can_use_is_refused_before_any_is_trained(tmp_path, words, m
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_row_tells_the_own_code_that_made_it(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
@@ -165,6 +166,7 @@ def test_own_code_of_other_meta_controllers_is_told_too(tmp_path, monkeypatch):
     assert len(sweep.made_with_other_code()) == 1
 
 
+@pytest.mark.slow
 def test_a_run_does_not_go_on_with_other_code(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
