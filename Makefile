@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: train test check results test-random test-lowest coverage mutate compile lint docs package bench constraints audit clean
+.PHONY: train test test-all check results test-random test-lowest coverage mutate compile lint docs package bench constraints audit clean
 
 $(VENV)/.installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
@@ -20,16 +20,21 @@ check: $(VENV)/.installed ## ruff and pyright; nothing is changed
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
 
-test: $(VENV)/.installed ## everything CI runs
+test: $(VENV)/.installed ## ruff, pyright and the tests that guard a rule of the package
+	$(MAKE) --no-print-directory --jobs=2 compile check
+	$(BIN)/python -m pytest -n 2 --durations=20 -m "not slow"
+
+test-all: $(VENV)/.installed ## everything, as CI runs it: slow tests, and a few mutants
 	$(MAKE) --no-print-directory --jobs=2 compile check
 	$(BIN)/python -m pytest -n 2 --durations=20
+	$(MAKE) --no-print-directory mutate MODULES="gae sampling --sample 20"
 
 test-random: $(VENV)/.installed ## the tests in random order and in parallel; the seed is printed, SEED=n repeats it
 	$(BIN)/python -m pytest --verbose -p randomly -n auto $(if $(SEED),--randomly-seed=$(SEED))
 
 # Whose kernels no other test runs as plain Python, in which alone their lines are seen. Those of the measures are left
 # out: they take longer than all of these together.
-OF_KERNELS := tests/worlds/escape_room/test_state_check.py tests/lab/test_sampled_level.py tests/agents/test_features.py \
+OF_KERNELS := tests/worlds/escape_room/test_state_check.py tests/worlds/escape_room/test_sampled_level.py tests/worlds/escape_room/test_features.py \
 	tests/complexity/test_complexity_elimination.py tests/learners/test_learner_gae.py tests/learners/test_learner_kernels.py
 
 coverage: $(VENV)/.installed ## which branches the tests take, of kernels as plain Python too; fails below 95%
@@ -39,7 +44,7 @@ coverage: $(VENV)/.installed ## which branches the tests take, of kernels as pla
 	$(BIN)/coverage combine --quiet
 	$(BIN)/coverage report
 
-mutate: compile ## small errors in some modules, each of which their tests must notice; MODULES="gae options" names some
+mutate: compile ## small errors in some modules, each of which their tests must notice; MODULES="gae ledger" names some
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[mutation]'
 	$(BIN)/python -m tests.mutation $(MODULES)
 

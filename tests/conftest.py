@@ -12,6 +12,17 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
+def one_thread():
+    """PyTorch uses one thread: at the sizes of tests two wait for each other more than they compute."""
+    import torch
+
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
+@pytest.fixture
 def heeded_hangup():
     """SIGHUP is not ignored, as it is where the tests run under nohup."""
     before = signal.signal(signal.SIGHUP, signal.SIG_DFL)

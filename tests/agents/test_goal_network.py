@@ -2,16 +2,14 @@
 
 import numpy as np
 import torch
-from escape_room import FEATURES, WORLD
-from turns_helpers import goal_ids, make
+from escape_room import WORLD
 
 from hierroom.agents.features import Features
 from hierroom.agents.goal_network import GoalNetwork
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, N_COLOURS, N_GOALS
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.runs.config.presets import find_preset
-from hierroom.turns.records import META, NO_OUTCOME
-from hierroom.worlds.escape_room.oracle import shortest_actions
+from hierroom.turns.records import META
 
 
 def test_permuting_colours_permutes_what_the_network_says():
@@ -37,16 +35,3 @@ def test_permuting_colours_permutes_what_the_network_says():
         step_logits, step_values, state = network.step(features[t], state)
         torch.testing.assert_close(step_logits, logits[t])
         torch.testing.assert_close(step_values, values[t])
-
-
-def test_features_tell_what_was_seen_and_achieved_and_how_the_last_goal_ended():
-    turns = make("a")
-    (key,), (door,) = goal_ids(turns, "k1"), goal_ids(turns, "d1")
-    for name in ("k1", "d1"):
-        for action in shortest_actions(turns.world.get_state(), *goal_ids(turns, name)):
-            turns.step([action])
-    observation = turns.situation(np.array([0]))
-    status = FEATURES["goal-status"].encode(observation)[0]
-    assert status[[key, door]].tolist() == [2, 2]
-    assert status[[g for g in range(N_COLOURS) if g != key]].tolist() == [0] * 5
-    assert FEATURES["goal-outcome"].encode(observation).tolist() == [[NO_OUTCOME] * N_GOALS]  # there was no goal

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 from same_state import equal
 from turns_helpers import goal_ids, make
 
@@ -184,18 +183,6 @@ def test_goals_are_drawn_at_random_until_enough_episodes_escape():
     assert not equal(dict(before), dict(after))
 
 
-def test_the_controllers_steps_leave_the_recurrent_state_as_it_is():
-    turns = make("c", n=8, goal_mask="existing")
-    agent = learned_meta()
-    take_turns(agent, turns)
-    before = agent.state_dict()["learner"]["states"]
-    assert before.any()
-    for _ in range(10):
-        agent.record(move(turns), turns)
-        take_turns(agent, turns)
-    assert torch.equal(before, agent.state_dict()["learner"]["states"])
-
-
 @pytest.mark.parametrize("start_success", [0.0, 0.02])
 def test_resumed_equals_uninterrupted_and_the_checkpoint_is_plain(start_success, tmp_path):
     config = SMALL.changed(meta_start_success=start_success)
@@ -216,7 +203,7 @@ def test_resumed_equals_uninterrupted_and_the_checkpoint_is_plain(start_success,
     assert not equal(learned_state(through), learned_state(other))
 
 
-def test_what_was_learned_plays_elsewhere_and_learns_nothing(tmp_path):
+def test_a_frozen_agent_plays_elsewhere_and_does_not_learn(tmp_path):
     trainer = Trainer(SMALL)
     for _ in range(4):
         trainer.advance()
@@ -253,80 +240,17 @@ def test_one_command_trains_it_with_the_settings_it_needs(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("flags", "said"),
+    ("entry", "said"),
     [
-        (["--meta-start-success", "2"], "meta_start_success must be from 0 to 1, not 2.0"),
+        ({"meta_start_success": 2}, "meta_start_success must be from 0 to 1, not 2"),
+        ({"meta_features": ("smell",)}, "meta_features are .*; not smell"),
     ],
 )
-def test_wrong_settings_are_one_clear_line(flags, said):
-    with pytest.raises(InputError, match=said) as caught:
-        train([*FLAGS, *flags])
-    assert "\n" not in str(caught.value)
-
-
-def test_a_feature_that_there_is_not_is_refused():
-    with pytest.raises(InputError, match=r"^invalid choice 'smell' for argument '--meta-features'; expected one of"):
-        train([*FLAGS, "--meta-features", "smell"])
-    with pytest.raises(InputError, match=r"^meta_features are .*; not smell$"):
-        Trainer(SMALL.changed(meta_features=("smell",)))
+def test_invalid_settings_raise_input_error(entry, said):
+    with pytest.raises(InputError, match=rf"^{said}[^\n]*$"):
+        Trainer(SMALL.changed(**entry))
 
 
 def test_outside_training_there_is_nothing_to_choose_with():
     with pytest.raises(InputError, match="learned meta-controller is made in training"):
         EscapeRoom(meta="learned")
-
-
-class Counting:
-    """A user's own learning meta-controller: gives any legal goal, counts those reached."""
-
-    reached = asked = 0
-
-    def choose(self, observations, legal, situation):
-        self.asked += len(legal)
-        return legal.argmax(axis=1)
-
-    def learn(self, step):
-        self.reached += int(step.reached.sum())
-
-    def state_dict(self):
-        return {"reached": self.reached, "asked": self.asked}
-
-    def load_state_dict(self, state):
-        vars(self).update(state)
-
-
-def test_a_users_own_learning_meta_controller_is_told_of_every_step_and_saved():
-    config = SMALL.changed(meta="test_ppo_agent:Counting", goal_mask="reachable")
-    trainer, again = Trainer(config), Trainer(config)
-    counts = vars(trainer.agents[META].meta)
-    while "reached" not in counts or not counts["reached"]:
-        trainer.advance()
-    again.load_state_dict(trainer.state_dict())
-    assert vars(again.agents[META].meta) == counts
-
-
-def test_both_agents_are_of_one_class_and_learn_in_one_loop(monkeypatch):
-    calls = []
-
-    def noted(name):
-        method = getattr(PPOAgent, name)
-
-        def note(self, *arguments):
-            calls.append((name, next(agent for agent in trainer.agents if trainer.agents[agent] is self)))
-            return method(self, *arguments)
-
-        return note
-
-    trainer = Trainer(SMALL)
-    assert list(trainer.agents) == [META, CONTROLLER]
-    assert {type(agent) for agent in trainer.agents.values()} == {PPOAgent}
-    for name in ("act", "record", "update"):
-        monkeypatch.setattr(PPOAgent, name, noted(name))
-    while not {("update", META), ("update", CONTROLLER)} <= {*calls}:
-        trainer.advance()
-    records = [name for method, name in calls if method == "record"]
-    assert records == [META, CONTROLLER] * (len(records) // 2)  # each hears of every primitive step
-    assert calls.count(("act", CONTROLLER)) == len(records) // 2 == trainer.steps // 8
-    assert calls[:4] == [("act", META), ("act", CONTROLLER), ("record", META), ("record", CONTROLLER)]
-    for name, agent in trainer.agents.items():
-        assert not np.isnan(agent.statistics["entropy"]), name

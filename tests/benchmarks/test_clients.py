@@ -10,7 +10,6 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "benchmarks"))
 from clients import CLIENTS, run, versions  # noqa: E402
 
-HEAVY = {"TorchRL", "BenchMARL", "Tianshou", "RLlib", "AgileRL"}
 SAID = {
     "TorchRL": r"240 steps, \d+ episodes ended, loss ",
     "BenchMARL": r"480 steps in 2 iterations",
@@ -28,11 +27,8 @@ SAID = {
 }
 
 
-@pytest.mark.parametrize(
-    "client",
-    [pytest.param(one, marks=pytest.mark.clients) if one.name in HEAVY else one for one in CLIENTS],
-    ids=lambda client: client.name,
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("client", CLIENTS, ids=lambda client: client.name)
 def test_client(client):
     if versions(Path(sys.executable), client.packages) is None:
         pytest.skip(f"{', '.join(client.packages)} not installed: see the extras clients, ray, benchmarl and agilerl")

@@ -21,6 +21,7 @@ from benchmarks.study.tables import MEASURES_PATH, first_seeds, read_measures, r
 from benchmarks.study.trained import by_rule, measures_of, medians, read_trained  # noqa: E402
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", tables.PAGES, ids=lambda page: page.name)
 def test_each_table_is_that_of_its_rows(page, monkeypatch):
     monkeypatch.chdir(ROOT)

@@ -5,6 +5,7 @@ from fuzz import command_lines, configs, metrics, toml_files
 from fuzz.commands import problems
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fuzzer", "count"), [(command_lines, 60), (configs, 60), (toml_files, 60), (metrics, 25)])
 def test_what_is_wrong_ends_in_one_line(fuzzer, count, tmp_path):
     wrong = [

@@ -21,7 +21,7 @@ script = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(script)
 
 
-def test_the_table_is_what_the_script_prints():
+def test_the_table_of_environments_equals_the_script_s_output():
     assert f"{script.MARKS[0]}{script.table()}{script.MARKS[1]}" in PAGE
 
 
@@ -39,7 +39,7 @@ def test_the_pictures_are_of_the_levels(letter):
     assert (abs(kept.astype(int) - drawn) > 40).mean() < 0.001  # versions of the library may pick other shades
 
 
-def test_spaces():
+def test_spaces_equal_the_page_s_table():
     env, dropping = hierroom.env(graph="c"), hierroom.env(graph="c", drop_key=True)
     for agent in env.possible_agents:
         assert f"{agent}: `{env.action_space(agent)}`" in PAGE

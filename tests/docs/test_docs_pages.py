@@ -2,7 +2,6 @@
 
 import argparse
 import ast
-import importlib.util
 import json
 import re
 import runpy
@@ -12,7 +11,6 @@ import tempfile
 import tomllib
 from functools import partial
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
 import tyro
@@ -22,15 +20,11 @@ from doc_pages import BLOCKS, PAGES, ROOT, commands, lines_of
 import hierroom
 from hierroom.commands.complexity import main as complexity
 from hierroom.lab.sweep.plan import read_plan
-from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import read_config
-from hierroom.runs.folder.run_folder import RunFolder
-from hierroom.train import parse
 
-COMMANDS = [(page, command) for page, found in commands().items() for command in found]
-PYTHON = [
-    block for block in BLOCKS if block.language == "python" and block.page not in ("README.md", "architecture.md")
-]
+OTHERS = sorted({one for found in commands().values() for one in found if not one.startswith("python -m hierroom")})
+"""Commands other than the package's, which test_docs_commands.py runs."""
+PYTHON = [block for block in BLOCKS if block.language == "python" and block.page != "architecture.md"]
 TARGETS = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
 
 
@@ -56,7 +50,7 @@ def test_python_runs(block, tmp_path, monkeypatch):
 
 def test_the_loop_shown_is_the_trainer_s():
     shown = next(block.text for block in BLOCKS if block.page == "architecture.md" and block.language == "python")
-    source = (ROOT / "hierroom" / "training" / "trainer.py").read_text()
+    source = (ROOT / "hierroom" / "runs" / "trainer.py").read_text()
 
     def code(text):
         return [line.split("  #")[0].strip() for line in text.splitlines() if line.strip()]
@@ -76,7 +70,7 @@ def test_the_innermost_wrapper_holds_a_view():
 
 
 @pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "toml"], ids=lambda block: block.page)
-def test_toml_is_read_by_what_it_is_for(block, tmp_path):
+def test_toml_blocks_are_valid_graphs_plans_or_configs(block, tmp_path):
     path = tmp_path / "own.toml"
     path.write_text(block.text)
     entries = tomllib.loads(block.text)
@@ -89,71 +83,53 @@ def test_toml_is_read_by_what_it_is_for(block, tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore:.*found in sys.modules:RuntimeWarning")
-@pytest.mark.parametrize(("page", "command"), COMMANDS, ids=[f"{page}: {command}" for page, command in COMMANDS])
-def test_command_is_understood(page, command, tmp_path, monkeypatch):
+@pytest.mark.parametrize("command", OTHERS)
+def test_a_command_names_targets_tests_or_options_that_exist(command, monkeypatch):
     program, *words = shlex.split(command)
     if program == "make":
         assert set(words) <= TARGETS
     elif program == "pytest":
-        _find_tests(words)
+        at = words.index("-k") if "-k" in words else len(words)
+        sources = [(ROOT / file).read_text() for file in words[:at]]
+        tests = [" ".join(re.findall(r"^def (test_\w+)\(", source, re.MULTILINE)) for source in sources]
+        assert all(tests)
+        for name in " ".join(words[at + 1 :]).split(" or "):
+            assert name in " ".join(tests), name
     elif program == "mkdocs":
         assert words[0] == "build"
     elif program == "pip":
         assert words[0] in ("install", "check")
-    else:
-        monkeypatch.chdir(_folder(tmp_path, words))
-        _understand(words, monkeypatch)
+    elif words != ["-m"]:  # `python -m` as such
+        monkeypatch.syspath_prepend(ROOT)  # for tests.fuzz and benchmarks
+        monkeypatch.chdir(ROOT)
+        _read_options(words, monkeypatch)
 
 
-def _find_tests(words: list[str]) -> None:
-    """Each file is there, and has a test for each name after -k."""
-    at = words.index("-k") if "-k" in words else len(words)
-    tests = [" ".join(re.findall(r"^def (test_\w+)\(", (ROOT / file).read_text(), re.MULTILINE)) for file in words[:at]]
-    assert all(tests)
-    for name in " ".join(words[at + 1 :]).split(" or "):
-        assert name in " ".join(tests), name
-
-
-def _folder(folder: Path, words: list[str]) -> Path:
-    """A folder with the runs and files that the words name."""
-    for word in words:
-        run = word.removesuffix("/config.json")
-        if (word.startswith("runs/") or word == "RUN") and "*" not in word and not (folder / run).exists():
-            RunFolder.create(folder / run, TrainConfig())
-        if word.startswith("own") and word.endswith(".toml"):
-            (folder / word).write_text("seed = 1\n")
-    return folder
-
-
-def _understand(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Start the command, and stop it once it has read its options."""
-    if words == ["-m"]:  # `python -m` as such
-        return
-    monkeypatch.syspath_prepend(ROOT)  # for tests.fuzz and benchmarks
+def _read_options(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Start a script, and stop it once it has read its options."""
     if words[0] == "-m":
-        start, name, words = partial(runpy.run_module, alter_sys=True), words[1], words[2:]
-        source = importlib.util.find_spec(name)
-        if source.submodule_search_locations is not None:
-            source = importlib.util.find_spec(f"{name}.__main__")
-        path = Path(source.origin)
+        start, (name, *words) = partial(runpy.run_module, alter_sys=True), words[1:]
+        path = ROOT / f"{name.replace('.', '/')}.py"
     else:
-        start, name, words = runpy.run_path, str(ROOT / words[0]), words[1:]
-        path = Path(name)
-        monkeypatch.syspath_prepend(path.parent)
+        start, (name, *words) = runpy.run_path, words
+        path = ROOT / name
     assert path.is_file()
-    if not words:  # the page speaks of the command as such
-        return
-    if name == "hierroom.train":
-        assert parse(words).config.steps > 0
-    elif not re.search(r"\btyro\b|\bargparse\b|import .*\breport\b", path.read_text()):
+    if not words or not re.search(r"\btyro\b|\bargparse\b|import .*\breport\b", path.read_text()):
         assert not words, f"{path.name} takes no options"
-    else:
-        monkeypatch.setattr(sys, "argv", [str(path), *words])
-        subcommands = tyro.extras, "subcommand_cli_from_dict"  # which has tyro.cli under a name of its own
-        for module, function in (subcommands, (tyro, "cli"), (argparse.ArgumentParser, "parse_args")):
-            monkeypatch.setattr(module, function, _stop_after(getattr(module, function)))
-        with pytest.raises(Understood):
-            start(name, run_name="__main__")
+        return
+    monkeypatch.setattr(sys, "argv", [str(path), *words])
+    for module, function in ((tyro, "cli"), (argparse.ArgumentParser, "parse_args")):
+        monkeypatch.setattr(module, function, _stop_after(getattr(module, function)))
+    monkeypatch.syspath_prepend(path.parent)
+    with pytest.raises(Understood):
+        start(name, run_name="__main__")
+
+
+def test_paths_of_tests_exist():
+    texts = [*PAGES.values(), *((ROOT / name).read_text() for name in ("CONTRIBUTING.md", "Makefile"))]
+    paths = {path for text in texts for path in re.findall(r"\btests/[\w/]+\.py", text)}
+    assert len(paths) > 30
+    assert [path for path in sorted(paths) if not (ROOT / path).is_file()] == []
 
 
 def _stop_after(read):
@@ -174,13 +150,13 @@ def _stop_after(read):
         and before.text.startswith("python -m hierroom complexity")
     ],
 )
-def test_what_follows_a_command_is_what_it_prints(before, block, capsys, monkeypatch):
+def test_the_output_shown_after_a_command_equals_its_output(before, block, capsys):
     [line] = lines_of(before)
-    monkeypatch.setattr(sys, "argv", shlex.split(line)[2:])
-    assert complexity() == 0
+    assert complexity(shlex.split(line)[4:]) == 0
     assert capsys.readouterr().out == block.text
 
 
+@pytest.mark.slow
 def test_the_notebook_runs(tmp_path, monkeypatch):
     """Its cells one after the other, without Jupyter."""
     monkeypatch.chdir(tmp_path)

@@ -4,27 +4,23 @@ import importlib.util
 import os
 import re
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from children import run_python
 
 ROOT = Path(__file__).parents[2]
 NEEDED = ("mkdocs", "material", "mkdocstrings")
 missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
-pytestmark = pytest.mark.skipif(bool(missing), reason=f"the extra docs is not installed: {', '.join(missing)}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(bool(missing), reason=f"the extra docs is not installed: {', '.join(missing)}"),
+]
 
 
-def build(folder: Path, source: Path = ROOT) -> subprocess.CompletedProcess:
-    return subprocess.run(
-        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)],
-        cwd=source,
-        env=os.environ | {"NO_MKDOCS_2_WARNING": "1"},
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
+def build(folder: Path, source: Path = ROOT):
+    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    return run_python("-m", "mkdocs", "build", "--strict", "--site-dir", folder, cwd=source, env=environment)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +37,7 @@ def test_every_page_is_there(site):
     }
 
 
-def test_what_pages_link_to_outside_the_docs_is_in_the_site(site):
+def test_files_outside_the_docs_that_pages_link_to_are_in_the_site(site):
     shown = site / "examples" / "clients" / "torchrl_ppo.py"
     assert shown.read_bytes() == (ROOT / "examples" / "clients" / "torchrl_ppo.py").read_bytes()
     assert 'href="examples/clients/torchrl_ppo.py"' in (site / "clients.html").read_text()

@@ -1,21 +1,21 @@
-"""Every example runs as it stands."""
+"""Every example runs, and the user code that examples show does what it says."""
 
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
-from run_contents import check_picture, check_run, weights
+from children import run_python
+from run_contents import check_picture, check_run
 from turns_helpers import achieve, goal_ids, make
 
-from hierroom.agents.player import Pair, play
+import hierroom
+from hierroom.agents.player import Pair, Play
 from hierroom.agents.scripted_agent import ScriptedAgent
-from hierroom.meta import choose_goals, make_meta, take_turn
+from hierroom.meta import make_meta, take_turn
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trainer import Trainer
+from hierroom.train import main as train
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
@@ -33,52 +33,59 @@ SAYS = {
     "minigrid_chain.py": "-> key held, door open: -",
     "supersuit_sb3.py": "2048 turns of both agents in 4 environments",
 }
+OWN = {
+    "own_meta_controller:nearest": "meta",
+    "own_reward:Closer": "reward",
+    "own_meta_controller:NearestKeyFirst": "meta",
+    "own_reward:hurry": "reward",
+    "own_network:GatedMemory": "network",
+}
 
 
-def run(*arguments):
-    done = subprocess.run([sys.executable, *arguments], cwd=EXAMPLES, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+@pytest.fixture(autouse=True)
+def in_examples(monkeypatch):
+    monkeypatch.syspath_prepend(EXAMPLES)
 
 
-def test_every_example_is_run():
-    own = {"own_meta_controller.py", "own_learning_meta.py", "own_watching_meta.py", "own_network.py", "own_reward.py"}
-    own |= {"policy_sketches.py"}
-    elsewhere = {"single_file.py"}  # tests/docs/test_single_file.py
+def test_every_example_is_tested():
+    own = {f"{spec.partition(':')[0]}.py" for spec in OWN} | {"own_learning_meta.py", "own_watching_meta.py"}
+    elsewhere = {"single_file.py", "policy_sketches.py"}
     assert {path.name for path in EXAMPLES.glob("*.py")} == {*SAYS, *own, *elsewhere}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SAYS)
-def test_example(name):
-    assert SAYS[name] in run(name)
+def test_an_example_runs(name):
+    done = run_python(name, cwd=EXAMPLES)
+    assert done.returncode == 0, done.stderr
+    assert SAYS[name] in done.stdout
 
 
-@pytest.mark.parametrize("name", ["nearest", "NearestKeyFirst"])
-def test_the_meta_controller_of_ones_own_trains(name, tmp_path, monkeypatch):
-    """From a file outside the package, named on the command line."""
-    settings = [*SHORT, "--graph", "a", "--steps", "4000"]
-    run("-m", "hierroom.train", "--meta", f"own_meta_controller:{name}", *settings, "--out", str(tmp_path / "run"))
-    monkeypatch.syspath_prepend(EXAMPLES)
-    assert check_run(tmp_path / "run")["steps"] == 4096  # 8 updates
-    assert check_picture(tmp_path / "run")
-    assert RunFolder.open(tmp_path / "run").config().agents.meta == f"own_meta_controller:{name}"
+@pytest.mark.parametrize("spec", [pytest.param(spec, marks=[pytest.mark.slow] * (n > 1)) for n, spec in enumerate(OWN)])
+def test_user_code_trains_is_resumed_and_plays(spec, tmp_path):
+    out, kind = tmp_path / "run", OWN[spec]
+    own = [f"--{kind}", spec]
+    assert train([*SHORT, *own, "--graph", "a", "--steps", "4000", "--max-steps", "100", "--out", str(out)]) == 0
+    assert check_run(out)["steps"] == 4096  # 8 updates
+    check_picture(out)
+    assert RunFolder.open(out).config().entries[kind] == spec
+    assert train([*own, "--resume", str(out), "--steps", "6000"]) == 0
+    assert len(list(hierroom.rollout(hierroom.load(out, trust=True), episodes=2))) == 2
 
 
-def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp_path):
-    settings = [*SHORT, "--graph", "c", "--steps", "30000", "--max-steps", "200"]
-    goals = ["--meta", "own_learning_meta:ReachedMostOften", "--goal-mask", "existing", "--subgoal-horizon", "30"]
-    run("-m", "hierroom.train", *goals, *settings, "--out", str(tmp_path / "run"))
+def test_a_learning_meta_controller_learns_which_goals_can_be_reached(tmp_path):
+    goals = {"meta": "own_learning_meta:ReachedMostOften", "goal_mask": "existing", "subgoal_horizon": 30}
+    sizes = {"size": 11, "num_envs": 16, "max_steps": 200, "steps": 30_000, "evaluations": 0, "log": "none"}
+    hierroom.train(graph="c", out=tmp_path / "run", **sizes, **goals)
     counts = RunFolder.open(tmp_path / "run").load_checkpoint()["agents"][META]
     rates = dict(enumerate((counts["reached"] / counts["tried"]).tolist()))
     door_without_key, door_with_key = (2 * kind + 1 for kind in (1, 2))  # both seen
     assert counts["tried"].sum() > 1000
     assert rates[door_without_key] < 0.2 < rates[door_with_key]
-    assert "success" in run("-m", "hierroom", "evaluate", str(tmp_path / "run"), "--episodes", "20", "--trust-run")
 
 
 @pytest.mark.parametrize("meta", ["own_learning_meta:ReachedMostOften", "own_watching_meta:OthersFirst"])
-def test_a_meta_controller_of_ones_own_with_a_memory_is_resumed_as_if_nothing_had_happened(meta, monkeypatch):
-    monkeypatch.syspath_prepend(EXAMPLES)
+def test_a_meta_controller_with_a_memory_is_resumed_exactly(meta):
     env = EnvConfig("c", size=11, goal_mask="existing", subgoal_horizon=20)
     config = TrainConfig(env, num_envs=8, steps=4096).changed(meta=meta)
     through, before = Trainer(config), Trainer(config)
@@ -95,9 +102,8 @@ def test_a_meta_controller_of_ones_own_with_a_memory_is_resumed_as_if_nothing_ha
         assert np.any(np.asarray(one))
 
 
-def test_the_watching_meta_controller_of_ones_own_is_better_in_play_than_one_that_does_not_watch(monkeypatch):
-    """With a controller that goes the shortest way, and to what cannot be reached nowhere until its horizon ends."""
-    monkeypatch.syspath_prepend(EXAMPLES)
+def test_a_meta_controller_that_watches_makes_episodes_shorter():
+    """With a controller that takes the shortest way to goals in reach, and turns on the spot for others."""
     from own_watching_meta import OthersFirst
 
     class Blind(OthersFirst):
@@ -105,8 +111,6 @@ def test_the_watching_meta_controller_of_ones_own_is_better_in_play_than_one_tha
             pass
 
     class Controller:
-        """Turns on the spot, but where its goal can be reached goes the shortest way there."""
-
         def act(self, observation):
             state, goals = turns.world.get_state(), observation.goals
             reachable = turns.situation(observation.envs).reachable
@@ -124,23 +128,13 @@ def test_the_watching_meta_controller_of_ones_own_is_better_in_play_than_one_tha
     for kind in (OthersFirst, Blind):
         turns = Turns(EnvConfig("f", goal_mask="existing", subgoal_horizon=50), 20, seed=0)
         pair = Pair({META: ScriptedAgent(kind(20)), CONTROLLER: Controller()})
-        ended = [step.step.lengths[step.ended] for step in play(turns, pair, 20)]
+        played = Play(turns, pair, 20)
+        ended = [step.lengths[played.counted[step.episode_ended[played.counted]]] for step in played]
         lengths[kind] = np.concatenate(ended).mean()
     assert lengths[OthersFirst] < 0.8 * lengths[Blind]
 
 
-@pytest.mark.parametrize("reward", ["Closer", "hurry"])
-def test_the_reward_of_ones_own_trains_and_is_known_to_evaluate_and_resume(reward, tmp_path):
-    settings = [*SHORT, "--graph", "a", "--steps", "4000", "--max-steps", "100"]
-    out = str(tmp_path / "run")
-    run("-m", "hierroom.train", "--reward", f"own_reward:{reward}", *settings, "--out", out)
-    assert RunFolder.open(out).config().env.reward == f"own_reward:{reward}"
-    assert "success" in run("-m", "hierroom", "evaluate", out, "--episodes", "20", "--trust-run")
-    run("-m", "hierroom.train", "--resume", out, "--steps", "6000", "--reward", f"own_reward:{reward}")
-
-
-def test_the_reward_of_ones_own_is_nearness_by_hand(monkeypatch):
-    monkeypatch.syspath_prepend(EXAMPLES)
+def test_the_reward_for_nearness_by_hand():
     turns = Turns(EnvConfig("a", size=11, reward="own_reward:Closer"), 1, seed=0)
     take_turn(make_meta("fixed-dfs"), turns)
     key = int(turns.goals[0])
@@ -153,74 +147,31 @@ def test_the_reward_of_ones_own_is_nearness_by_hand(monkeypatch):
     assert step.reached[0]
 
 
-def test_the_network_of_ones_own_trains(tmp_path, monkeypatch):
-    settings = [*SHORT, "--graph", "a", "--steps", "4000", "--max-steps", "100"]
-    run("-m", "hierroom.train", "--network", "own_network:GatedMemory", *settings, "--out", str(tmp_path / "run"))
-    monkeypatch.syspath_prepend(EXAMPLES)
-    assert check_run(tmp_path / "run")["steps"] == 4096
-    assert check_picture(tmp_path / "run")
-    learned = weights(RunFolder.open(tmp_path / "run").load_checkpoint())
-    parts = {f"core.{kind}_{where}" for kind in ("weight", "bias") for where in ("ih", "hh")}
-    assert set(learned) == {"encoder.weight", "encoder.bias", "heads.weight", "heads.bias", *parts}
-
-
-def distance(state, m, tile):
-    """Rows plus columns from the agent of an environment to the only cell with a tile."""
-    ((row, col),) = np.argwhere(state.grids[m] == tile)
-    return abs(row - state.levels[m].row) + abs(col - state.levels[m].col)
-
-
-def test_the_class_of_ones_own_chooses_the_nearest_key(monkeypatch):
-    monkeypatch.syspath_prepend(EXAMPLES)
-    from own_meta_controller import NearestKeyFirst
-
-    turns = make("e", 50, size=19)
-    take_turn(NearestKeyFirst(), turns)
-    state, n_unequal = turns.world.state, 0
-    for m in range(50):
-        ways = {colour: distance(state, m, KEY + colour) for colour in state.levels[m].colours[:3].tolist()}
+@pytest.mark.parametrize(
+    ("name", "goal_mask", "kinds"), [("NearestKeyFirst", "reachable", {0}), ("nearest", "existing", {0, 1})]
+)
+def test_the_nearest_goal_is_chosen(name, goal_mask, kinds):
+    """By rows plus columns: the nearest key that is in reach, or the nearest of all goals."""
+    meta = make_meta(f"own_meta_controller:{name}")
+    turns = make("e", 50, size=19, goal_mask=goal_mask)
+    take_turn(meta, turns)
+    state, chosen = turns.world.state, set()
+    for m, level in enumerate(state.levels):
+        colours = level.colours[:3].tolist()
+        tiles = {colour: KEY + colour for colour in colours}
+        if goal_mask == "existing":
+            tiles |= {6 + colour: LOCKED_DOOR + colour for colour in colours} | {12: EXIT}
+        ways = {}
+        for goal, tile in tiles.items():
+            ((row, col),) = np.argwhere(state.grids[m] == tile)
+            ways[goal] = abs(row - level.row) + abs(col - level.col)
         assert ways[int(turns.goals[m])] == min(ways.values())
-        n_unequal += len(set(ways.values())) > 1
-    assert n_unequal > 25
+        chosen.add(int(turns.goals[m]) // 6)
+    assert kinds <= chosen
 
     alone = make("a")
-    for name in ("k1", "d1", "x"):
-        alone.ask(NearestKeyFirst())
-        assert {int(alone.goals[0])} == goal_ids(alone, name)
-        if name != "x":
-            achieve(alone, name)
-
-
-def test_the_function_of_ones_own_chooses_the_nearest_goal(monkeypatch):
-    monkeypatch.syspath_prepend(EXAMPLES)
-    turns = make("e", 50, size=19, goal_mask="existing")
-    take_turn(make_meta("own_meta_controller:nearest"), turns)
-    state, kinds = turns.world.state, set()
-    for m in range(50):
-        colours = state.levels[m].colours[:3].tolist()
-        tiles = {colour: KEY + colour for colour in colours} | {6 + colour: LOCKED_DOOR + colour for colour in colours}
-        ways = {goal: distance(state, m, tile) for goal, tile in (tiles | {12: EXIT}).items()}
-        assert ways[int(turns.goals[m])] == min(ways.values())
-        kinds.add(int(turns.goals[m]) // 6)
-    assert {0, 1} <= kinds  # keys and doors
-
-    alone = make("a")
-    for name in ("k1", "d1", "x"):
-        alone.ask(make_meta("own_meta_controller:nearest"))
-        assert {int(alone.goals[0])} == goal_ids(alone, name)
-        if name != "x":
-            achieve(alone, name)
-
-
-@pytest.mark.parametrize("name", ["nearest", "NearestKeyFirst"])
-def test_how_long_a_choice_takes(name, monkeypatch):
-    """Shown by ``pytest -s``; a plain function is called once for each environment, and may take its time."""
-    monkeypatch.syspath_prepend(EXAMPLES)
-    meta, situation = make_meta(f"own_meta_controller:{name}"), make("c", 256, size=19).situation(np.arange(256))
-    seconds = []
-    for _ in range(5):
-        started = time.perf_counter()
-        choose_goals(meta, situation)
-        seconds.append(time.perf_counter() - started)
-    print(f"\n{name}: {1e6 * min(seconds) / 256:.1f} microseconds a choice, 256 environments at once")
-    assert min(seconds) / 256 < 1e-3
+    for goal in ("k1", "d1", "x"):
+        take_turn(meta, alone)
+        assert {int(alone.goals[0])} == goal_ids(alone, goal)
+        if goal != "x":
+            achieve(alone, goal)

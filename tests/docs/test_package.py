@@ -1,12 +1,12 @@
 """The package as it is installed: built from the source, and used where there is no source tree."""
 
-import subprocess
 import sys
 import tomllib
 import zipfile
 from pathlib import Path
 
 import pytest
+from children import run_child
 
 ROOT = Path(__file__).parents[2]
 USE = """
@@ -17,7 +17,7 @@ print(hierroom.__file__, hierroom.__version__, agent.steps, sep="\\n")
 
 
 def run(*command: str | Path, **options) -> str:
-    done = subprocess.run([*map(str, command)], capture_output=True, text=True, **options)
+    done = run_child(command, quiet_seconds=60, **options)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 
@@ -43,15 +43,17 @@ def wheel(source, tmp_path_factory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_wheel_holds_the_package_and_nothing_else(source, wheel):
     with zipfile.ZipFile(wheel) as archive:
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
     package = {path.relative_to(source).as_posix() for path in (source / "hierroom").rglob("*") if path.is_file()}
     assert names == {name for name in package if "__pycache__" not in name}
     assert {"hierroom/py.typed", "hierroom/weights/c.safetensors"} <= names
-    assert any(name.startswith("hierroom/report/templates/") for name in names)
+    assert any(name.startswith("hierroom/lab/report/templates/") for name in names)
 
 
+@pytest.mark.slow
 def test_a_wheel_is_used_without_the_source(wheel, tmp_path):
     target, empty = tmp_path / "site", tmp_path / "empty"
     empty.mkdir()

@@ -69,17 +69,6 @@ def test_a_symbol_teaches_its_own_sub_policy_and_no_other(network):
         assert all(taught) if symbol == 2 else not any(taught)
 
 
-def test_nobody_is_shown_the_symbol(network):
-    assert all(part.encoder.offsets.shape == (SEEN.n_features,) for part in network.parts)
-    for part in network.parts:
-        part.load_state_dict(network.parts[0].state_dict())
-    features = features_of(6)
-    other = features.clone()
-    other[:, 0] = (other[:, 0] + 1) % N_SYMBOLS
-    state = network.initial_state(6)
-    torch.testing.assert_close(network.step(features, state), network.step(other, state))
-
-
 def test_it_needs_something_to_see():
     with pytest.raises(InputError, match="something to see beside the symbol"):
         Learner(AgentSpace((4,), 3), 4, PPOConfig(), seed=0, network=PolicySketches)

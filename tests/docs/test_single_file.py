@@ -1,7 +1,6 @@
 """Algorithm 1 in one file: its length, what it imports, its parts beside the package's, and what it learns."""
 
 import ast
-import subprocess
 import sys
 from argparse import Namespace
 from pathlib import Path
@@ -9,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from children import run_python
 
 from hierroom.learners.gae import generalized_advantages
 from hierroom.turns.records import CONTROLLER, META
@@ -18,23 +18,16 @@ FILE = EXAMPLES / "single_file.py"
 
 
 @pytest.fixture
-def single_file(monkeypatch):
+def single_file(monkeypatch, one_thread):
     monkeypatch.syspath_prepend(EXAMPLES)
     import single_file
 
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
     with torch.random.fork_rng(devices=[]):
         yield single_file
-    torch.set_num_threads(threads)
 
 
 def settings(**others):
     return Namespace(**({"meta": "learned", "graph": "c", "steps": 600_000, "seed": 0} | others))
-
-
-def run(*arguments):
-    return subprocess.run([sys.executable, FILE.name, *arguments], cwd=EXAMPLES, capture_output=True, text=True)
 
 
 def test_it_is_at_most_300_lines():
@@ -48,15 +41,9 @@ def test_nothing_that_learns_is_imported():
     others = {name.split(".")[0] for name in names} - set(sys.stdlib_module_names)
     assert others == {"hierroom", "numpy", "torch"}
     code = "import sys, single_file; print([n for n in sys.modules if n.startswith('hierroom.')])"
-    loaded = ast.literal_eval(subprocess.check_output([sys.executable, "-c", code], cwd=EXAMPLES, text=True))
+    loaded = ast.literal_eval(run_python("-c", code, cwd=EXAMPLES).stdout)
     assert "hierroom.turns.turns" in loaded
     assert not [name for name in loaded if name.startswith(("hierroom.learners", "hierroom.runs"))]
-
-
-def test_help_is_shown():
-    done = run("--help")
-    assert done.returncode == 0
-    assert all(option in done.stdout for option in ("--meta", "--graph", "--steps", "--seed"))
 
 
 @pytest.mark.parametrize(
@@ -70,7 +57,7 @@ def test_help_is_shown():
         (["--seed", "-1"], "a seed must be a whole number from 0"),
     ],
 )
-def test_a_bad_option_is_one_clear_line(arguments, says, single_file, monkeypatch, capsys):
+def test_an_invalid_option_prints_one_line(arguments, says, single_file, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", [FILE.name, *arguments])
     with pytest.raises(SystemExit) as stopped:
         single_file.run(single_file.main)
@@ -93,37 +80,6 @@ def networks(single_file):
 def random_features(features, *shape):
     cardinalities = features.cardinalities
     return torch.from_numpy(np.random.default_rng(0).integers(cardinalities, size=(*shape, len(cardinalities))))
-
-
-@torch.no_grad()
-def test_turns_at_once_equal_turns_one_by_one(single_file):
-    """With the state forgotten where an episode begins."""
-    for network, names, n_logits in networks(single_file):
-        features = random_features(names, 6, 3)
-        first = torch.randn(3, network.parts * 2 * single_file.H)
-        begins = torch.rand(6, 3) < 0.3
-        logits, values, last = network(features, first, begins)
-        assert logits.shape == (6, 3, n_logits)
-        state = first
-        for t in range(6):
-            state = torch.where(begins[t, :, None], 0.0, state)
-            one, value, state = network(features[t : t + 1], state, torch.zeros(1, 3, dtype=torch.bool))
-            torch.testing.assert_close(one[0], logits[t])
-            torch.testing.assert_close(value[0], values[t])
-        torch.testing.assert_close(state, last)
-
-
-@torch.no_grad()
-def test_the_meta_controller_treats_all_colours_alike(single_file):
-    _, (network, names, _) = networks(single_file)
-    features, state = random_features(names, 4, 2), torch.zeros(2, 7 * 2 * single_file.H)
-    begins, colours = torch.zeros(4, 2, dtype=torch.bool), torch.randperm(6)
-    goals = torch.cat([colours, 6 + colours, torch.tensor([12])])
-    logits, values, _ = network(features, state, begins)
-    permuted, same, _ = network(features[..., torch.cat([goals, 13 + goals])], state, begins)
-    torch.testing.assert_close(permuted, logits[..., torch.cat([goals, torch.tensor([13])])])
-    torch.testing.assert_close(same, values)
-    assert logits.std(dim=-1).min() > 1e-3  # and goals differently
 
 
 def played(single_file, n_steps):
@@ -181,6 +137,7 @@ def test_advantages_equal_the_packages(single_file, name):
     assert now["truncated"].any()
 
 
+@pytest.mark.slow
 def test_both_agents_learn_to_escape(single_file):
     """In levels that were not trained in, each better than one that did not learn beside the other that did.
 

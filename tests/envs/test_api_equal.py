@@ -49,7 +49,7 @@ def keywords(config, **changes):
     return {**vars(config), **changes}
 
 
-def test_plays_hold_what_is_to_be_compared(case):
+def test_plays_hold_choices_ends_rewards_and_illegal_actions(case):
     _, plays = case
     moments = [moment for play in plays for moment in play]
     assert sum(moment.meta is not None for moment in moments) > 8
@@ -62,7 +62,7 @@ def is_legal(moment):
     return -1 <= moment.choice < 14 and moment.meta["action_mask"][13 if moment.choice == -1 else moment.choice] == 1
 
 
-def test_aec(case):
+def test_the_aec_environment_equals_the_batch_of_turns(case):
     config, plays = case
     for n, play in enumerate(plays):
         env = hierroom.raw_env(**keywords(config, env_index=n))
@@ -93,7 +93,7 @@ def test_aec(case):
                 illegal = 0
 
 
-def test_parallel(case):
+def test_the_parallel_environment_equals_the_batch_of_turns(case):
     config, plays = case
     for n, play in enumerate(plays):
         env = hierroom.parallel_env(**keywords(config, env_index=n))
@@ -120,7 +120,7 @@ def test_parallel(case):
                 observations, _ = env.reset()
 
 
-def test_gymnasium(case):
+def test_the_gymnasium_environment_equals_the_batch_of_turns(case):
     config, plays = case
     for n, play in enumerate(plays):
         env = EscapeRoom(**keywords(config, env_index=n, meta=Script(plays)))

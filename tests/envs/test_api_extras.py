@@ -6,7 +6,6 @@ import gymnasium
 import numpy as np
 import pygame
 import pytest
-from gymnasium.wrappers import RenderCollection
 from minigrid.wrappers import FullyObsWrapper
 
 import hierroom
@@ -35,27 +34,6 @@ def test_each_action_has_a_key(drop_key):
     assert keys[(pygame.K_SPACE,)] == 4
 
 
-def test_gymnasium_plays_it(monkeypatch):
-    """With a keyboard of our own: twice left, forward, and escape."""
-    from gymnasium.utils import play
-
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    pressed = iter([pygame.K_LEFT, pygame.K_LEFT, pygame.K_UP, pygame.K_ESCAPE])
-    held = []
-
-    def events():
-        key = next(pressed)
-        released = [pygame.event.Event(pygame.KEYUP, key=held.pop())] if held else []
-        held.append(key)
-        return [*released, pygame.event.Event(pygame.KEYDOWN, key=key)]
-
-    monkeypatch.setattr(pygame.event, "get", events)
-    actions = []
-    env = gymnasium.make(ID, size=11, render_mode="rgb_array")
-    play.play(env, wait_on_player=True, seed=0, fps=100, callback=lambda *step: actions.append(int(step[2])))
-    assert actions == [1, 1, 0]
-
-
 @pytest.mark.parametrize("make", [hierroom.parallel_env, hierroom.env], ids=["parallel", "aec"])
 def test_the_state_is_the_whole_grid_as_minigrid_shows_it(make):
     env = make(graph="b", size=13)
@@ -80,11 +58,6 @@ def test_the_state_is_the_whole_grid_as_minigrid_shows_it(make):
     assert goal < len(COLOURS)
 
 
-def test_the_state_needs_a_reset():
-    with pytest.raises(InputError, match=r"^reset the environment before its state is asked for$"):
-        hierroom.raw_env().state()
-
-
 def test_the_spec_tells_the_step_limit():
     env = gymnasium.make(ID, max_steps=77)
     assert env.spec.max_episode_steps == 77
@@ -98,7 +71,7 @@ def test_the_spec_tells_the_step_limit():
     assert ends == [(False, False)] * 76 + [(False, True)]
 
 
-def test_the_spec_of_one_environment_makes_many_and_the_smaller_limit_counts():
+def test_a_single_environment_s_spec_makes_a_vector_and_the_smaller_limit_counts():
     single = gymnasium.make(ID, max_steps=7)
     many = gymnasium.make_vec(ID, 2, max_steps=7)
     shorter = gymnasium.make_vec(ID, 2, max_episode_steps=7)
@@ -143,18 +116,3 @@ def test_render_modes_are_lists_that_are_not_shared():
     modes = [one.metadata["render_modes"] for one in classes]
     assert all(type(one) is list for one in modes)
     assert len({id(one) for one in modes}) == 3
-
-
-@pytest.mark.parametrize("how", ["wrapped", "by name"])
-def test_frames_are_collected(how):
-    if how == "wrapped":
-        env = RenderCollection(gymnasium.make(ID, size=11, render_mode="rgb_array"))
-    else:
-        env = gymnasium.make(ID, size=11, render_mode="rgb_array_list")
-    env.reset(seed=0)
-    for action in (1, 2):
-        env.step(action)
-    frames = env.render()
-    assert len(frames) == 3
-    assert all(frame.shape == frames[0].shape for frame in frames)
-    assert (frames[0] != frames[1]).any()

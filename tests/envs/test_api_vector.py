@@ -7,7 +7,6 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from hierroom.gym_env import EscapeRoom
 from hierroom.support.errors import InputError
-from hierroom.turns.turns import Turns
 from hierroom.vector_env import EscapeRooms
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
@@ -36,7 +35,7 @@ def test_one_seed_for_each_environment():
     np.testing.assert_array_equal(mixed["observation"][0], of_list["observation"][0])
 
 
-def test_what_is_not_seeded_is_drawn():
+def test_an_environment_without_a_seed_draws_one():
     firsts = {EscapeRooms(1, **SMALL).reset(seed=[None])[0]["observation"].tobytes() for _ in range(8)}
     assert len(firsts) > 4
 
@@ -83,7 +82,7 @@ def test_the_last_infos_of_an_episode_tell_whether_it_escaped():
     assert 0 < sum(ends) < len(ends)
 
 
-def test_each_mode_is_told_and_a_wrong_one_is_one_clear_line():
+def test_each_mode_is_in_the_metadata_and_an_invalid_one_raises_input_error():
     for mode in AutoresetMode:
         for given in (mode, mode.value):
             env = EscapeRooms(2, autoreset_mode=given, **SMALL)
@@ -96,7 +95,7 @@ def test_each_mode_is_told_and_a_wrong_one_is_one_clear_line():
     assert made.reset(seed=0)[0].shape == (2, 177)
 
 
-def test_without_autoreset_what_ended_must_be_reset():
+def test_without_autoreset_ended_environments_must_be_reset():
     env = EscapeRooms(3, autoreset_mode="Disabled", **SMALL)
     env.reset(seed=0)
     for _ in range(4):
@@ -157,7 +156,7 @@ def test_in_next_step_mode_the_action_of_the_reset_is_ignored():
         (np.ones(3, bool), r"bool and shape \(3,\)"),
     ],
 )
-def test_a_wrong_mask_is_one_clear_line(mask, given):
+def test_an_invalid_mask_raises_input_error(mask, given):
     env = EscapeRooms(2, autoreset_mode="Disabled", **SMALL)
     env.reset(seed=0)
     with pytest.raises(InputError, match=rf"^reset_mask must be 2 bool, at least one of them True, not {given}$"):
@@ -180,12 +179,3 @@ def test_all_environments_are_rendered():
     assert EscapeRooms(2).render() is None
     with pytest.raises(InputError, match="render_mode of many environments must be one of ansi, rgb_array or None"):
         EscapeRooms(2, render_mode="human")
-
-
-def test_an_episode_begun_anew_by_itself_counts_in_the_new_stage():
-    """An environment that is reset alone plays an episode of the current stage, as all do after a reset of all."""
-    turns = Turns(EscapeRooms(1, "rooms:4", curriculum_stages=2).turns.config, 3, seed=0, autoreset=False)
-    turns.world.sampler._n_ended[:] = -1, -1, 2
-    turns.reset(None, np.array([1, 2]))
-    assert turns.get_state()["n_ended"].tolist() == [-1, 0, 2]
-    assert turns.world.state.levels["episode"].tolist() == [0, 1, 1]

@@ -42,7 +42,7 @@ def test_a_graph_of_a_file_has_an_id(tmp_path):
     assert '"name": "fork"' in env.spec.to_json()
 
 
-def test_a_set_has_an_id_less_what_is_excluded():
+def test_a_set_with_excluded_graphs_has_an_id():
     env = gymnasium.make(hierroom.register("four-rooms", ["a", "rooms:4"], exclude=["g", FORK]))
     names = {graph.name for graph in env.unwrapped.single.turns.world.sampler.everything}
     assert len(names) == 8
@@ -50,7 +50,7 @@ def test_a_set_has_an_id_less_what_is_excluded():
 
 
 @pytest.mark.parametrize("make", [gymnasium.make, gymnasium.make_vec])
-def test_an_id_keeps_its_graphs_and_what_they_exclude(make):
+def test_an_id_refuses_other_graphs_and_exclusions(make):
     env_id = hierroom.register("three-rooms", "rooms:3", exclude="c")
     for name, value in (("exclude", ()), ("graph", ["rooms:3", "d"])):
         with pytest.raises(
@@ -97,7 +97,7 @@ def test_registering_the_same_again_is_silent_and_another_graph_warns():
 
 
 @pytest.mark.parametrize("name", ["", "a", "g", "my rooms", "my/rooms", "my:rooms", "-x", "ü", 3, None])
-def test_a_bad_name_is_one_clear_line(name):
+def test_an_invalid_name_raises_input_error(name):
     with pytest.raises(InputError) as caught:
         hierroom.register(name, FORK)
     assert str(caught.value) == (

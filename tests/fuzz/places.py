@@ -1,24 +1,17 @@
-"""The file operations of a process below a folder, right before one of which it is killed.
-
-Needs Python alone, as `begin_as_told` runs before anything else is imported.
-"""
+"""The file operations of a process below a folder, right before one of which it is killed."""
 
 import builtins
 import io
-import json
 import os
 import signal
 import stat
 import sys
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 AUDITED = ("open", "os.rename", "os.remove", "os.mkdir", "os.truncate", "shutil.copyfile")
 """What Python says of itself before it changes a file; writing and syncing are told of by `Places.install`."""
-TOLD = "HIERROOM_PLACES"
-"""The environment variable that tells the processes of a command what `told_to` was told."""
 
 
 class Places:
@@ -31,20 +24,10 @@ class Places:
         folder: whose files are meant.
         at: number of the operation, from 0; None: none.
         is_torn: whether the first half of what it writes, if it does, is written.
-        kill: ends this process, and others where they are to end with it.
-        counted: called for each operation.
     """
 
-    def __init__(
-        self,
-        folder: Path,
-        at: int | None,
-        is_torn: bool = False,
-        kill: Callable[[], object] = lambda: os.kill(os.getpid(), signal.SIGKILL),
-        counted: Callable[[], object] = lambda: None,
-    ) -> None:
+    def __init__(self, folder: Path, at: int | None, is_torn: bool = False) -> None:
         self.folder, self.at, self.is_torn, self.n = str(folder), at, is_torn, 0
-        self._kill, self._counted = kill, counted
 
     def audit(self, event: str, arguments: tuple[Any, ...]) -> None:
         """A hook for `sys.addaudithook`."""
@@ -63,9 +46,8 @@ class Places:
         if self.n == self.at:
             if self.is_torn:
                 half()
-            self._kill()
+            os.kill(os.getpid(), signal.SIGKILL)
         self.n += 1
-        self._counted()
 
     def install(self) -> None:
         """Have every operation of this process told to this object."""
@@ -114,31 +96,3 @@ class Told:
 
         self._places.next(half)
         return self._file.write(content)
-
-
-def begin_as_told() -> None:
-    """In each process of a command: count its operations, or end all of them before one, as `TOLD` says."""
-    told = json.loads(os.environ[TOLD])
-    role = "worker" if "--multiprocessing-fork" in sys.orig_argv else "main"
-    if told["role"] not in (None, role):
-        return
-    counts = os.open(told["counts"], os.O_WRONLY | os.O_CREAT | os.O_APPEND)
-    count = partial(os.write, counts, f"{role} {os.getpid()}\n".encode())
-    end_all = partial(os.killpg, 0, signal.SIGKILL)
-    Places(Path(told["folder"]), told["at"], told["is_torn"], end_all, count).install()
-
-
-def told_to(folder: Path, site: Path, role: str | None = None, at: int | None = None, is_torn: bool = False) -> dict:
-    """The environment of a command in which all its processes count their file operations, or end before one.
-
-    Args:
-        folder: whose files are meant.
-        site: another folder, for what Python runs first; its file ``counts`` gets a line for each operation.
-        role: ``main``, the process that is begun, or ``worker``, those that it begins; None: all of them.
-        at: number of the operation of such a process before which they end; None: none.
-        is_torn: whether the first half of what is to be written is.
-    """
-    (site / "sitecustomize.py").write_text(f"{Path(__file__).read_text()}\n\nbegin_as_told()\n")
-    told = {"folder": str(folder), "role": role, "at": at, "is_torn": is_torn, "counts": str(site / "counts")}
-    path = os.pathsep.join([str(site), *filter(None, [os.environ.get("PYTHONPATH")])])
-    return {**os.environ, TOLD: json.dumps(told), "PYTHONPATH": path}

@@ -209,6 +209,7 @@ def test_a_failed_run_is_no_wrong_input(tmp_path):
         runs.train("a", ["hippo"])
 
 
+@pytest.mark.slow
 def test_all_from_nothing_and_nothing_twice(tmp_path):
     words = "all --graphs c --seeds 1 --steps 1000 --evaluations 1 --evaluation-episodes 4 --episodes 4 --out p"
     command = [sys.executable, "-m", "hierroom", "paper", *words.split()]

@@ -1,13 +1,13 @@
 """The report: what its page holds is what the runs were, and nothing that a run says can be anything but text."""
 
 import json
-import subprocess
 import sys
 from types import SimpleNamespace
 
 import evaluated_runs
 import numpy as np
 import pytest
+from children import run_child
 from report_page import HOSTILE, Page, hostile_run
 
 import hierroom
@@ -395,9 +395,10 @@ def test_code_of_ones_own_is_not_run_without_trust(tmp_path, capsys):
     assert "names code that does not ship with hierroom: meta 'os:abort'" in page.text
 
 
+@pytest.mark.slow
 def test_the_command_as_a_user_calls_it(runs, tmp_path):
     command = [sys.executable, "-m", "hierroom", "report", str(runs), "--played", "5", "--episodes", "1"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    done = run_child(command, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1].startswith("report.html (2.")
     assert (tmp_path / "report.html").stat().st_size > 1e6

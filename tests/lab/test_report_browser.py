@@ -8,6 +8,7 @@ import shutil
 
 import evaluated_runs
 import pytest
+from children import TIMES_QUIET
 from PIL import Image
 from report_page import HOSTILE, hostile_run
 
@@ -17,7 +18,10 @@ from hierroom.commands.report import main
 webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 DRIVER = shutil.which("chromedriver")
-pytestmark = pytest.mark.skipif(not (BROWSER and DRIVER), reason="there is no Chromium with its driver on this machine")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not (BROWSER and DRIVER), reason="there is no Chromium with its driver on this machine"),
+]
 FLAGS = [
     "--headless",
     "--no-sandbox",
@@ -53,7 +57,7 @@ def browser(tmp_path_factory):
     driver = webdriver.Chrome(
         options=options, service=webdriver.ChromeService(DRIVER, env={**os.environ, "SE_OFFLINE": "true"})
     )
-    driver.set_script_timeout(60)
+    driver.set_script_timeout(TIMES_QUIET * 6)
     yield driver
     driver.quit()
 

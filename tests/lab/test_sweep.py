@@ -63,6 +63,7 @@ def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
     assert len(more.rows()) == 4
 
 
+@pytest.mark.slow
 def test_graphs_that_are_excluded_are_evaluated_too(tmp_path):
     of_some = plan('graph=[["rooms:2", "rooms:3"]]', 'exclude=[["b", "c"]]', "method=hippo", "max_steps=500", seeds=1)
     sweep = Sweep(of_some, tmp_path / "out")
@@ -88,6 +89,7 @@ def test_a_run_that_fails_is_reported_and_the_rest_goes_on(tmp_path):
     assert [row["meta"] for row in sweep.rows()] == ["none"]
 
 
+@pytest.mark.slow
 def test_a_run_begun_by_another_version_is_not_resumed_and_the_way_on_is_told(tmp_path):
     sweep = Sweep(plan("seed=0"), tmp_path / "out")
     (run,) = sweep.plan.runs()
@@ -114,6 +116,7 @@ def test_what_no_run_can_use_is_refused_before_any_is_trained(tmp_path, words, m
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_row_tells_the_own_code_that_made_it(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
@@ -149,6 +152,7 @@ def test_own_code_that_is_not_found_is_not_said_to_have_changed(tmp_path, monkey
     assert sweep.made_with_other_code() == []
 
 
+@pytest.mark.slow
 def test_own_code_of_other_meta_controllers_is_told_too(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
@@ -162,6 +166,7 @@ def test_own_code_of_other_meta_controllers_is_told_too(tmp_path, monkeypatch):
     assert len(sweep.made_with_other_code()) == 1
 
 
+@pytest.mark.slow
 def test_a_run_does_not_go_on_with_other_code(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [str(tmp_path), *sys.path])
@@ -210,6 +215,7 @@ def test_a_sweep_does_not_mix_with_a_run(tmp_path):
     assert sorted(path.name for path in (tmp_path / "run").iterdir()) == before
 
 
+@pytest.mark.slow
 def test_a_row_in_the_place_of_another_is_told(tmp_path, monkeypatch, capsys):
     words = tiny_words("method=ppo", "seed=0", "evaluations=0")
     for gamma in ("gamma=0.9", "gamma=0.8"):
@@ -235,6 +241,7 @@ def test_a_shard_of_no_runs_does_nothing(tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_rows_tell_an_entry_that_a_sweep_had_one_value_of_when_it_grows(tmp_path):
     Sweep(plan("gamma=0.9", "method=ppo", seeds=1), tmp_path).fill(processes=1)
     grown = Sweep(plan("gamma=0.9,0.99", "method=ppo", seeds=1), tmp_path)
@@ -307,6 +314,7 @@ def undisturbed(tmp_path_factory) -> list[dict[str, str]]:
     return results(out / "sweep.csv")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are looked up in /proc")
 def test_killed_workers_and_a_killed_sweep_leave_the_same_table(tmp_path, undisturbed):
     process = start(tmp_path)
@@ -319,6 +327,7 @@ def test_killed_workers_and_a_killed_sweep_leave_the_same_table(tmp_path, undist
     assert results(tmp_path / "sweep.csv") == undisturbed
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are looked up in /proc")
 def test_a_process_that_alone_is_asked_to_stop_is_replaced(tmp_path, undisturbed):
     process = start(tmp_path)
@@ -330,6 +339,7 @@ def test_a_process_that_alone_is_asked_to_stop_is_replaced(tmp_path, undisturbed
     assert results(tmp_path / "sweep.csv") == undisturbed
 
 
+@pytest.mark.slow
 def test_a_sweep_that_is_stopped_says_how_to_go_on_and_does(tmp_path, undisturbed):
     process = start(tmp_path)
     assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
@@ -341,6 +351,7 @@ def test_a_sweep_that_is_stopped_says_how_to_go_on_and_does(tmp_path, undisturbe
     assert results(tmp_path / "sweep.csv") == undisturbed
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="children are looked up in /proc")
 def test_ctrl_c_twice_reaches_the_sweep_and_not_its_processes(tmp_path, undisturbed):
     """As a terminal sends it, to all; the first says to stop, and the processes save what they do."""

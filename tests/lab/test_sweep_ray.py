@@ -13,7 +13,7 @@ from hierroom.lab.sweep.cluster import _pack, _unpack
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.support.errors import InputError
 
-pytestmark = pytest.mark.clients
+pytestmark = pytest.mark.slow
 
 
 def test_without_ray_one_line_says_what_to_install(tmp_path, monkeypatch):

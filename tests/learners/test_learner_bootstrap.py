@@ -129,7 +129,7 @@ def test_features_outside_their_range_are_refused(network):
 
 
 @both_paths
-def test_truncated_turns_need_what_was_observed_last(network):
+def test_truncated_turns_need_their_last_features(network):
     learner = make_learner(N, network, sequence_length=LENGTH)
     learner.act(ENVS, NEXT, EVERYTHING)
     terminated, truncated = ENVS == 1, ENVS > 0  # a turn that is both counts as terminated

@@ -57,16 +57,6 @@ def settled(curiosity, rng, n=6):
     return curiosity
 
 
-def test_nothing_is_rewarded_before_counts_and_returns_say_something():
-    curiosity, rng = make(), np.random.default_rng(1)
-    for _ in range(30):
-        assert not curiosity.rewards(draw(rng)).any()
-    curiosity.learn()
-    for _ in range(20):
-        assert not curiosity.rewards(draw(rng)).any()
-    assert (curiosity.rewards(draw(rng)) > 0).all()
-
-
 def test_rewards_are_errors_over_the_deviation_of_all_grown_returns():
     curiosity, rng = make(), np.random.default_rng(1)
     curiosity.rewards(draw(rng))
@@ -98,7 +88,7 @@ def test_returns_without_discount_are_refused():
         RandomNetworkDistillation(SIZES, 2, gamma=1.0, seed=0)
 
 
-def test_what_was_seen_often_is_not_new_and_the_rest_is():
+def test_frequent_observations_earn_less_than_rare_ones():
     curiosity, rng = make(num_envs=32), np.random.default_rng(2)
     rare, features = np.tile(np.array([[3, 2]], np.uint8), (32, 1)), np.empty((32, 2), np.uint8)
     for _ in range(60):
@@ -129,21 +119,7 @@ def test_resumed_equals_uninterrupted_even_between_updates():
         assert through.learn() == resumed.learn()
 
 
-def test_a_resumed_run_goes_on_curious_as_it_was():
-    through, before = Trainer(SMALL), Trainer(SMALL)
-    for trainer in (through, before):
-        for _ in range(2):
-            trainer.advance()
-    after = Trainer(SMALL)
-    after.load_state_dict(before.state_dict())
-    for trainer in (through, after):
-        for _ in range(2):
-            trainer.advance()
-    assert through.agents[CONTROLLER].statistics == after.agents[CONTROLLER].statistics
-    assert through.metrics()["curiosity_error"] > 0
-
-
-def test_what_is_new_of_the_level_is_rewarded():
+def test_curiosity_rewards_new_observations_of_the_level():
     trainer = Trainer(SMALL.changed(ppo=PPOConfig(sequence_length=200)))
     turns, agent, told = trainer.turns, trainer.agents[CONTROLLER], []
     curiosity, finish = agent.curiosity, agent.learner.finish

@@ -63,7 +63,7 @@ class Spoiled(PlainTorchNetwork):
 
 
 @pytest.mark.parametrize("place", ["log_probs", "values", "recurrent states"])
-def test_what_was_collected_is_refused_before_anything_is_learned_from_it(place):
+def test_a_batch_that_is_not_finite_is_refused_before_the_update(place):
     learner = make_learner(network=Spoiled)
     learner.network.place, learner.network.left = place, 30
     train_once = learner._backend.train

@@ -40,7 +40,7 @@ def test_turns_begin_in_the_state_that_the_network_has_now():
     np.testing.assert_array_equal(seen[0], np.repeat(now, len(begun), axis=0))
 
 
-def test_playing_leaves_it_as_it_is():
+def test_playing_does_not_change_the_learned_initial_state():
     learner, envs = make_learner(network=LearnsItsStart), RandomEnvs(6, seed=1)
     for _ in range(50):
         envs.tick(learner)

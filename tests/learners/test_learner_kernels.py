@@ -22,7 +22,6 @@ from hierroom.learners.fused.encoder_kernels import (
     rare_rows,
 )
 from hierroom.learners.fused.loss_kernels import heads, loss_backward
-from hierroom.learners.fused.network import Parameters, TapeMemory, backward, forward
 from hierroom.learners.fused.product_kernels import add_product, add_transposed_product, pack
 from hierroom.learners.fused.recurrent_kernels import lstm_backward, lstm_forward
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
@@ -172,34 +171,6 @@ def test_loss_gradients():
         close(gradient - 1, parameter.grad)
 
 
-def test_the_whole_network_backwards():
-    network = RecurrentActorCritic(SPACE, 16).double()
-    vector = parameters_to_vector(network.parameters()).detach().numpy()
-    weights, gradient = Parameters.views(vector, network), np.zeros_like(vector)
-    features = RANDOM.integers(0, SPACE.cardinalities, (7, 10, 4)).astype(np.uint8)
-    resets, states = RANDOM.random((7, 10)) < 0.2, normal(10, 32)
-    memory, d_hidden = TapeMemory(weights), normal(7, 10, 16)
-    memory.tape(8, 12)
-    tape = memory.tape(7, 10)
-    table, offsets = weights.encoder_weight, network.encoder.offsets.numpy()
-    encode(features.reshape(70, 4), offsets, table, weights.encoder_bias, tape.encoded)
-    forward(weights, states, resets, tape)
-    tape.d_hidden[...] = d_hidden
-    parts = Parameters.views(gradient, network)
-    common = np.zeros(4, np.uint8)
-    rows, counts = rare_rows(features.reshape(70, 4), offsets, common, len(table))
-    backward(weights, rows, counts, resets, tape, parts, parts.encoder_weight)
-    complete_table(offsets, common, parts.encoder_bias, parts.encoder_weight)
-    inputs = [torch.from_numpy(x) for x in (features, states, resets)]
-    logits, values = network.sequence(*inputs)
-    close(tape.logits.reshape(7, 10, 4), logits)
-    close(tape.values.reshape(7, 10), values)
-    network.core.sequence(network.encoder(inputs[0]), *inputs[1:]).backward(torch.from_numpy(d_hidden))
-    heads_from = sum(p.numel() for p in [*network.encoder.parameters(), *network.core.parameters()])
-    grads = [p.grad for p in (*network.encoder.parameters(), *network.core.parameters())]
-    close(gradient[:heads_from], torch.cat([g.ravel() for g in grads if g is not None]))
-
-
 def test_adam_steps_like_torch():
     parameter = torch.nn.Parameter(torch.from_numpy(normal(50)))
     adam = torch.optim.Adam([parameter], lr=0.01, eps=1e-5)
@@ -239,7 +210,7 @@ def test_compiled_and_torch_updates_agree(wrap):
 
 
 @pytest.mark.parametrize("begun", [RecurrentActorCritic, PlainTorchNetwork])
-def test_either_goes_on_from_what_the_other_saved(begun):
+def test_either_backend_resumes_the_other_s_state(begun):
     learner, env = make_learner(network=begun), RandomEnvs(6, seed=1)
     while not env.tick(learner)[3]:
         pass

@@ -150,23 +150,9 @@ def test_turns_are_opened_and_closed_in_pairs():
         learner.update(0.0)
 
 
-@both_paths
-def test_a_final_observation_is_valued_with_the_state_after_the_turn(network):
-    """The bootstrap of a truncated turn is V(final) one step on, and the stored state does not move for it."""
-    learner = make_learner(num_envs=2, network=network)
-    envs, features = np.arange(2), np.array([[1, 2, 3, 1], [4, 0, 6, 0]], np.uint8)
-    learner.act(envs, features, np.ones((2, 4), bool))
-    states = learner.state_dict()["states"]
-    none, all_ = np.zeros(2, bool), np.ones(2, bool)
-    final = features[::-1].copy()
-    learner.finish(envs, np.zeros(2), np.ones(2, int), none, all_, all_, final)
-    stored = learner._rollout.slots.next_values[0, :2]
-    expected = learner.network.step(torch.from_numpy(final), states)[1].detach().numpy()
-    np.testing.assert_allclose(stored, expected, rtol=1e-5, atol=1e-6)
-    assert torch.equal(learner.state_dict()["states"], states)
-
-
-@both_paths
+@pytest.mark.parametrize(
+    "network", [None, pytest.param(PlainTorchNetwork, marks=pytest.mark.slow)], ids=["compiled", "torch"]
+)
 @pytest.mark.parametrize("time_limit", [5, 50])
 def test_a_reward_of_one_each_step_is_worth_the_same_whatever_the_time_limit(network, time_limit):
     gamma, n = 0.8, 8

@@ -1,13 +1,12 @@
 """Two ways to multiply matrices: tiles in LLVM's own language, and np.dot where they are refused; both are right."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from children import run_python
 
 from hierroom.learners.fused import blas_kernels, product_kernels, tile_kernels
 
@@ -58,7 +57,7 @@ def test_both_ways_come_out_alike(n_rows, depth, n_columns):
 
 def test_tiles_stay_within_their_arrays():
     """Bounds checks do not see them: every array ends where memory does, so that a read or write behind it is fatal."""
-    done = subprocess.run([sys.executable, "-c", GUARDED], capture_output=True, text=True)
+    done = run_python("-c", GUARDED)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
@@ -71,13 +70,14 @@ def test_wrong_results_are_found(name):
     assert not product_kernels.works(SimpleNamespace(**{**vars(tile_kernels), name: half}))
 
 
+@pytest.mark.slow
 def test_where_llvmlite_refuses_the_learner_learns_by_np_dot_with_one_warning(pytestconfig):
     """With a cache of its own, which is kept: what calls the products is compiled with them."""
     cache = pytestconfig.cache.mkdir("numba-blas")
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache), "PYTHONPATH": str(TESTS), "NUMBA_DISABLE_JIT": "0"}
-    test = f"{TESTS / 'test_learner_kernels.py'}::test_compiled_and_torch_updates_agree[rows]"
-    command = [sys.executable, "-m", "pytest", "-p", "refusing_llvmlite", "-p", "no:cacheprovider", test]
-    done = subprocess.run(command, env=environment, cwd=TESTS.parent, capture_output=True, text=True)
+    test = f"{TESTS / 'learners/test_learner_kernels.py'}::test_compiled_and_torch_updates_agree[rows]"
+    plugins = "-p", "refusing_llvmlite", "-p", "no:cacheprovider"
+    done = run_python("-m", "pytest", *plugins, test, quiet_seconds=90, env=environment, cwd=TESTS.parent)
     assert done.returncode == 0, done.stdout
     assert done.stdout.count("np.dot takes their place, which is slower (NotImplementedError there are no vec") == 1
     assert "1 passed, 1 warning" in done.stdout

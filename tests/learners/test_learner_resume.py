@@ -6,15 +6,7 @@ from copy import deepcopy
 import pytest
 import torch
 from learner_envs import PlainTorchNetwork, RandomEnvs, make_learner
-
-
-def flattened(state, prefix=""):
-    """Leaves of nested dicts, for an exact comparison."""
-    if isinstance(state, dict):
-        for name, child in state.items():
-            yield from flattened(child, f"{prefix}/{name}")
-    else:
-        yield prefix, state
+from same_state import equal
 
 
 @pytest.mark.parametrize("network", [None, PlainTorchNetwork], ids=["compiled", "torch"])
@@ -36,8 +28,4 @@ def test_resumed_equals_uninterrupted_bit_for_bit(network, ticks):
         _, _, actions_after, statistics_after = envs_then.tick(resumed)
         assert (actions == actions_after).all()
         assert statistics == statistics_after
-    expected, found = dict(flattened(learner.state_dict())), dict(flattened(resumed.state_dict()))
-    assert expected.keys() == found.keys()
-    for name, value in expected.items():
-        same = torch.equal(value, found[name]) if isinstance(value, torch.Tensor) else value == found[name]
-        assert same, name
+    assert equal(learner.state_dict(), resumed.state_dict())

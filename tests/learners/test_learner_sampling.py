@@ -51,7 +51,7 @@ def test_log_probabilities_are_those_of_the_softmax(dtype):
         np.testing.assert_allclose(found, expected[:, action], rtol=1e-5, atol=1e-5)
 
 
-def test_what_rounding_leaves_goes_to_the_last_legal_action():
+def test_the_rest_of_rounding_goes_to_the_last_legal_action():
     logits, masks = np.log(np.full((1, 10), 0.1, np.float32)), np.ones((1, 10), bool)
     masks[0, 8:] = False
     assert sample_actions(logits, masks, np.array([np.nextafter(1, 0)]))[0] == 7

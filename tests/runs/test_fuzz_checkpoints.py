@@ -10,6 +10,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
 import checkpoints
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", checkpoints.CONFIGS)
 def test_damaged_files_never_load_and_crafted_states_do_no_harm(name):
     config = checkpoints.CONFIGS[name]

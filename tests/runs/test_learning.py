@@ -30,15 +30,19 @@ def success_rate(preset: str = "default", **entries) -> float:
         torch.set_num_threads(n_threads)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "method", [pytest.param(name, marks=[pytest.mark.slow] * (name != "hippo")) for name in METHODS]
+)
 def test_each_method_learns(method):
     assert success_rate(method=method, steps=STEPS[method]) > BOUND
 
 
+@pytest.mark.slow
 def test_hippo_learns_with_a_learned_meta_controller():
     assert success_rate("learned", steps=100_000) > BOUND
 
 
+@pytest.mark.slow
 def test_with_advantages_in_random_order_nothing_is_learned(monkeypatch):
     estimate, random = ppo.generalized_advantages, np.random.default_rng(0)
 
@@ -50,6 +54,7 @@ def test_with_advantages_in_random_order_nothing_is_learned(monkeypatch):
     assert success_rate(method="hippo", steps=STEPS["hippo"]) < BOUND / 2
 
 
+@pytest.mark.slow
 def test_hippo_beats_flat_ppo_where_keys_lie_behind_doors():
     """On graph c within 300 steps: 100 and 0% after 75,000 steps."""
     hippo, flat = (success_rate(method=m, graph="c", max_steps=300, steps=100_000) for m in ("hippo", "ppo"))

@@ -6,11 +6,11 @@ Weights & Biases and MLflow are stand-ins here, which take what the real ones ta
 import json
 import math
 import re
-import subprocess
 import sys
 from types import ModuleType, SimpleNamespace
 
 import pytest
+from children import run_python
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 import hierroom
@@ -246,7 +246,7 @@ def test_a_folder_of_that_name_is_no_package(tmp_path):
     """Where Weights & Biases has kept its files there is a folder ``wandb``, which Python would import."""
     (tmp_path / "mlflow").mkdir()
     code = "from hierroom.runs.logs.logs import logger_names; logger_names('mlflow')"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = run_python("-c", code, cwd=tmp_path)
     if "InputError" not in done.stderr:
         pytest.skip("mlflow is installed")
     assert "--log mlflow needs the package mlflow" in done.stderr

@@ -4,11 +4,11 @@ import errno
 import os
 import shutil
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from children import run_child
 from same_run import differences, scalars
 from stopped_run import stop_at_update
 
@@ -171,9 +171,10 @@ def test_events_that_cannot_be_written_are_warned_of_once(fixed, tmp_path, monke
     assert len(scalars(folder)) > 10
 
 
+@pytest.mark.slow
 def test_kills_at_any_place_lose_nothing():
     """The short form of what docs/reliability.md tells of."""
     command = [sys.executable, str(KILLS), "--kills", "6", "--runs", "learned", "--seed", "3"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    done = run_child(command)
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.startswith("6 kills, 3 of them at a file operation and 3 at a random moment")

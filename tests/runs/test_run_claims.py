@@ -5,6 +5,7 @@ from multiprocessing.synchronize import Barrier
 from pathlib import Path
 
 import pytest
+from children import TIMES_QUIET
 
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
@@ -37,12 +38,12 @@ def test_eight_processes_at_once_never_get_the_same_folder(tmp_path):
     (tmp_path / "outcomes").mkdir()
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["hierroom.runs.folder.run_folder"])  # torch is imported once, not eight times
-    barrier = context.Barrier(N_PROCESSES, timeout=60)
+    barrier = context.Barrier(N_PROCESSES, timeout=TIMES_QUIET * 6)
     processes = [context.Process(target=claim, args=(n, barrier, tmp_path)) for n in range(N_PROCESSES)]
     for process in processes:
         process.start()
     for process in processes:
-        process.join(timeout=120)
+        process.join(timeout=TIMES_QUIET * 12)
     assert [process.exitcode for process in processes] == [0] * N_PROCESSES
     for n in range(N_ROUNDS):
         names = [f"name{n}", *(f"name{n}-{k}" for k in range(2, N_PROCESSES + 1))]

@@ -292,6 +292,7 @@ def test_evaluate_prints_a_table_and_json(trained, monkeypatch, capsys):
         assert set(results[name]["steps_to_goals"]) == {"key 1", "door 1", "exit"}
 
 
+@pytest.mark.slow
 def test_a_meta_controller_from_a_file_outside_the_package_trains(tmp_path):
     (tmp_path / "mine.py").write_text(
         "import numpy as np\n\n\nclass FirstLegal:\n    def choose(self, observations, legal, situation):\n"

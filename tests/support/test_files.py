@@ -54,7 +54,7 @@ def test_whatever_ends_the_writing_nothing_is_left(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
 
 
-def test_what_a_killed_process_left_is_deleted_and_nothing_else(tmp_path):
+def test_only_a_killed_process_s_unfinished_files_are_deleted(tmp_path):
     (tmp_path / "checkpoints").mkdir()
     left = [tmp_path / f".{'0a' * 8}.part", tmp_path / "checkpoints" / f".{'12' * 8}.part"]
     others = [tmp_path / "mine.part", tmp_path / ".mine.part", tmp_path / f".{'0a' * 8}.parts"]

@@ -7,6 +7,7 @@ import threading
 
 import numpy as np
 import pytest
+from children import TIMES_QUIET
 from learner_envs import RandomEnvs, make_learner
 
 from hierroom.goals import NAMED_GRAPHS
@@ -29,7 +30,7 @@ def in_a_fork(function, *arguments):
     results = FORK.SimpleQueue()
     child = FORK.Process(target=lambda: results.put(function(*arguments)))
     child.start()
-    child.join(60)
+    child.join(TIMES_QUIET * 6)
     hangs = child.is_alive()
     child.kill()
     assert not hangs

@@ -5,10 +5,7 @@ import pytest
 from turns_helpers import achieve, make, well_or_wildly
 
 import hierroom
-from hierroom import InputError
 from hierroom.goals import NAMED_GRAPHS
-from hierroom.runs.assembly import make_turns
-from hierroom.runs.config.config import TrainConfig
 from hierroom.worlds.env_config import NOVELTY_BONUS
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP
 from hierroom.worlds.escape_room.engine import Engine as World
@@ -21,7 +18,7 @@ def state_of(level):
 
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("size", [11, 63])
-def test_novel_is_what_a_set_of_states_does_not_hold(size, drop_key):
+def test_a_state_is_novel_at_its_first_visit_in_an_episode(size, drop_key):
     """The agent's cell with the keys it has found and the doors it has opened, kept in a plain set."""
     world = World([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key, memories=["visited"])
     rng = np.random.default_rng(0)
@@ -61,7 +58,7 @@ def test_a_key_that_is_dropped_and_taken_again_makes_nothing_new():
     assert step.events[0] >= 0
 
 
-def test_what_was_visited_is_part_of_the_state():
+def test_visited_states_are_part_of_the_state():
     turns, rng = make("b", 4, reward="novelty", max_steps=60), np.random.default_rng(2)
     for actions in rng.choice(5, size=(50, 4), p=[0.6, 0.1, 0.1, 0.1, 0.1]):
         turns.step(actions)
@@ -70,14 +67,6 @@ def test_what_was_visited_is_part_of_the_state():
     turns.set_state(state)
     np.testing.assert_array_equal(first, [turns.step(actions).rewards for actions in later])
     assert 0 < np.mean(first) < 0.1
-
-
-def test_the_size_of_the_bonus_is_a_hyperparameter():
-    config = TrainConfig().changed(method="ppo-novelty", graph="a", size=11, novelty_bonus=0.5)
-    turns = make_turns(config, 64, seed=0, levels="training")
-    assert set(turns.step([FORWARD] * 64).rewards) == {0.0, 0.5}
-    with pytest.raises(InputError, match="novelty_bonus must be a number from 0 to 1,000,000, not -1"):
-        make("a", reward="novelty", novelty_bonus=-1)
 
 
 @pytest.mark.parametrize(("settings", "bonus"), [({}, NOVELTY_BONUS), ({"novelty_bonus": 0.25}, 0.25)])

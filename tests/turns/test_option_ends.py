@@ -55,7 +55,7 @@ def test_an_option_that_begins_is_one_turn_of_the_meta_controller_and_ends_it():
     assert ledger.goals.tolist() == [4, -1, -1]
 
 
-def test_what_an_option_achieved_instead_of_its_goal_is_the_first_event_in_it():
+def test_the_goal_achieved_instead_is_the_first_event_of_an_option():
     ledger = Ledger.at_reset(1, n_actions=5)
     for goal, events, end, expected in [
         (2, [-1, 8, 3, -1], "", 8),  # its horizon of 4 steps runs out

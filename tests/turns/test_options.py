@@ -54,7 +54,7 @@ ENDINGS = [
 @pytest.mark.parametrize("place", [0, 1, 2])
 @pytest.mark.parametrize("story", [STORY, TRUNCATED_AS_ITS_HORIZON_RUNS_OUT, *[[ending] for ending in ENDINGS]])
 @pytest.mark.parametrize("reward_name", REWARDS)
-def test_a_story_told_by_hand(story, reward_name, place):
+def test_rewards_and_ends_of_options_equal_numbers_worked_by_hand(story, reward_name, place):
     """In one of three environments; the others pursue nothing and nothing happens in them."""
     ledger = Ledger.at_reset(3, n_actions=5)
     others = np.setdiff1d(np.arange(3), place)
@@ -168,7 +168,7 @@ def test_the_rewards_of_options_add_up_to_those_of_steps():
     assert of_steps.sum() > 0
 
 
-def test_a_ledger_at_reset_is_what_the_kernel_writes_where_an_episode_begins():
+def test_a_ledger_at_reset_equals_what_the_kernel_writes_at_an_episode_s_start():
     records = np.full(1, 1, LEDGER)
     begin_turns(records[0], 5)
     assert Ledger.at_reset(1, 5).records[0] == records[0]

@@ -17,7 +17,6 @@ from hierroom.support.errors import InputError
 from hierroom.turns.records import Step
 from hierroom.turns.rewards import REWARDS, make_reward
 from hierroom.turns.turns import Turns
-from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.level import Level
@@ -46,18 +45,6 @@ def play(turns: Turns, n_steps: int, seed: int = 0) -> list[Step]:
     return steps
 
 
-def test_the_states_are_the_worlds_where_an_ended_episode_stays_as_it_is():
-    reward = Watching()
-    turns = Turns(EnvConfig(reward=reward, **SETTINGS), 4, seed=0, autoreset=False)
-    for n, actions in enumerate(np.random.default_rng(1).integers(6, size=(50, 4)), start=1):
-        before = turns.world.get_state()
-        step = turns.step(actions)
-        for told, state in ((step.before, before), (step.after, turns.world.get_state())):
-            np.testing.assert_array_equal(told.levels, state.levels)
-            np.testing.assert_array_equal(told.grids, state.grids)
-        assert step.episode_ended.all() == (n >= 40)
-
-
 def test_the_states_are_those_before_and_after_the_step_and_before_a_reset():
     reward = Watching()
     turns = make(n=6, reward=reward, **SETTINGS)
@@ -80,7 +67,7 @@ def test_the_states_are_those_before_and_after_the_step_and_before_a_reset():
 
 
 @pytest.mark.parametrize("name", REWARDS)
-def test_those_that_ship_are_written_in_the_form_of_a_users_own(name):
+def test_shipped_rewards_equal_the_same_rewards_as_user_code(name):
     class Own:
         def __init__(self):
             shipped = make_reward(name)
@@ -106,7 +93,7 @@ def test_those_that_ship_are_written_in_the_form_of_a_users_own(name):
     assert sum(step.rewards.sum() for step in own) > 0
 
 
-def test_who_reads_what_was_new_asks_for_the_memory():
+def test_a_reward_that_reads_is_novel_must_ask_for_the_memory():
     def curious(step):
         return 2.0 * step.is_novel
 
@@ -213,7 +200,7 @@ def test_a_reward_that_cannot_be_used_is_refused(reward, said):
         (lambda step: step.price, "fails: AttributeError: a step has no 'price' (line "),
     ],
 )
-def test_what_a_reward_returns_is_checked(value, said):
+def test_an_invalid_result_of_a_reward_raises_input_error(value, said):
     turns = make(n=4, reward=value, **SETTINGS)
     with pytest.raises(InputError) as caught:
         turns.step(np.zeros(4, np.int64))

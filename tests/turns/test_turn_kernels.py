@@ -1,10 +1,5 @@
 """The compiled turns beside their slow twins."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,11 +7,8 @@ from hypothesis import strategies as st
 from ledger_twin import LedgerTwin, legal_goals
 from turns_helpers import make
 
-from hierroom.goals import N_GOALS
-from hierroom.turns.kernels import KERNEL_REWARDS, write_results
 from hierroom.turns.ledger import Ledger
-from hierroom.turns.records import LEDGER, STEP, Step
-from hierroom.turns.rewards import REWARDS, make_reward
+from hierroom.turns.records import LEDGER, STEP
 from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS
 from hierroom.worlds.escape_room.layout import OUTCOME
 from hierroom.worlds.escape_room.oracle import shortest_actions
@@ -24,9 +16,6 @@ from hierroom.worlds.escape_room.oracle import shortest_actions
 
 def as_dict(ledger):
     return {name: ledger.records[name].copy() for name in LEDGER.names}
-
-
-TRACE = Path(__file__).with_name("turns_trace.py")
 
 
 def outcomes_of(rng, n):
@@ -69,26 +58,6 @@ def test_the_ledger_is_its_twin(seed, n, horizon, ends_with_option, autoreset):
         assert not records["rewards"].any()
         for name, values in as_dict(ledger).items():
             np.testing.assert_array_equal(values, twin.values[name], err_msg=name, strict=True)
-
-
-@pytest.mark.parametrize("name", REWARDS)
-def test_the_rewards_that_kernels_write_are_those_of_the_classes(name):
-    rng, n = np.random.default_rng(0), 500
-    ledger, reward = Ledger.at_reset(n, n_actions=5), make_reward(name, 0.3)
-    ledger.begin_options(np.arange(n), rng.integers(-1, 13, size=n))
-    records, _ = ledger.record(
-        rng.integers(5, size=n),
-        outcomes_of(rng, n),
-        return_ends_with_option=False,
-        subgoal_horizon=9,
-        n_actions=5,
-        reward=KERNEL_REWARDS[name],
-        novelty_bonus=0.3,
-    )
-    written = records["rewards"].copy()
-    reward.write(Step(records, N_GOALS))
-    np.testing.assert_array_equal(written, records["rewards"])
-    assert len(np.unique(written)) > 1
 
 
 @pytest.mark.parametrize("mask", GOAL_MASKS)
@@ -141,42 +110,3 @@ def test_on_the_way_to_the_exit_goals_are_legal_as_the_twin_says(mask, graph):
         turns.step(np.array([action]))
     assert seen[-1]
     assert seen[0] == (mask in ("existing", "none"))
-
-
-@pytest.mark.parametrize("begins_anew", [False, True])
-def test_what_a_vector_environment_tells_is_of_the_step_or_of_the_episode_that_it_began(begins_anew):
-    rng, n = np.random.default_rng(5), 200
-    steps, ledgers = np.zeros(n, STEP), np.zeros(n, LEDGER)
-    for records, names in ((steps, ("events", "lengths", "shortest", "illegal_actions")), (ledgers, ("shortest",))):
-        for name in names:
-            records[name] = rng.integers(-1, 40, size=n)
-    for name in ("terminated", "truncated", "episode_ended", "meta_elapsed"):
-        steps[name] = rng.random(n) < 0.5
-    steps["rewards"] = rng.random(n)
-    dtypes = (float, bool, bool, bool, *[np.int64] * 5, bool)
-    told = [np.full(n, 1, dtype) for dtype in dtypes]
-    write_results(steps, ledgers, begins_anew, *told)
-    anew = begins_anew & steps["episode_ended"]
-    expected = (
-        *(steps[name] for name in ("rewards", "terminated", "truncated")),
-        *(np.where(anew, then, steps[name]) for name, then in (("terminated", False), ("events", -1))),
-        *(np.where(anew, 0, steps[name]) for name in ("meta_elapsed", "illegal_actions", "lengths")),
-        np.where(anew, ledgers["shortest"], steps["shortest"]),
-        np.ones(n, bool),
-    )
-    for values, right in zip(told, expected, strict=True):
-        np.testing.assert_array_equal(values, right)
-
-
-def test_as_ordinary_python(tmp_path):
-    """Where numpy would raise for an index outside of an array."""
-    digests = []
-    for disable in ("1", "0"):
-        environment = {**os.environ, "NUMBA_DISABLE_JIT": disable}
-        if disable == "1":
-            environment["NUMBA_CACHE_DIR"] = str(tmp_path)
-        done = subprocess.run([sys.executable, TRACE], env=environment, capture_output=True, text=True, check=False)
-        assert (done.returncode, done.stderr) == (0, "")
-        digests.append(done.stdout)
-    assert digests[0] == digests[1]
-    assert not list(tmp_path.iterdir())  # nothing was compiled

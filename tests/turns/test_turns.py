@@ -11,7 +11,7 @@ from hierroom.support.errors import InputError
 from hierroom.turns.records import AGENTS, NO_OUTCOME, TIMED_OUT
 
 
-def test_what_is_not_legal_is_no_goal_and_counted():
+def test_an_illegal_choice_is_no_goal_and_is_counted():
     turns = make("a", n=5)
     (key,) = goal_ids(turns, "k1")
     everyone = np.arange(5)
@@ -184,34 +184,6 @@ def test_a_meta_controller_cannot_make_a_goal_legal():
     assert turns.goals.tolist() == [-1] * 3
 
 
-@pytest.mark.parametrize("drop_key", [False, True])
-def test_the_spaces_are_those_of_the_agent(drop_key):
-    turns = make("a", drop_key=drop_key)
-    assert turns.action_space("controller_0").n == 5 + drop_key
-    assert turns.action_space("meta_0").n == 14
-    for agent in ("meta_0", "controller_0"):
-        space, told = turns.observation_space(agent), turns.observe(agent, np.array([0])).as_dict()
-        assert space.contains({name: values[0] for name, values in told.items()})
-    assert "outcome" not in turns.observation_space("controller_0")
-
-
-def test_nobody_can_change_which_actions_others_may_take():
-    turns = make("a", n=3)
-    some = turns.observe("controller_0", np.arange(2))
-    with pytest.raises(ValueError, match="read-only"):
-        some.masks[:] = False
-
-
-@pytest.mark.parametrize("agent", ["meta_0", "controller_0"])
-def test_what_is_observed_is_that_of_the_environments_asked_for(agent):
-    turns = make("d", n=5)
-    turns.choose(turns.situation(np.arange(5)), range(5))
-    turns.step([0, 1, 2, 0, 1])
-    everywhere, some = turns.observe(agent, np.arange(5)).as_dict(), np.array([3, 1])
-    for name, values in turns.observe(agent, some).as_dict().items():
-        np.testing.assert_array_equal(values, everywhere[name][some], err_msg=name)
-
-
 @pytest.mark.parametrize("agent", AGENTS)
 def test_the_order_of_the_environments_is_that_asked_for(agent):
     turns, twin = (make("rooms:3", n=4, seed=2, measure_shortest=True) for _ in range(2))
@@ -231,9 +203,8 @@ def test_the_complexity_is_that_with_the_actions_there_are():
     assert expected[False] < expected[True]
 
 
-def test_a_reward_of_ones_own_is_what_a_step_pays():
-    def reward(step):
-        return step.actions / 4 + step.after.levels["steps"] - step.before.levels["steps"]
-
-    turns = make("a", n=3, reward=reward)
-    assert turns.step([0, 1, 2]).rewards.tolist() == [1, 1.25, 1.5]
+def test_nobody_can_change_which_actions_others_may_take():
+    turns = make("a", n=3)
+    some = turns.observe("controller_0", np.arange(2))
+    with pytest.raises(ValueError, match="read-only"):
+        some.masks[:] = False

@@ -7,7 +7,6 @@ from turns_helpers import make, well_or_wildly
 from hierroom.meta import make_meta, take_turn
 from hierroom.support.errors import InputError
 from hierroom.turns.kernels import OTHER
-from hierroom.turns.rewards import REWARDS
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.oracle import shortest_actions
@@ -59,7 +58,7 @@ def test_going_back_to_an_episode_that_has_ended_finds_it_ended():
         assert (step.terminated.tolist(), step.truncated.tolist()) == ([True, False], [False, True])
 
 
-def test_a_state_that_does_not_fit_is_one_clear_line():
+def test_a_state_of_another_shape_raises_input_error():
     turns = make(n=2)
     state = turns.get_state()
     with pytest.raises(InputError, match=r"^the state must hold 2 environments of size 11; it holds 3 of size 11$"):
@@ -145,42 +144,7 @@ def test_an_episode_begins_instead_of_a_step():
     assert told.goals.tolist() == [-1] * 4
 
 
-@pytest.mark.parametrize("reward", REWARDS)
-def test_what_a_step_tells_of_is_nobody_elses(reward):
-    turns, meta, rng = (
-        make(n=4, max_steps=15, subgoal_horizon=4, reward=reward),
-        make_meta("random"),
-        np.random.default_rng(0),
-    )
-    actions, kept = np.zeros(4, np.int64), []
-    for _ in range(40):
-        take_turn(meta, turns)
-        actions[:] = rng.integers(5, size=4)
-        step = turns.step(actions)
-        arrays = step.as_dict()
-        kept.append((arrays, {name: array.copy() for name, array in arrays.items()}))
-        for array in arrays.values():
-            assert not any(np.shares_memory(array, other) for other in (turns.world.outcomes, actions))
-    for step, then in kept:
-        for name in step:
-            np.testing.assert_array_equal(step[name], then[name], err_msg=name)
-
-
 def test_parts_are_taken_only_where_no_environment_depends_on_others():
     assert make("a", n=3).can_split
     assert not make("hitting_time:8..16", n=3, curriculum_stages=2).can_split
     assert not make("a", n=3, reward=lambda step: step.extrinsic).can_split
-
-
-@pytest.mark.parametrize("n", [1, 2, 3])
-def test_one_environment_of_several_is_told_of_alone(n):
-    turns = make("c", n=n, seed=3)
-    for _ in range(7):
-        turns.step(np.arange(n) % 3)
-    for env in range(n):
-        only = np.array([env])
-        assert turns.situation(only).state.levels["row"].tolist() == [turns.world.state.levels["row"][env]]
-        assert turns.situation(only).state.levels["index"].tolist() == [env]
-        for agent in ("meta_0", "controller_0"):
-            assert turns.observe(agent, only).levels["index"].tolist() == [env]
-            np.testing.assert_array_equal(turns.observe(agent, only).tiles[0], turns.world.outcomes["tiles"][env])

@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-import torch
 from gymnasium.spaces import Box, Discrete
 from pettingzoo.test import api_test, parallel_api_test, parallel_seed_test, seed_test
-from stable_baselines3 import PPO
 from supersuit import concat_vec_envs_v1, pettingzoo_env_to_vec_env_v1
 
 import hierroom
@@ -47,7 +45,7 @@ def numbers(agent, observation):
 
 
 @pytest.mark.parametrize("drop_key", [False, True])
-def test_numbers_say_what_the_dicts_say(drop_key):
+def test_boxes_hold_the_numbers_of_the_dicts(drop_key):
     settings = {"drop_key": drop_key, "goal_mask": "none", "subgoal_horizon": 3, "reward": "bonus"}
     env, plain = make(**settings), hierroom.parallel_env(graph="a", size=11, max_steps=60, **settings)
     rng = np.random.default_rng(0)
@@ -130,13 +128,13 @@ def test_an_action_that_nobody_has_is_still_refused():
         env.step(14)
 
 
-def test_supersuit_for_ten_thousand_steps():
+def test_supersuit_for_two_thousand_steps():
     env = concat_vec_envs_v1(pettingzoo_env_to_vec_env_v1(make()), 2, base_class="gymnasium")
     observations, _ = env.reset(seed=0)
     assert len(np.unique(observations[::2], axis=0)) == 2  # two environments, no copies
     rng = np.random.default_rng(0)
     ends = 0
-    for _ in range(5_000):  # of two environments
+    for _ in range(1_000):  # of two environments
         observations, rewards, terminated, truncated, infos = env.step(rng.integers(6, size=4))
         assert observations.shape == (4, 191)
         assert np.isfinite(rewards).all()
@@ -144,32 +142,5 @@ def test_supersuit_for_ten_thousand_steps():
         assert (episode_ended[::2] == episode_ended[1::2]).all()
         ends += int(episode_ended[::2].sum())
         assert [info["success"] for info in infos] == terminated.astype(bool).tolist()
-    assert ends >= 2 * (5_000 // 60)
+    assert ends >= 2 * (1_000 // 60)
     env.close()
-
-
-@pytest.fixture
-def one_thread():
-    """Two threads wait for each other more than they compute, at this size."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
-
-
-@pytest.mark.usefixtures("one_thread")
-def test_stable_baselines_learns_through_it():
-    """Two updates, in environments that are the same again, change every weight, the same way again."""
-    policies = []
-    for _ in range(2):
-        env = concat_vec_envs_v1(pettingzoo_env_to_vec_env_v1(make()), 2, base_class="stable_baselines3")
-        env.venv.reset(seed=0)
-        torch.manual_seed(0)
-        np.random.seed(0)  # noqa: NPY002 - Stable-Baselines3 shuffles with it
-        model = PPO("MlpPolicy", env, n_steps=32, batch_size=64, n_epochs=1, device="cpu")
-        before = [parameter.clone() for parameter in model.policy.parameters()]
-        model.learn(2 * 32 * env.num_envs)
-        assert model.num_timesteps == 2 * 32 * 4
-        policies.append([*model.policy.parameters()])
-        assert all((old != new).any() for old, new in zip(before, policies[-1], strict=True))
-    assert all((one == again).all() for one, again in zip(*policies, strict=True))

@@ -29,7 +29,7 @@ def test_gymnasium_checker():
 
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("meta", ["none", "fixed-dfs"])
-def test_it_is_what_minigrid_would_observe_and_what_the_environment_does(drop_key, meta):
+def test_the_view_equals_minigrid_s_observations_and_the_environment_s_steps(drop_key, meta):
     """At random and on the way to the exit, beside the environment itself."""
     settings = {"graph": "e", "size": 13, "max_steps": 200, "drop_key": drop_key, "meta": meta, "reward": "bonus"}
     plain = gymnasium.make("hierroom/EscapeRoom-v0", **settings)
@@ -91,7 +91,7 @@ def test_actions_are_taken_as_learners_give_them(kind):
 
 
 @pytest.mark.parametrize("action", [Actions.drop, Actions.done])
-def test_what_our_levels_do_not_have_only_costs_the_step(action):
+def test_actions_without_a_counterpart_only_cost_the_step(action):
     env = make()
     before, info = env.reset(seed=0)
     after, *_, info = env.step(action)
@@ -167,7 +167,7 @@ def test_the_whole_grid_holds_the_exit_the_keys_and_the_agent():
         (lambda: make().step(np.array([0, 1])), "an action must be a whole number, not"),
     ],
 )
-def test_refusals_are_one_line(attempt, said):
+def test_invalid_uses_raise_input_error(attempt, said):
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
         attempt()
     assert "\n" not in str(caught.value)

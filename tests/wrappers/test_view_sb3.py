@@ -2,15 +2,12 @@
 
 import re
 import sys
-from time import process_time
 
 import gymnasium
 import numpy as np
 import pytest
-import torch
 from gymnasium.wrappers.vector import RecordEpisodeStatistics
-from stable_baselines3 import DQN, PPO
-from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import VecMonitor
 
@@ -23,15 +20,6 @@ SETTINGS = {"size": 11, "max_steps": 40, "reward": "bonus", "meta": "fixed-dfs"}
 
 def make(**settings):
     return hierroom.sb3_view(gymnasium.make_vec("hierroom/EscapeRoom-b-v0", N, **{**SETTINGS, **settings}))
-
-
-@pytest.fixture
-def _one_thread():
-    """Two threads wait for each other more than they compute, at this size."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
 
 
 def plain_envs():
@@ -86,7 +74,7 @@ def test_pictures_and_texts_are_those_of_the_environments():
     assert texts.get_images() == [None] * N
 
 
-def test_what_a_wrapper_tells_of_episodes_is_told_where_they_end():
+def test_episode_statistics_of_wrappers_arrive_at_the_end_of_an_episode():
     envs = hierroom.sb3_view(RecordEpisodeStatistics(gymnasium.make_vec("hierroom/EscapeRoom-b-v0", N, **SETTINGS)))
     envs.set_options({"complexity": True})
     envs.reset()
@@ -103,7 +91,7 @@ def test_what_a_wrapper_tells_of_episodes_is_told_where_they_end():
     assert n_ended >= 2 * N
 
 
-@pytest.mark.usefixtures("_one_thread")
+@pytest.mark.usefixtures("one_thread")
 def test_ppo_learns_and_is_evaluated():
     envs = VecMonitor(make())
     model = PPO("MultiInputPolicy", envs, n_steps=32, batch_size=64, n_epochs=1, device="cpu", seed=0)
@@ -117,41 +105,7 @@ def test_ppo_learns_and_is_evaluated():
     assert 0 <= mean <= 5
 
 
-@pytest.mark.usefixtures("_one_thread")
-def test_dqn_takes_them_too_with_features():
-    envs = gymnasium.make_vec("hierroom/EscapeRoom-b-v0", N, **SETTINGS)
-    envs = hierroom.sb3_view(hierroom.add_features(envs, ["goal-place", "frontier-places"]))
-    model = DQN("MultiInputPolicy", envs, learning_starts=60, buffer_size=600, batch_size=32, device="cpu", seed=0)
-    model.learn(240)
-    assert model.replay_buffer.observations["features"].shape == (100, N, 6)
-
-
-@pytest.mark.usefixtures("_one_thread")
-def test_maskable_ppo_finds_the_masks():
-    contrib = pytest.importorskip("sb3_contrib", reason="sb3-contrib is not installed")
-    model = contrib.MaskablePPO("MultiInputPolicy", make(), n_steps=32, batch_size=64, n_epochs=1, device="cpu", seed=0)
-    model.learn(32 * N)
-    assert model.rollout_buffer.action_masks.all()
-
-
-def test_it_is_many_times_as_fast(capsys):
-    """Shown by ``pytest -s``: steps of both, beside Stable-Baselines3's own vector, in one run."""
-    seconds = {}
-    actions = np.random.default_rng(0).integers(5, size=(100, 16))
-    own = make_vec_env("hierroom/EscapeRoom-b-v0", 16, env_kwargs=SETTINGS)
-    ours = VecMonitor(hierroom.sb3_view(gymnasium.make_vec("hierroom/EscapeRoom-b-v0", 16, **SETTINGS)))
-    for name, envs in (("own", own), ("ours", ours)):
-        envs.reset()
-        envs.step(actions[0])
-        started = process_time()
-        for now in actions:
-            envs.step(now)
-        seconds[name] = process_time() - started
-    print(f"\n{seconds['own'] / seconds['ours']:.1f} times as fast as DummyVecEnv, 16 environments")
-    assert seconds["ours"] < seconds["own"] / 2
-
-
-def test_no_library_is_one_clear_line(monkeypatch):
+def test_without_the_library_it_raises_input_error(monkeypatch):
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     for name in [name for name in sys.modules if name.startswith("stable_baselines3.")]:
         monkeypatch.delitem(sys.modules, name)
@@ -175,7 +129,7 @@ def test_no_library_is_one_clear_line(monkeypatch):
         (lambda: make().set_attr("graph", "c"), "the environments of the batch engine have no attributes of their own"),
     ],
 )
-def test_refusals_are_one_line(attempt, said):
+def test_invalid_uses_raise_input_error(attempt, said):
     with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
         attempt()
     assert "\n" not in str(caught.value)

@@ -100,35 +100,19 @@ def change(path, value):
         (put("elapsed", 0, 0), "learner.rollout.arrays.elapsed must be at least 1, not 0"),
         (put("rewards", 0, torch.inf), "learner.rollout.arrays.rewards must be finite everywhere, not inf"),
         (put("columns", 0, 12), "learner.rollout.arrays.columns must be at most 11, not 12"),
-        (put("turns", 0, 5), "learner.rollout.arrays.turns must be at most 4, not 5"),
-        (put("awaiting", 0, 12), "learner.rollout.arrays.awaiting must be at most 11, not 12"),
-        (
-            put("masks", slice(None), False),
-            "the rollout of a learner cannot be used: the actions of its turns were legal",
-        ),
+        (put("masks", slice(None), False), "the rollout of a learner cannot be used: the actions of its turns were"),
         (change("rollout.free", []), "the rollout of a learner cannot be used: each of its columns is free, full or"),
         (change("rollout.full", [12]), "learner.rollout.full[0] must be a whole number from 0 to 11, not 12"),
-        (change("rollout.full", [True]), "learner.rollout.full[0] must be a whole number from 0 to 11, not True"),
         (put("states", 0, torch.nan), "learner.states must be finite everywhere, not nan"),
-        (change("states", torch.zeros(6, 15)), "learner.states must be an array of float32 and shape (6, 16), not of"),
         (change("states", torch.zeros(6, 4).to_sparse()), "learner.states must be an array, not a Tensor"),
-        (change("starts_episode", [True]), "learner.starts_episode must be an array, not a list"),
         (change("backend.n_steps", -1), "learner.backend.n_steps must be a whole number from 0 to "),
-        (change("backend.means", torch.zeros(1)), "learner.backend.means must be an array of float32 and shape"),
-        (
-            change("backend.network", {}),
-            "learner.backend.network does not hold what it should: it lacks 'encoder.weight",
-        ),
+        (change("backend.network", {}), "learner.backend.network does not hold what it should: it lacks 'encoder."),
         (change("backend.network.more", 1), "learner.backend.network does not hold what it should: it has 'more'"),
-        (
-            change("action_random.bit_generator", "MT19937"),
-            "learner.action_random.bit_generator must be 'PCG64', not 'M",
-        ),
-        (change("shuffle_random.state.inc", 2**128), "learner.shuffle_random.state.inc must be a whole number from 0"),
+        (change("action_random.bit_generator", "MT19937"), "learner.action_random.bit_generator must be 'PCG64', not"),
         (change("shuffle_random", None), "learner.shuffle_random must be a mapping, not None"),
     ],
 )
-def test_the_state_of_a_learner_is_one(spoil, said):
+def test_an_invalid_state_of_a_learner_raises_input_error(spoil, said):
     learner = learner_in_the_middle()
     state = learner.state_dict()
     learner.load_state_dict(state)
@@ -156,37 +140,21 @@ def trainer_of(method="hippo", meta=None, **agents):
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
-        (
-            "levels.direction",
-            torch.tensor([0, 1, 2, 7], dtype=torch.int32),
-            "levels.direction must be at most 3, not 7",
-        ),
         ("levels.row", torch.tensor([9, 9, 9, 10**6], dtype=torch.int32), "levels.row must be at most 14, not 1000000"),
         ("levels.keys", torch.zeros(4), "levels.keys must be an array of int32 and shape (4,), not of float32"),
-        ("levels.found", None, "levels.found must be an array, not None"),
-        (
-            "turns.grids",
-            torch.zeros(4, 21, 21),
-            "grids must be an array of uint8 and shape (4, 21, 21), not of float64",
-        ),
+        ("turns.grids", torch.zeros(4, 21, 21), "grids must be an array of uint8 and shape (4, 21, 21), not of float6"),
         ("turns.3", torch.zeros(4), "the state of turns does not hold what get_state gives"),
         ("turns.goals", "x", "turns.goals must be an array, not 'x'"),
         ("agents.controller_0.learner", [], "agents.controller_0: agent.learner must be a mapping, not a list"),
-        (
-            "agents.controller_0.description.features",
-            "x",
-            "agents.controller_0: agent.description.features must be 'view",
-        ),
+        ("agents.controller_0.description.features", "x", "agents.controller_0: agent.description.features must be"),
         ("agents.meta_0.warm_up.successes", [1], "agents.meta_0: warm_up.successes[0] must be True or False, not 1"),
-        ("agents.meta_0.warm_up.more", [1], "agents.meta_0: warm_up does not hold what it should: it has 'more'"),
         ("log.goals", [[0], [], [], [13]], "log.goals[3][0] must be a whole number from 0 to 12, not 13"),
-        ("log.goals", [], "log.goals must be a list of 4 to 4 items, not a list of 0"),
         ("log.window.success", [2], "log.window.success[0] must be a whole number from 0 to 1, not 2"),
         ("log.steps_to", {7: 1}, "log does not hold what it should: it has 'steps_to'"),
         ("log.returns", torch.full((4,), torch.nan).double(), "log.returns must be finite everywhere, not nan"),
     ],
 )
-def test_the_state_of_training_is_one(path, value, said):
+def test_an_invalid_state_of_training_raises_input_error(path, value, said):
     trainer = trainer_of(meta="learned")
     state = trainer.state_dict()
     trainer.load_state_dict(state)
@@ -214,7 +182,7 @@ def test_turns_have_begun_only_where_no_agent_is_about_to_begin_one():
             trainer.load_state_dict(spoiled)
 
 
-def test_the_state_of_curiosity_is_one():
+def test_an_invalid_state_of_curiosity_raises_input_error():
     trainer = trainer_of("ppo-rnd", features=("direction", "keys"))
     trainer.advance()
     for path, value, said in (

@@ -34,19 +34,6 @@ def test_every_state_that_is_reached_is_accepted(size, drop_key, monkeypatch):
         check_state(world.get_state())
 
 
-@pytest.mark.parametrize("size", [constants.MIN_SIZE, constants.MAX_SIZE])
-def test_the_smallest_and_the_largest_grid_are_accepted(size):
-    check_state(World([NAMED_GRAPHS["a"]], size=size).get_state())
-
-
-@pytest.mark.parametrize("name", ["seed", "index", "episode", "key", "n_drawn"])
-def test_the_highest_number_is_accepted_by_the_kernel(name, monkeypatch):
-    monkeypatch.delattr(state_check, "level_schema")
-    state = begun().get_state()
-    state.levels[name] = level_bounds(13).get(name, (0, 2**64 - 1))[1]
-    check_state(state)
-
-
 def test_an_episode_has_ended_with_its_last_step():
     state = begun().get_state()
     state.levels["steps"][1], state.levels["has_ended"][1] = state.levels["max_steps"][1], True
@@ -66,18 +53,6 @@ def test_every_field_has_bounds_that_are_kept(name):
             state.levels[name][(1, *place)] = number
             with pytest.raises(InputError, match=said):
                 world.set_state(state)
-
-
-def test_the_bounds_are_those_of_a_grid_of_fifteen():
-    """A grid of 15 cells and margins of 5 on each side, in Python's own numbers."""
-    large = 2**31 - 1
-    of_cells = dict.fromkeys(("rectangles", "doors_at", "keys_at", "exit_at", "divider", "doorways"), (0, 24))
-    expected = {"seed": (0, 2**63 - 1), "index": (0, 2**63 - 1), "episode": (0, 2**63 - 2), "max_steps": (1, large)}
-    expected |= {"remembers": (0, 7), "split": (0, 2), "n_rooms": (2, 7), "exit_room": (1, 6), "key_rooms": (0, 6)}
-    expected |= {"colours": (0, 5), "branches": (0, 5), **of_cells, "row": (6, 18), "col": (6, 18)}
-    expected |= {"direction": (0, 3), "steps": (0, large), "keys": (0, 63), "doors": (0, 63), "found": (0, 63)}
-    expected |= {"opened_at": (0, large), "seen": (0, 2**13 - 1), "visited": (0, 2**15 - 1), "explored": (0, 2**15 - 1)}
-    assert level_bounds(15) == expected | {"bag": (0, 5), "bag_size": (0, 6), "carried": (-1, 5)}
 
 
 def test_the_bounds_name_every_field_but_flags_and_random_numbers():
@@ -173,7 +148,7 @@ def test_nobody_stands_on_a_key_or_in_a_locked_door(things):
 
 
 @pytest.mark.parametrize("name", ["keys", "doors", "found"])
-def test_what_is_held_opened_or_found_is_of_rooms_that_are_there(name):
+def test_keys_doors_and_found_bits_of_missing_rooms_are_refused(name):
     state = begun().get_state()
     state.levels[name][1] |= 1 << state.levels["n_rooms"][1] - 1
     with pytest.raises(InputError, match=RULES[4]):
@@ -267,3 +242,23 @@ def test_a_state_that_is_refused_changes_nothing():
         world.set_state(wrong)
     assert (world.state.grids == before.grids).all()
     assert (world.state.levels == before.levels).all()
+
+
+@pytest.mark.parametrize("name", ["seed", "index", "episode", "key", "n_drawn"])
+def test_the_highest_number_is_accepted_by_the_kernel(name, monkeypatch):
+    monkeypatch.delattr(state_check, "level_schema")
+    state = begun().get_state()
+    state.levels[name] = level_bounds(13).get(name, (0, 2**64 - 1))[1]
+    check_state(state)
+
+
+def test_the_bounds_are_those_of_a_grid_of_fifteen():
+    """A grid of 15 cells and margins of 5 on each side, in Python's own numbers."""
+    large = 2**31 - 1
+    of_cells = dict.fromkeys(("rectangles", "doors_at", "keys_at", "exit_at", "divider", "doorways"), (0, 24))
+    expected = {"seed": (0, 2**63 - 1), "index": (0, 2**63 - 1), "episode": (0, 2**63 - 2), "max_steps": (1, large)}
+    expected |= {"remembers": (0, 7), "split": (0, 2), "n_rooms": (2, 7), "exit_room": (1, 6), "key_rooms": (0, 6)}
+    expected |= {"colours": (0, 5), "branches": (0, 5), **of_cells, "row": (6, 18), "col": (6, 18)}
+    expected |= {"direction": (0, 3), "steps": (0, large), "keys": (0, 63), "doors": (0, 63), "found": (0, 63)}
+    expected |= {"opened_at": (0, large), "seen": (0, 2**13 - 1), "visited": (0, 2**15 - 1), "explored": (0, 2**15 - 1)}
+    assert level_bounds(15) == expected | {"bag": (0, 5), "bag_size": (0, 6), "carried": (-1, 5)}

@@ -7,14 +7,12 @@ import pytest
 
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
-from hierroom.worlds.escape_room import random_kernels
 from hierroom.worlds.escape_room import world as world_module
 from hierroom.worlds.escape_room.constants import FORWARD, LEFT
 from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD
 from hierroom.worlds.escape_room.engine import Engine as World
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.oracle import shortest_actions
-from hierroom.worlds.escape_room.tiles import TRIPLES, encode
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]
 
@@ -95,18 +93,6 @@ def test_seeds_environments_and_episodes_differ():
     worlds[0].reset()
     grids += [grid.tobytes() for grid in worlds[0].state.grids]
     assert len(set(grids)) == len(grids)
-
-
-def test_turn_draws_are_fixed_by_episode_and_turn():
-    levels = World(GRAPHS, 1000, seed=6).state.levels
-    uniforms, again, next_turn = (np.empty((1000, 13)) for _ in range(3))
-    random_kernels.turn_uniforms(levels, np.zeros(1000, np.int64), uniforms)
-    random_kernels.turn_uniforms(levels[:7], np.zeros(7, np.int64), again[:7])
-    random_kernels.turn_uniforms(levels, np.ones(1000, np.int64), next_turn)
-    assert ((uniforms >= 0) & (uniforms < 1)).all()
-    assert abs(uniforms.mean() - 0.5) < 0.01
-    assert (uniforms[:7] == again[:7]).all()
-    assert len(np.unique([uniforms, next_turn])) == 2 * uniforms.size
 
 
 def test_clocks_can_be_staggered():
@@ -192,17 +178,6 @@ def test_actions_of_any_layout_and_kind_of_number():
         assert same_state(world.state, worlds[0].state)
 
 
-@pytest.mark.parametrize("num_envs", [1, 2, 50])
-def test_observations_of_views_in_any_layout(num_envs):
-    world = World(GRAPHS, num_envs, seed=11)
-    for actions in actions_of(30, num_envs):
-        field = world.step(actions)["tiles"]
-        observations = [encode(views) for views in (field, field.copy(), np.asfortranarray(field))]
-        for observation in observations:
-            np.testing.assert_array_equal(observation, TRIPLES[field])
-    assert not np.shares_memory(observations[0], encode(field))
-
-
 # The ends of episodes.
 
 
@@ -251,14 +226,11 @@ def test_after_the_end_nothing_happens_and_nothing_is_rewarded():
     [
         ({"size": 10}, "size must be a whole number from 11 to 63, not 10"),
         ({"size": 64}, "size must be a whole number from 11 to 63, not 64"),
-        ({"size": 19.5}, "size must be a whole number from 11 to 63, not 19.5"),
         ({"num_envs": 0}, "num_envs must be a whole number from 1 to 2**31 - 1, not 0"),
-        ({"max_steps": 0}, "max_steps must be a whole number from 1 to 2**31 - 1, not 0"),
         ({"max_steps": 2**31}, "max_steps must be a whole number from 1 to 2**31 - 1, not 2147483648"),
         ({"threads": 0}, "threads must be a whole number from 1 to 2**31 - 1, not 0"),
         ({"seed": -1}, "a seed must be a whole number from 0 to 2**63 - 1, not -1"),
         ({"seed": 2**63}, "a seed must be a whole number from 0 to 2**63 - 1"),
-        ({"seed": 1.0}, "a seed must be a whole number from 0 to 2**63 - 1, not 1.0"),
         ({"graphs": []}, "levels need at least one goal graph"),
         ({"graphs": [GoalGraph((0,) * 7, 1)]}, "a grid holds at most 7 rooms .* but the goal graph has 8"),
     ],

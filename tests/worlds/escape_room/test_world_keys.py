@@ -18,7 +18,6 @@ from hierroom.worlds.escape_room.constants import (
     WALL,
 )
 from hierroom.worlds.escape_room.engine import Engine as World
-from hierroom.worlds.escape_room.layout import MEMORIES
 
 
 def face(world: World, tile: int) -> None:
@@ -141,19 +140,7 @@ def test_the_step_that_opened_a_door_is_remembered():
     assert level.opened_at.tolist() == [0, 3, 0, 0, 0, 0]
 
 
-def test_a_world_remembers_only_what_it_is_asked_to():
-    for asked in [(), *((name,) for name in MEMORIES)]:
-        world = World([NAMED_GRAPHS["b"]], seed=17, memories=asked)
-        level, novel = world.state.levels[0], []
-        fetch(world, level.colours[1])
-        face(world, LOCKED_DOOR + level.colours[1])
-        for action in (OPEN, FORWARD, LEFT, FORWARD, FORWARD):
-            novel.append(bool(act(world, action).is_novel))
-        assert [name for name in MEMORIES if level[name].any()] == [*asked]
-        assert any(novel) == ("visited" in asked)
-
-
-def test_what_was_seen_is_remembered_for_the_episode():
+def test_seen_goals_are_remembered_until_the_episode_ends():
     world = World([NAMED_GRAPHS["b"]], seed=18)
     level = world.state.levels[0]
     for goal in (level.colours[0], 6 + level.colours[1]):

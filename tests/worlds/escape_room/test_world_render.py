@@ -1,8 +1,6 @@
 """Pictures, text, windows and animations. That pictures equal MiniGrid's is tested in test_world_minigrid.py."""
 
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pictures
@@ -202,10 +200,3 @@ def test_wrong_input(world):
             show(world.state, 13)
     with pytest.raises(InputError, match="tile_size must be a whole number of at least 1, not 0"):
         draw_level(world.state, tile_size=0)
-
-
-def test_nothing_is_drawn_with_before_it_is_asked_for():
-    """Importing the renderer loads neither pygame nor MiniGrid."""
-    code = "import sys, hierroom.worlds.escape_room.render; print({'pygame', 'minigrid', 'PIL'} & set(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "set()"

@@ -144,6 +144,7 @@ def test_states_have_different_bits_exactly_where_they_differ(can_drop):
     assert len({*of_state.values()}) == len(of_state)
 
 
+@pytest.mark.slow
 def test_information_is_as_computed():
     level, horizon = sampled(300), 300
     returns = level.policy_returns(150, 400)
@@ -153,6 +154,7 @@ def test_information_is_as_computed():
     assert found.poic == pytest.approx(exact.poic, rel=0.35)
 
 
+@pytest.mark.slow
 def test_gorp_succeeds_as_often_as_computed():
     mdp, level, n = level_mdp(A, 0, size=11), sampled(120), 200
     gorp = Gorp(mdp, 120)

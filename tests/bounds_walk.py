@@ -4,6 +4,7 @@ import io
 
 import numpy as np
 import turns_trace
+import world_trace
 from escape_room import FEATURES, WORLD
 from rich.console import Console
 from turns_helpers import well_or_wildly
@@ -59,7 +60,8 @@ def learn(**entries) -> None:
 def main() -> None:
     for i, mask in enumerate(GOAL_MASKS):
         walk(mask, drop_key=i % 2 == 0, size=(MIN_SIZE, 19, 33, 63)[i], num_envs=48, n_steps=120)
-    turns_trace.main()
+    world_trace.trace()
+    turns_trace.trace()
     learn(features=tuple(OF_BOTH), drop_key=True)
     learn(meta="learned")
     learn(features=("view-ids", "goal"), method="ppo-rnd")

@@ -41,7 +41,7 @@ def test_the_goal_is_where_views_of_this_episode_showed_it_last():
     meta = make_meta("random")
     rng, memories = np.random.default_rng(0), [{} for _ in range(N_ENVS)]
     compared = {"no goal": 0, "not there": 0, "not seen yet": 0, "in view": 0, "remembered": 0, "dropped": 0}
-    for _ in range(2000):
+    for _ in range(1200):
         take_turn(meta, turns)
         turns.goals[rng.random(N_ENVS) < 0.01] = NO_GOAL
         observation = turns.observe("controller_0", np.arange(N_ENVS))
@@ -96,7 +96,7 @@ def test_the_doorways_are_the_two_opened_or_walked_through_last():
 
 
 @pytest.mark.parametrize("meta", ["learned", "fixed-dfs"])
-def test_levels_remember_what_a_learned_meta_controller_is_shown(meta):
+def test_levels_remember_the_features_of_a_learned_meta_controller(meta):
     """It was shown constants where the controller had no such feature."""
     config = find_preset("paper").changed(meta=meta, meta_features=("goal-status", "frontier-places"), num_envs=4)
     turns, features = make_turns(config, 4, 0, levels="training"), Features(WORLD, config.agents.meta_features, META)

@@ -51,7 +51,7 @@ def played():
         last = np.where(step.episode_ended, N_ACTIONS, last)
 
 
-def test_what_is_shown_is_what_is_there():
+def test_features_equal_a_plain_reading_of_the_level():
     compared = dict.fromkeys(("no goal", "key", "door", "exit", "in view", "in no view", "held", "opened"), 0)
     for _, observation, last in played():
         now = {name: FEATURES[name].encode(observation).tolist() for name in CONTROLLERS}
@@ -149,7 +149,7 @@ def test_several_stand_side_by_side():
 @pytest.mark.parametrize(
     ("names", "is_by_goal"), [(["goal-status"], True), (["goal-status", "goal-outcome"], True), (["keys"], False)]
 )
-def test_what_has_a_number_for_each_goal(names, is_by_goal):
+def test_features_by_goal_are_known(names, is_by_goal):
     assert Features(WORLD, names, "meta_0").are_by_goal == is_by_goal
     assert not Features(WORLD, [*names, "view"], "meta_0").are_by_goal
 
@@ -163,6 +163,6 @@ def test_what_has_a_number_for_each_goal(names, is_by_goal):
         (["goal-outcome"], "one of meta_features, not of features"),
     ],
 )
-def test_what_is_no_feature(names, message):
+def test_an_unknown_feature_raises_input_error(names, message):
     with pytest.raises(InputError, match=message):
         Features(WORLD, names)

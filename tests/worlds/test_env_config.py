@@ -1,0 +1,35 @@
+"""What an environment is made of, and the public names."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+import hierroom
+from hierroom.gym_env import EscapeRoom
+from hierroom.turns.turns import Turns
+from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.env_config import EnvConfig
+
+
+def test_numbers_of_numpy_are_numbers():
+    config = EnvConfig("c", env_index=np.int64(3), subgoal_horizon=np.int32(5), drop_key=np.bool_(True))
+    assert Turns(config, seed=0).world.state.levels["index"].tolist() == [3]
+
+
+def test_the_checked_environment_explains_itself():
+    assert hierroom.env.__name__ == "env"
+    assert "checks of order and bounds" in hierroom.env.__doc__
+    for made in (hierroom.raw_env, hierroom.parallel_env, EscapeRoom, EscapeRooms):
+        for name in vars(EnvConfig()):
+            assert f"    {name}: " in inspect.cleandoc(made.__doc__), (made, name)
+
+
+def test_the_package_tells_its_public_names():
+    assert set(hierroom.__all__) <= set(dir(hierroom))
+    assert callable(hierroom.parallel_env)
+    import hierroom.parallel_env as module_or_class
+
+    assert hierroom.parallel_env is module_or_class
+    with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
+        _ = hierroom.nothing
