@@ -34,19 +34,19 @@ def main(argv: Sequence[str]) -> int:
     Args:
         argv: the words of the command line.
     """
-    name = argv[0] if argv else "--help"
-    if name in COMMANDS:
-        return _module(name).main(argv[1:])
-    if name in ("-h", "--help"):
-        _print_commands()
-    elif name == "--version":
-        print(hierroom.__version__)
-    elif name in ("--tyro-print-completion", "--tyro-write-completion"):
-        _print_completion(argv)
-    else:
-        near = get_close_matches(name, COMMANDS)
-        hint = f"did you mean {' or '.join(near)}? " if near else ""
-        raise InputError(f"there is no command {name!r}; {hint}python -m hierroom lists all")
+    match argv:
+        case [] | ["-h" | "--help", *_]:
+            _print_commands()
+        case ["--version", *_]:
+            print(hierroom.__version__)
+        case [*_, "--tyro-print-completion", "bash" | "zsh" | "fish"]:
+            _print_completion(argv[-2:])
+        case [name, *words] if name in COMMANDS:
+            return _module(name).main(words)
+        case [name, *_]:
+            near = get_close_matches(name, COMMANDS)
+            hint = f"did you mean {' or '.join(near)}? " if near else ""
+            raise InputError(f"there is no command {name!r}; {hint}python -m hierroom lists all")
     return 0
 
 
@@ -59,11 +59,13 @@ def _print_commands() -> None:
     for name, purpose in COMMANDS.items():
         print(f"  python -m hierroom {name:<11} {purpose}")
     print("\nEach explains itself with --help; hierroom COMMAND is short for python -m hierroom COMMAND.")
-    print('A shell completes commands and options after eval "$(hierroom --tyro-print-completion bash)"; or zsh, fish.')
+    print(
+        'A shell completes commands and options after eval "$(hierroom --tyro-print-completion bash)" (or zsh, fish).'
+    )
 
 
 def _print_completion(argv: Sequence[str]) -> None:
-    """Print or write what completes all commands in a shell, as tyro makes it."""
+    """Print what completes all commands in a shell; a shell knows the first word only, so it is never one command's."""
     kinds = {name: getattr(_module(name), f"{name.capitalize()}Arguments") for name in COMMANDS}
     tyro.extras.subcommand_cli_from_dict(kinds, prog="hierroom", args=argv)
 

@@ -48,7 +48,7 @@ class EvaluateArguments:
         json: print JSON for machines; what has no value, such as the mean step of a goal never reached, is null.
     """
 
-    run: Annotated[Path, tyro.conf.Positional]
+    run: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     episodes: int = 1000
     num_envs: int = 100
     seed: int = 0

@@ -53,7 +53,7 @@ class WatchArguments:
         text: print text even where a window could be opened.
     """
 
-    run: Annotated[Path, tyro.conf.Positional]
+    run: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     episodes: int = 1
     failures: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     most: int = 1000

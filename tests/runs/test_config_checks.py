@@ -162,7 +162,7 @@ def test_a_chain_of_many_rooms_is_no_recursion():
 @pytest.mark.parametrize("is_script", [False, True])
 def test_ctrl_c_while_a_command_is_imported_is_one_line(module, is_script, tmp_path):
     (tmp_path / f"{module}.py").write_text("raise KeyboardInterrupt")
-    script = str(Path(sys.executable).with_name("hierroom-train"))
+    script = str(Path(sys.executable).with_name("hierroom train"))
     command = [script] if is_script else [sys.executable, "-m", "hierroom.train"]
     path = os.pathsep.join([str(tmp_path), str(Path(hierroom.__file__).parents[1])])
     env = {**os.environ, "PYTHONPATH": path}

@@ -272,7 +272,7 @@ def test_control_c_ends_the_update_saves_and_says_how_to_go_on(number, tmp_path,
     before = signal.getsignal(number)
     out = tmp_path / "run"
     assert train([*FLAGS, "--steps", "4096", "--out", str(out)]) == 130
-    assert f"python -m hierroom.train --resume {out}" in capsys.readouterr().out
+    assert f"python -m hierroom train --resume {out}" in capsys.readouterr().out
     assert RunFolder.open(out).load_checkpoint()["steps"] == 4 * 8 * 16
     assert signal.getsignal(number) is before
     assert train(["--resume", str(out)]) == 0
