@@ -16,7 +16,6 @@ from pathlib import Path
 
 import pytest
 import tyro
-import tyro.extras
 from doc_pages import BLOCKS, PAGES, ROOT, commands, lines_of
 
 import hierroom
@@ -25,7 +24,6 @@ from hierroom.lab.sweep.plan import read_plan
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import read_config
 from hierroom.runs.folder.run_folder import RunFolder
-from hierroom.train import parse
 
 COMMANDS = [(page, command) for page, found in commands().items() for command in found]
 PYTHON = [
@@ -141,16 +139,13 @@ def _understand(words: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
         path = Path(name)
         monkeypatch.syspath_prepend(path.parent)
     assert path.is_file()
-    if not words:  # the page speaks of the command as such
+    if not words or (name == "hierroom" and len(words) == 1):  # the page speaks of the command as such
         return
-    if name == "hierroom.train":
-        assert parse(words).config.steps > 0
-    elif not re.search(r"\btyro\b|\bargparse\b|import .*\breport\b", path.read_text()):
+    if not re.search(r"\btyro\b|\bargparse\b|import .*\breport\b", path.read_text()):
         assert not words, f"{path.name} takes no options"
     else:
         monkeypatch.setattr(sys, "argv", [str(path), *words])
-        subcommands = tyro.extras, "subcommand_cli_from_dict"  # which has tyro.cli under a name of its own
-        for module, function in (subcommands, (tyro, "cli"), (argparse.ArgumentParser, "parse_args")):
+        for module, function in ((tyro, "cli"), (argparse.ArgumentParser, "parse_args")):
             monkeypatch.setattr(module, function, _stop_after(getattr(module, function)))
         with pytest.raises(Understood):
             start(name, run_name="__main__")
@@ -174,10 +169,9 @@ def _stop_after(read):
         and before.text.startswith("python -m hierroom complexity")
     ],
 )
-def test_what_follows_a_command_is_what_it_prints(before, block, capsys, monkeypatch):
+def test_what_follows_a_command_is_what_it_prints(before, block, capsys):
     [line] = lines_of(before)
-    monkeypatch.setattr(sys, "argv", shlex.split(line)[2:])
-    assert complexity() == 0
+    assert complexity(shlex.split(line)[4:]) == 0
     assert capsys.readouterr().out == block.text
 
 

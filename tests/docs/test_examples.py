@@ -57,7 +57,7 @@ def test_example(name):
 def test_the_meta_controller_of_ones_own_trains(name, tmp_path, monkeypatch):
     """From a file outside the package, named on the command line."""
     settings = [*SHORT, "--graph", "a", "--steps", "4000"]
-    run("-m", "hierroom.train", "--meta", f"own_meta_controller:{name}", *settings, "--out", str(tmp_path / "run"))
+    run("-m", "hierroom", "train", "--meta", f"own_meta_controller:{name}", *settings, "--out", str(tmp_path / "run"))
     monkeypatch.syspath_prepend(EXAMPLES)
     assert check_run(tmp_path / "run")["steps"] == 4096  # 8 updates
     assert check_picture(tmp_path / "run")
@@ -67,7 +67,7 @@ def test_the_meta_controller_of_ones_own_trains(name, tmp_path, monkeypatch):
 def test_the_learning_meta_controller_of_ones_own_learns_what_can_be_reached(tmp_path):
     settings = [*SHORT, "--graph", "c", "--steps", "30000", "--max-steps", "200"]
     goals = ["--meta", "own_learning_meta:ReachedMostOften", "--goal-mask", "existing", "--subgoal-horizon", "30"]
-    run("-m", "hierroom.train", *goals, *settings, "--out", str(tmp_path / "run"))
+    run("-m", "hierroom", "train", *goals, *settings, "--out", str(tmp_path / "run"))
     counts = RunFolder.open(tmp_path / "run").load_checkpoint()["agents"][META]
     rates = dict(enumerate((counts["reached"] / counts["tried"]).tolist()))
     door_without_key, door_with_key = (2 * kind + 1 for kind in (1, 2))  # both seen
@@ -133,10 +133,10 @@ def test_the_watching_meta_controller_of_ones_own_is_better_in_play_than_one_tha
 def test_the_reward_of_ones_own_trains_and_is_known_to_evaluate_and_resume(reward, tmp_path):
     settings = [*SHORT, "--graph", "a", "--steps", "4000", "--max-steps", "100"]
     out = str(tmp_path / "run")
-    run("-m", "hierroom.train", "--reward", f"own_reward:{reward}", *settings, "--out", out)
+    run("-m", "hierroom", "train", "--reward", f"own_reward:{reward}", *settings, "--out", out)
     assert RunFolder.open(out).config().env.reward == f"own_reward:{reward}"
     assert "success" in run("-m", "hierroom", "evaluate", out, "--episodes", "20", "--trust-run")
-    run("-m", "hierroom.train", "--resume", out, "--steps", "6000", "--reward", f"own_reward:{reward}")
+    run("-m", "hierroom", "train", "--resume", out, "--steps", "6000", "--reward", f"own_reward:{reward}")
 
 
 def test_the_reward_of_ones_own_is_nearness_by_hand(monkeypatch):
@@ -155,7 +155,7 @@ def test_the_reward_of_ones_own_is_nearness_by_hand(monkeypatch):
 
 def test_the_network_of_ones_own_trains(tmp_path, monkeypatch):
     settings = [*SHORT, "--graph", "a", "--steps", "4000", "--max-steps", "100"]
-    run("-m", "hierroom.train", "--network", "own_network:GatedMemory", *settings, "--out", str(tmp_path / "run"))
+    run("-m", "hierroom", "train", "--network", "own_network:GatedMemory", *settings, "--out", str(tmp_path / "run"))
     monkeypatch.syspath_prepend(EXAMPLES)
     assert check_run(tmp_path / "run")["steps"] == 4096
     assert check_picture(tmp_path / "run")

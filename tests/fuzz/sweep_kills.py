@@ -17,6 +17,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -33,26 +34,10 @@ from same_run import differences  # noqa: E402
 from hierroom.support.cli import run  # noqa: E402
 
 COMMANDS = {
-    "sweep": (
-        *("hierroom.lab.sweep", "method=hippo,ppo-rnd", "meta=none,random", "steps=8_000", "size=11", "num_envs=8"),
-        *("evaluations=4", "evaluation_episodes=20", "--seeds", "2", "--episodes", "20", "--processes", "2"),
-    ),
-    "paper": (
-        *(
-            "hierroom.lab.paper",
-            "table3",
-            "--steps",
-            "40_000",
-            "--seeds",
-            "1",
-            "--graphs",
-            "a",
-            "c",
-            "--evaluations",
-            "3",
-        ),
-        *("--evaluation-episodes", "20", "--episodes", "20", "--processes", "2"),
-    ),
+    "sweep": "sweep method=hippo,ppo-rnd meta=none,random steps=8_000 size=11 num_envs=8 evaluations=4 "
+    "evaluation_episodes=20 --seeds 2 --episodes 20 --processes 2",
+    "paper": "paper table3 --steps 40_000 --seeds 1 --graphs a c --evaluations 3 "
+    "--evaluation-episodes 20 --episodes 20 --processes 2",
 }
 TABLES = ("sweep.csv", "curves.csv")
 ROLES = ("main", "worker")
@@ -86,7 +71,7 @@ class Command:
         random: draws the kills.
     """
 
-    words: tuple[str, ...]
+    words: Sequence[str]
     place: Path
     random: random.Random
     killed: Counter[str] = field(default_factory=Counter)
@@ -105,7 +90,7 @@ class Command:
 
     def _start(self, out: Path, environment: dict[str, str] | None = None) -> subprocess.Popen:
         """The command, in a process group of its own, writing to a folder."""
-        command = [sys.executable, "-m", *self.words, "--out", str(out)]
+        command = [sys.executable, "-m", "hierroom", *self.words, "--out", str(out)]
         with (self.place / "log").open("w") as log:
             return subprocess.Popen(command, start_new_session=True, stdout=log, stderr=log, env=environment)
 
@@ -159,7 +144,7 @@ def main() -> int:
     n_wrong = 0
     for name in options.commands:
         with TemporaryDirectory() as place:
-            command = Command(COMMANDS[name], Path(place), random.Random(options.seed))
+            command = Command(COMMANDS[name].split(), Path(place), random.Random(options.seed))
             n_sweeps, wrong = 0, 0
             while command.killed.total() < options.kills:
                 told, n_sweeps = list[str](), n_sweeps + 1
