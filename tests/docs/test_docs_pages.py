@@ -54,7 +54,7 @@ def test_python_runs(block, tmp_path, monkeypatch):
 
 def test_the_loop_shown_is_the_trainer_s():
     shown = next(block.text for block in BLOCKS if block.page == "architecture.md" and block.language == "python")
-    source = (ROOT / "hierroom" / "training" / "trainer.py").read_text()
+    source = (ROOT / "hierroom" / "runs" / "trainer.py").read_text()
 
     def code(text):
         return [line.split("  #")[0].strip() for line in text.splitlines() if line.strip()]

@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import io
 import os
-import re
 import shutil
 import sys
 import tempfile
@@ -134,16 +133,16 @@ def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
 
 
 def wrong_end(code: object, told: str) -> str | None:
-    """What is wrong with an exit code and what was written on standard error, or None: 0, or 2 and one line or a box.
+    """What is wrong with an exit code and what was written on standard error, or None.
 
-    Tyro writes the box where a word is no option or no value of one.
+    Right are 0, or 2 and one line, or 2 and what tyro says of a word that is no option or no value of one.
     """
     errors = [line for line in told.splitlines() if line.startswith("error: ")]
     if code == 0:
         return f"exit code 0, and {errors[0]}" if errors else None
     if code != 2:
         return f"exit code {code!r}: {told}"
-    if re.fullmatch("╭─.*╮\n(│.*│\n)+╰─*╯\n", told):
+    if "For full helptext, " in told and not errors:
         return None
     if len(errors) != 1 or told.splitlines()[-1:] != errors or not errors[0].isprintable() or len(errors[0]) > 1100:
         return f"not one line: {told!r}"
