@@ -49,22 +49,19 @@ class TrainArguments:
 
 
 def parse(argv: Sequence[str]) -> TrainArguments:
-    """The arguments of the command line; unnamed options come from a file, the preset or the run that is resumed."""
-    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
-    for name in ("--preset", *(f"--{name}" for name in _CODE), "--config", "--resume", "--out"):
-        first.add_argument(name)
-    first.add_argument("--trust-run", "--trust_run", action="store_true")
-    try:
-        known, _ = first.parse_known_args(argv)
-    except argparse.ArgumentError as error:
-        raise InputError(str(error)) from error
+    """Read the command line; options that it does not name come from a file, the preset or the resumed run."""
+    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    for name in ("preset", *_CODE, "config", "resume", "out"):
+        first.add_argument(f"--{name}", nargs="?")  # tyro says later that a value is missing
+    known, _ = first.parse_known_args(argv)
+    trust = "--trust-run" in argv or "--trust_run" in argv
     if known.resume and not (known.preset is known.config is known.out is None):
         raise InputError(_ONLY_BESIDE_RESUME)
     named = {name: getattr(known, name) for name in ("preset", *_CODE) if getattr(known, name) is not None}
     if known.resume:
-        default = _config_of(known.resume, known.trust_run, named)
+        default = _config_of(known.resume, trust, named)
     elif known.config:
-        default = read_config(known.config, trust=known.trust_run, **named)
+        default = read_config(known.config, trust=trust, **named)
     else:
         default = find_preset(known.preset or implied_preset(known.meta))
     arguments = read_arguments(TrainArguments, "train", argv, TrainArguments(config=default))
