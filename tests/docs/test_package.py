@@ -49,7 +49,7 @@ def test_a_wheel_holds_the_package_and_nothing_else(source, wheel):
     package = {path.relative_to(source).as_posix() for path in (source / "hierroom").rglob("*") if path.is_file()}
     assert names == {name for name in package if "__pycache__" not in name}
     assert {"hierroom/py.typed", "hierroom/weights/c.safetensors"} <= names
-    assert any(name.startswith("hierroom/report/templates/") for name in names)
+    assert any(name.startswith("hierroom/lab/report/templates/") for name in names)
 
 
 def test_a_wheel_is_used_without_the_source(wheel, tmp_path):
@@ -62,6 +62,8 @@ def test_a_wheel_is_used_without_the_source(wheel, tmp_path):
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools_scm"]
     assert version == settings["fallback_version"]  # a copy without git
     assert int(steps) >= 3_000_000
+    (script,) = (target / "bin").glob("hierroom*")
+    assert run(script, "--version", cwd=empty, env=environment).strip() == version
 
 
 def test_the_citation_is_of_the_version_that_is_made():
