@@ -13,7 +13,7 @@ compile: $(VENV)/.installed ## all kernels, so that nothing after it compiles in
 	$(BIN)/python -m hierroom compile
 
 train: compile ## HiPPO with the fixed depth-first meta-controller on graph c
-	$(BIN)/python -m hierroom.train --meta fixed-dfs
+	$(BIN)/python -m hierroom train --meta fixed-dfs
 
 check: $(VENV)/.installed ## ruff and pyright; nothing is changed
 	$(BIN)/ruff check .

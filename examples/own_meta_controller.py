@@ -1,7 +1,7 @@
 """Two meta-controllers of one's own: a class that chooses for all environments at once, and a function of one level.
 
-python -m hierroom.train --meta own_meta_controller:NearestKeyFirst
-python -m hierroom.train --meta own_meta_controller:nearest
+python -m hierroom train --meta own_meta_controller:NearestKeyFirst
+python -m hierroom train --meta own_meta_controller:nearest
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Rewards of one's own: shaping by the distance to the goal, and a cost for each step.
 
-python -m hierroom.train --reward own_reward:Closer
-python -m hierroom.train --method ppo --reward own_reward:hurry
+python -m hierroom train --reward own_reward:Closer
+python -m hierroom train --method ppo --reward own_reward:hurry
 """
 
 GAMMA = 0.95  # that of the learner, so that shaping does not change which policy is best (Ng, Harada & Russell, 1999)

@@ -1,6 +1,6 @@
 """A meta-controller of one's own that watches: it remembers what it gave in vain this episode, and gives that last.
 
-python -m hierroom.train --meta own_watching_meta:OthersFirst --goal-mask existing --subgoal-horizon 50
+python -m hierroom train --meta own_watching_meta:OthersFirst --goal-mask existing --subgoal-horizon 50
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 r"""Policy sketches: a network of sub-policies, one for each goal, as a network of one's own.
 
-python -m hierroom.train --method ppo-sketch --network policy_sketches:PolicySketches \
+python -m hierroom train --method ppo-sketch --network policy_sketches:PolicySketches \
     --features symbol view direction keys previous-action doorway-places frontier-places
 """
 

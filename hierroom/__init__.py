@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 
 def _leave_quietly(kind: type[BaseException], error: BaseException, traceback: Any) -> None:
-    """Ctrl-C while a command is still being imported ends it as later on: one line, and exit code 130."""
+    """End a command that is still being imported on Ctrl-C: one line, and exit code 130, as later on."""
     if not issubclass(kind, KeyboardInterrupt):
         sys.__excepthook__(kind, error, traceback)
         return
@@ -25,7 +25,7 @@ def _leave_quietly(kind: type[BaseException], error: BaseException, traceback: A
 
 
 _run = sys.orig_argv[sys.orig_argv.index("-m") + 1 :][:1] if sys.argv[:1] == ["-m"] else sys.argv[:1]
-if _run and re.match(r"hierroom(\.|-|$)", os.path.basename(_run[0])):  # as a command, python -m or a script
+if _run and re.match(r"hierroom(\.|$)", os.path.basename(_run[0])):  # the command line, by python -m or as a script
     sys.excepthook = _leave_quietly
 
 import gymnasium  # noqa: E402 - it takes its time, in which Ctrl-C may come

@@ -1,53 +1,78 @@
-"""List the commands: ``python -m hierroom``."""
+"""The command line: ``python -m hierroom COMMAND``, or ``hierroom COMMAND`` where the script is on the path."""
 
 from __future__ import annotations
 
-import importlib
 import sys
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from importlib import import_module
+from types import ModuleType
 
 import tyro
 
 import hierroom
-from hierroom.support.cli import COMMANDS, one_line_usage, run
+from hierroom.support.cli import run
+from hierroom.support.errors import InputError
+
+COMMANDS: Mapping[str, str] = {
+    "train": "train an agent and write a run folder",
+    "sweep": "train many runs, on every core or many machines, into one table",
+    "play": "play a level yourself, with hints, fog, and a trained agent that can take over",
+    "watch": "watch a trained agent, its failures too: in a window, as GIF, MP4 or text",
+    "evaluate": "success, length and steps to each goal of a trained agent",
+    "compare": "learning curves of several runs, with intervals, as tables and a figure",
+    "report": "one HTML page on runs: curves, goals, complexity against learning, replay of episodes",
+    "complexity": "how hard goal graphs are to explore, before anybody trains",
+    "paper": "the paper's tables and figures, ours beside its own",
+    "compile": "compile all kernels now, so that nothing waits for it later",
+}
 
 
-@dataclass(frozen=True)
-class ListArguments:
-    """EscapeRoom environments, exploration complexity and hierarchical PPO: the commands.
+def main(argv: Sequence[str]) -> int:
+    """Run the command that the first word names, or list all commands.
 
     Args:
-        version: print the version.
+        argv: the words of the command line.
     """
-
-    version: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-
-
-def main() -> int:
-    """The command."""
-    if sys.argv[1:2] and sys.argv[1] in COMMANDS:
-        name = sys.argv.pop(1)
-        home = "hierroom.train" if name == "train" else f"hierroom.commands.{name}"
-        return importlib.import_module(home).main()
-    with one_line_usage():
-        called = "hierroom" if Path(sys.argv[0]).stem == "hierroom" else "python -m hierroom"
-        arguments = tyro.cli(ListArguments, prog=called)
-    if arguments.version:
-        print(hierroom.__version__)
-        return 0
-    print(f"hierroom {hierroom.__version__}: {ListArguments.__doc__.splitlines()[0]}\n")  # pyright: ignore[reportOptionalMemberAccess]
-    for name, purpose in COMMANDS.items():
-        print(f"  python -m hierroom {name:<11} {purpose}")
-    print("\nEach explains itself with --help, and is also there as hierroom-train, hierroom-evaluate and so on, whose")
-    print('options a shell completes after, for instance, eval "$(hierroom-train --tyro-print-completion bash)".')
+    match argv:
+        case [] | ["-h" | "--help", *_]:
+            _print_commands()
+        case ["--version", *_]:
+            print(hierroom.__version__)
+        case [*_, "--tyro-print-completion", "bash" | "zsh" | "fish"]:
+            _print_completion(argv[-2:])
+        case [name, *words] if name in COMMANDS:
+            return _module(name).main(words)
+        case [name, *_]:
+            near = get_close_matches(name, COMMANDS)
+            hint = f"did you mean {' or '.join(near)}? " if near else ""
+            raise InputError(f"there is no command {name!r}; {hint}python -m hierroom lists all")
     return 0
 
 
+def _module(name: str) -> ModuleType:
+    return import_module("hierroom.train" if name == "train" else f"hierroom.commands.{name}")
+
+
+def _print_commands() -> None:
+    print(f"hierroom {hierroom.__version__}: {(hierroom.__doc__ or '').splitlines()[0]}\n")
+    for name, purpose in COMMANDS.items():
+        print(f"  python -m hierroom {name:<11} {purpose}")
+    print("\nEach explains itself with --help; hierroom COMMAND is short for python -m hierroom COMMAND.")
+    print(
+        'A shell completes commands and options after eval "$(hierroom --tyro-print-completion bash)" (or zsh, fish).'
+    )
+
+
+def _print_completion(argv: Sequence[str]) -> None:
+    """Print what completes all commands in a shell; a shell knows the first word only, so it is never one command's."""
+    kinds = {name: getattr(_module(name), f"{name.capitalize()}Arguments") for name in COMMANDS}
+    tyro.extras.subcommand_cli_from_dict(kinds, prog="hierroom", args=argv)
+
+
 def script() -> None:
-    """The command, as ``hierroom``."""
-    run(main)
+    """Run the command line of this process."""
+    run(lambda: main(sys.argv[1:]))
 
 
 if __name__ == "__main__":

@@ -1,9 +1,10 @@
-"""Train an agent: ``python -m hierroom.train --meta fixed-dfs``, or from Python `train`."""
+"""Train an agent: ``python -m hierroom train``, or ``python -m hierroom.train``, or from Python `train`."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+import sys
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,7 +14,7 @@ import tyro
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import read_config
 from hierroom.runs.config.presets import find_preset, implied_preset
-from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.cli import read_arguments, run
 from hierroom.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -47,29 +48,23 @@ class TrainArguments:
     log: str = "tensorboard"
 
 
-def parse(argv: list[str] | None = None) -> TrainArguments:
-    """The arguments of the command line; unnamed options come from a file, the preset or the run that is resumed."""
-    argv = words(argv)
-    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
-    for name in ("--preset", *(f"--{name}" for name in _CODE), "--config", "--resume", "--out"):
-        first.add_argument(name)
-    first.add_argument("--trust-run", "--trust_run", action="store_true")
-    try:
-        known, _ = first.parse_known_args(argv)
-    except argparse.ArgumentError as error:
-        raise InputError(str(error)) from error
+def parse(argv: Sequence[str]) -> TrainArguments:
+    """Read the command line; options that it does not name come from a file, the preset or the resumed run."""
+    first = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    for name in ("preset", *_CODE, "config", "resume", "out"):
+        first.add_argument(f"--{name}", nargs="?")  # tyro says later that a value is missing
+    known, _ = first.parse_known_args(argv)
+    trust = "--trust-run" in argv or "--trust_run" in argv
     if known.resume and not (known.preset is known.config is known.out is None):
         raise InputError(_ONLY_BESIDE_RESUME)
     named = {name: getattr(known, name) for name in ("preset", *_CODE) if getattr(known, name) is not None}
     if known.resume:
-        default = _config_of(known.resume, known.trust_run, named)
+        default = _config_of(known.resume, trust, named)
     elif known.config:
-        default = read_config(known.config, trust=known.trust_run, **named)
+        default = read_config(known.config, trust=trust, **named)
     else:
         default = find_preset(known.preset or implied_preset(known.meta))
-    start = TrainArguments(config=default)
-    with one_line_usage(argv):
-        arguments = tyro.cli(TrainArguments, prog=program("train"), default=start, args=argv)
+    arguments = read_arguments(TrainArguments, "train", argv, TrainArguments(config=default))
     config = arguments.config
     kept = config.changed(steps=default.steps, threads=default.threads, device=default.device)
     if known.resume and kept != default:
@@ -122,8 +117,8 @@ def train(
     return load(folder.path, trust=True)  # what it names was named in this call
 
 
-def main(argv: list[str] | None = None) -> int:
-    """The command."""
+def main(argv: Sequence[str]) -> int:
+    """Run the command on its words."""
     arguments = parse(argv)
     from hierroom.runs.logs.logs import logger_names
     from hierroom.runs.session import begin, resume, run_session  # torch takes its time, and --help needs none
@@ -163,10 +158,5 @@ def _config_of(path: str, trust: bool, named: Mapping[str, str]) -> TrainConfig:
     return config
 
 
-def script() -> None:
-    """The command, as ``hierroom-train``."""
-    run(main)
-
-
 if __name__ == "__main__":
-    script()
+    run(lambda: main(sys.argv[1:]))

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from hierroom.lab.compare.metric import METRICS, MetricName
-from hierroom.support.cli import one_line_usage, program, run
+from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError, require_number
 from hierroom.support.files import to_json, write_atomically
 from hierroom.support.printed_table import print_table
@@ -54,10 +54,9 @@ class CompareArguments:
     json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 
 
-def main() -> int:
-    """The command."""
-    with one_line_usage():
-        arguments = tyro.cli(CompareArguments, prog=program("compare"))
+def main(argv: Sequence[str]) -> int:
+    """Run the command on its words."""
+    arguments = read_arguments(CompareArguments, "compare", argv)
     if not arguments.runs:
         raise InputError("give the folders of the runs to compare, or a folder that contains them")
     require_number("resamples", arguments.resamples, 100, 10**6, is_whole=True)
@@ -167,12 +166,3 @@ def _print(comparison: Comparison, notes: Sequence[str], written: Sequence[Path]
     for note in notes:
         console.print(f"- {note}", markup=False, highlight=False, soft_wrap=True)
     console.print(f"written: {', '.join(map(str, written))}", markup=False, highlight=False, soft_wrap=True)
-
-
-def script() -> None:
-    """The command, as ``hierroom-compare``."""
-    run(main)
-
-
-if __name__ == "__main__":
-    script()

@@ -6,17 +6,16 @@ import hashlib
 import json
 import platform
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import tyro
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
-from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
 
@@ -32,11 +31,9 @@ class CompileArguments:
     """
 
 
-def main() -> int:
-    """The command."""
-    argv = words()
-    with one_line_usage(argv):
-        tyro.cli(CompileArguments, prog=program("compile"), args=argv)
+def main(argv: Sequence[str]) -> int:
+    """Run the command on its words."""
+    read_arguments(CompileArguments, "compile", argv)
     from numba.core import config
 
     if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
@@ -197,12 +194,3 @@ def _made_of() -> str:
     machine = binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
     digest.update(repr((PACKAGE, platform.python_version(), numba.__version__, *machine)).encode())
     return digest.hexdigest()
-
-
-def script() -> None:
-    """The command, as ``hierroom-compile``."""
-    run(main)
-
-
-if __name__ == "__main__":
-    script()

@@ -23,7 +23,7 @@ from hierroom.complexity.tables import (
 )
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, graph_specs, is_graph_set
-from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
 from hierroom.support.markdown_table import markdown_table
@@ -150,11 +150,9 @@ def show(options: ComplexityArguments) -> None:
         print(reports[0])
 
 
-def main() -> int:
-    """Run the command."""
-    argv = words()
-    with one_line_usage(argv):
-        options = tyro.cli(ComplexityArguments, prog=program("complexity"), args=argv)
+def main(argv: Sequence[str]) -> int:
+    """Run the command on its words."""
+    options = read_arguments(ComplexityArguments, "complexity", argv)
     show(options)
     return 0
 
@@ -262,12 +260,3 @@ def _print_table(reports: list[ComplexityReport]) -> None:
     restart = reports[0].walk.restart
     print(f"hitting time: the paper's (Table 2){f', saturates near {1 / restart:.4g}' if restart else ''}")
     print("expected steps, std: first passage of the same walk to the exit")
-
-
-def script() -> None:
-    """The command, as ``hierroom-complexity``."""
-    run(main)
-
-
-if __name__ == "__main__":
-    script()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,7 +16,7 @@ from rich.progress import Progress
 from rich.table import Table
 
 from hierroom.goals import GraphSpecs
-from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.cli import read_arguments
 from hierroom.support.errors import require_number
 from hierroom.support.files import to_json
 from hierroom.support.printed_table import print_table
@@ -47,7 +48,7 @@ class EvaluateArguments:
         json: print JSON for machines; what has no value, such as the mean step of a goal never reached, is null.
     """
 
-    run: Annotated[Path, tyro.conf.Positional]
+    run: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     episodes: int = 1000
     num_envs: int = 100
     seed: int = 0
@@ -61,11 +62,9 @@ class EvaluateArguments:
     json: bool = False
 
 
-def main() -> int:
-    """The command."""
-    argv = words()
-    with one_line_usage(argv):
-        arguments = tyro.cli(EvaluateArguments, prog=program("evaluate"), args=argv)
+def main(argv: Sequence[str]) -> int:
+    """Run the command on its words."""
+    arguments = read_arguments(EvaluateArguments, "evaluate", argv)
     for name, most in (("episodes", 10**9), ("num_envs", 2**20)):
         require_number(name, getattr(arguments, name), 1, most, is_whole=True)
     import torch  # it takes its time, and --help needs none of it
@@ -166,12 +165,3 @@ def _graph_table(results: dict[str, Evaluation]) -> Table:
             cells += [f"{of_graph.success_rate:.1%}", f"{low:.0%}-{high:.0%}", f"{of_graph.length:.0f}"]
         table.add_row(*cells)
     return table
-
-
-def script() -> None:
-    """The command, as ``hierroom-evaluate``."""
-    run(main)
-
-
-if __name__ == "__main__":
-    script()

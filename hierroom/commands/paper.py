@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import tyro
 
-from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.lab.paper.figures import All, Figure3, Figure4, Figure5
+from hierroom.lab.paper.table2 import Table2
+from hierroom.lab.paper.table3 import Table3
+from hierroom.support.cli import read_arguments
 
 
-def main() -> int:
-    """The command."""
-    from hierroom.lab.paper.table2 import Table2
+@dataclass(frozen=True)
+class PaperArguments:
+    """The paper's tables and figures, ours next to its own numbers."""
 
-    commands: dict[str, type] = {"table2": Table2}
-    if sys.argv[1:2] != ["table2"]:  # which trains nothing, and need not wait for what trains
-        from hierroom.lab.paper.figures import All, Figure3, Figure4, Figure5
-        from hierroom.lab.paper.table3 import Table3
+    part: tyro.conf.OmitSubcommandPrefixes[
+        tyro.conf.OmitArgPrefixes[Table2 | Table3 | Figure3 | Figure4 | Figure5 | All]
+    ]
 
-        commands |= {"table3": Table3, "figure3": Figure3, "figure4": Figure4, "figure5": Figure5, "all": All}
-    description = "The paper's tables and figures, ours beside its own numbers."
-    argv = words()
-    with one_line_usage(argv):
-        part = tyro.extras.subcommand_cli_from_dict(commands, prog=program("paper"), description=description, args=argv)
-    part.run()
+
+def main(argv: Sequence[str]) -> int:
+    """Run the command on its words."""
+    read_arguments(PaperArguments, "paper", argv).part.run()
     return 0
-
-
-def script() -> None:
-    """The command, as ``hierroom-paper``."""
-    run(main)
-
-
-if __name__ == "__main__":
-    script()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from hierroom.goals import GraphSpecs
-from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError, require_number
 from hierroom.worlds.env_config import GRAPHS
 
@@ -49,11 +50,9 @@ class PlayArguments:
     seed: int = 0
 
 
-def main(argv: list[str] | None = None) -> int:
-    """The command."""
-    argv = words(argv)
-    with one_line_usage(argv):
-        arguments = tyro.cli(PlayArguments, prog=program("play"), args=argv)
+def main(argv: Sequence[str]) -> int:
+    """Run the command on its words."""
+    arguments = read_arguments(PlayArguments, "play", argv)
     require_number("seed", arguments.seed, 0, 2**63 - 1, is_whole=True)
     game = make_game(arguments)
     game.has_fog = arguments.fog
@@ -81,12 +80,3 @@ def make_game(arguments: PlayArguments) -> Game:
         raise InputError(f"the agent of {arguments.agent} was trained without --drop-key, so keys cannot be dropped")
     turns = agent.turns(1, seed=arguments.seed, env=agent.env(**chosen), autoreset=False)
     return Game(turns, agent, arguments.seed)
-
-
-def script() -> None:
-    """The command, as ``hierroom-play``."""
-    run(main)
-
-
-if __name__ == "__main__":
-    script()

@@ -13,7 +13,7 @@ import tyro
 from rich.console import Console
 from rich.progress import Progress
 
-from hierroom.support.cli import one_line_usage, program, run
+from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError, require_number
 from hierroom.support.files import write_atomically
 
@@ -57,10 +57,9 @@ class ReportArguments:
     trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 
 
-def main(argv: list[str] | None = None) -> int:
-    """The command."""
-    with one_line_usage(argv):
-        arguments = tyro.cli(ReportArguments, prog=program("report"), args=argv)
+def main(argv: Sequence[str]) -> int:
+    """Run the command on its words."""
+    arguments = read_arguments(ReportArguments, "report", argv)
     if not arguments.runs:
         raise InputError("give the folders of the runs, or a folder that contains them")
     bounds = {"replays": (0, 1000), "episodes": (1, 20), "played": (1, 10**6), "seed": (0, 2**63 - 1)}
@@ -187,12 +186,3 @@ def _play(one: ReportedRun, arguments: ReportArguments, notes: list[str]) -> tup
         notes.append(f"not played: {error}")
         return None
     return {**row, "training": training_goals(RunFolder(one.path))}, episodes
-
-
-def script() -> None:
-    """The command, as ``hierroom-report``."""
-    run(main)
-
-
-if __name__ == "__main__":
-    script()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shlex
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,7 +17,7 @@ from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Shard, Sweep
 from hierroom.runs.config.unread_entries import entries_without_effect
 from hierroom.runs.logs.output import warn
-from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.printed_table import print_table
 
@@ -82,11 +81,9 @@ class SweepArguments:
         return shlex.join(["python", "-m", "hierroom", "sweep", *words])
 
 
-def main() -> int:
-    """The command."""
-    argv = _entries_first(words())
-    with one_line_usage(argv):
-        arguments = tyro.cli(SweepArguments, prog=program("sweep"), args=argv)
+def main(argv: Sequence[str]) -> int:
+    """Run the command on its words."""
+    arguments = read_arguments(SweepArguments, "sweep", _entries_first(argv))
     if not arguments.what and not arguments.graphs:
         raise InputError(
             "say what to train: entries with values to try such as method=hippo,ppo, a TOML file, or --graphs"
@@ -120,7 +117,7 @@ def main() -> int:
         again = f"to train again, delete the rows from {table}, and the folders in {sweep.out / 'runs'}"
         warn(f"own code has changed since {_first_of(changed)} was trained; {again}")
     if outcome.is_interrupted:
-        again = shlex.join(["python", "-m", "hierroom", "sweep", *sys.argv[1:]])
+        again = shlex.join(["python", "-m", "hierroom", "sweep", *argv])
         console.print(f"stopped and saved; go on with:\n{again}", markup=False, highlight=False, soft_wrap=True)
         return 130
     console.print(f"{len(rows)} of {len(runs)} runs are in {table}", markup=False, soft_wrap=True)
@@ -167,12 +164,3 @@ def _list(runs: tuple[PlannedRun, ...], sweep: Sweep, console: Console) -> None:
     for planned in runs:
         state = "done" if planned.digest in done else "begun" if (sweep.out / "runs" / planned.name).exists() else "-"
         console.print(f"{state:<6}{planned.name}", markup=False, highlight=False, soft_wrap=True)
-
-
-def script() -> None:
-    """The command, as ``hierroom-sweep``."""
-    run(main)
-
-
-if __name__ == "__main__":
-    script()

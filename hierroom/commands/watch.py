@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from hierroom.goals import GraphSpecs
-from hierroom.support.cli import one_line_usage, program, run, words
+from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError, require_number
 from hierroom.worlds.env_config import GRAPHS
 
@@ -53,7 +53,7 @@ class WatchArguments:
         text: print text even where a window could be opened.
     """
 
-    run: Annotated[Path, tyro.conf.Positional]
+    run: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     episodes: int = 1
     failures: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     most: int = 1000
@@ -70,11 +70,9 @@ class WatchArguments:
     text: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
 
 
-def main(argv: list[str] | None = None) -> int:
-    """The command."""
-    argv = words(argv)
-    with one_line_usage(argv):
-        arguments = tyro.cli(WatchArguments, prog=program("watch"), args=argv)
+def main(argv: Sequence[str]) -> int:
+    """Run the command on its words."""
+    arguments = read_arguments(WatchArguments, "watch", argv)
     for name in ("episodes", "most"):
         require_number(name, getattr(arguments, name), 1, 10**9, is_whole=True)
     import torch  # it takes its time, and --help needs none of it
@@ -173,12 +171,3 @@ def _show(episodes: Sequence[Episode]) -> None:
         _print(episodes)
     finally:
         window.close()
-
-
-def script() -> None:
-    """The command, as ``hierroom-watch``."""
-    run(main)
-
-
-if __name__ == "__main__":
-    script()

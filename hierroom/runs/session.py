@@ -114,7 +114,7 @@ def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAUL
         if not trainer.is_done:
             console.print("stopped and saved; go on with:")
             console.print(
-                f"python -m hierroom.train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}"
+                f"python -m hierroom train --resume {shlex.quote(str(folder.path))}{trust_option(trainer.config)}"
                 + (f" --log {','.join(log) or NONE}" if tuple(log) != DEFAULT else ""),
                 soft_wrap=True,
                 markup=False,

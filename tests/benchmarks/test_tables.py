@@ -214,7 +214,7 @@ def test_pictures_of_other_points_or_colours_or_names_are_told_apart():
 
 def test_a_picture_is_not_drawn_of_unfinished_runs():
     def picture(*arguments):
-        return figures.Picture(ROOT / "x.png", "hierroom.lab.paper figure4", arguments)
+        return figures.Picture(ROOT / "x.png", "hierroom paper figure4", arguments)
 
     with pytest.raises(InputError, match=r"0 of 8 runs of x\.png are done"):
         picture("--seeds", "2", "--out", "nowhere").draw()

@@ -1,60 +1,69 @@
-"""The commands as a stranger meets them: they are listed, and explain themselves at once, choice by choice."""
+"""The command line as a new user meets it: commands are listed, explained at once, and refuse what is wrong."""
 
 import re
 import subprocess
 import sys
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
-from pathlib import Path
 
 import pytest
-import tyro
 from escape_room import FEATURES
 
 import hierroom
+from hierroom.__main__ import COMMANDS, main
 from hierroom.agents.config import METHODS, FeatureName, MethodName
 from hierroom.runs.config.config import PresetName
 from hierroom.runs.config.presets import PRESETS
-from hierroom.support.cli import COMMANDS, one_line_usage
+from hierroom.support.cli import LISTS, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.turns.rewards import REWARDS
 from hierroom.worlds.env_config import GoalMaskName, RewardName
 from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS
 
 
-def run(*arguments, env=None):
-    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, timeout=60, env=env)
+def run(*arguments):
+    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, timeout=100)
 
 
-def help_of(module):
-    done = run("-m", module, "--help")
+@cache
+def help_of(*words):
+    """The help text of a command, and the modules that it imports."""
+    done = run("-X", "importtime", "-m", "hierroom", *words, "--help")
     assert done.returncode == 0, done.stderr
-    return done.stdout
+    return done.stdout, {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
 
 
-def test_the_package_lists_its_commands():
-    done = run("-m", "hierroom")
-    assert done.returncode == 0
+def test_the_commands_are_listed(capsys):
+    assert main([]) == main(["--help"]) == 0
+    said = capsys.readouterr().out
     for name in COMMANDS:
-        assert f"python -m hierroom.{name}" in done.stdout
+        assert said.count(f"python -m hierroom {name} ") == 2
 
 
-def test_a_command_given_as_a_word_is_named_as_it_is_called():
-    done = run("-m", "hierroom", "train", "--graph", "a")
+def test_the_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == hierroom.__version__
+
+
+def test_an_unknown_command_is_refused_with_those_of_similar_names():
+    done = run("-m", "hierroom", "trian", "--graph", "a")
     assert done.returncode == 2
-    assert done.stderr == "error: train is a command of its own: python -m hierroom.train --graph a\n"
+    assert done.stderr == "error: there is no command 'trian'; did you mean train? python -m hierroom lists all\n"
+    with pytest.raises(InputError, match=r"there is no command '--foo'; python -m hierroom lists all"):
+        main(["--foo"])
 
 
-def test_the_version():
-    assert run("-m", "hierroom", "--version").stdout.strip() == hierroom.__version__
+def test_training_is_a_module_as_well():
+    done = run("-m", "hierroom.train", "--help")
+    assert done.stdout == help_of("train")[0]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_help_is_there_without_torch(name):
-    """What is imported decides how soon it is there: without torch well under a second."""
-    done = run("-X", "importtime", "-m", f"hierroom.{name}", "--help")
-    assert "usage:" in done.stdout
-    imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
+def test_help_is_printed_without_loading_torch(name):
+    """Imports decide how soon it is there: without torch well under a second."""
+    text, imported = help_of(name)
+    assert text.startswith(f"usage: python -m hierroom {name} [-h]")
     assert "numpy" in imported
     assert "torch" not in imported
 
@@ -70,12 +79,12 @@ def test_help_is_there_without_torch(name):
     ],
     ids=["method", "feature", "reward", "goal mask", "preset"],
 )
-def test_the_choices_on_the_command_line_are_all_there_are(choices, table):
+def test_the_command_line_has_every_choice(choices, table):
     assert set(choices.__args__) == set(table)
 
 
 def test_choices_are_shown_and_options_grouped():
-    text = help_of("hierroom.train")
+    text, _ = help_of("train")
     for group in ("options", "env options", "agents options", "ppo options", "meta-ppo options"):
         assert f"─ {group} ─" in text
     assert "--method {ppo,ppo-bonus," in text
@@ -87,7 +96,7 @@ def test_choices_are_shown_and_options_grouped():
 @pytest.mark.parametrize("name", [name for name in COMMANDS if name != "paper"])
 def test_each_help_text_is_one_paragraph(name):
     """No line is broken before it is full: the next line's first word would not have fitted."""
-    lines = [re.sub(r"^│|│$", "", line) for line in help_of(f"hierroom.{name}").splitlines() if line.startswith("│")]
+    lines = [re.sub(r"^│|│$", "", line) for line in help_of(name)[0].splitlines() if line.startswith("│")]
     for line, following in pairwise(lines):
         indent = len(following) - len(following.lstrip())
         is_text = indent >= 7 and following.strip() and not following.strip().startswith(("-", "{"))
@@ -96,12 +105,23 @@ def test_each_help_text_is_one_paragraph(name):
             assert len(line.rstrip()) + 1 + len(first) >= len(line) - 2, (line, following)
 
 
-def test_a_wrong_choice_is_refused_with_the_right_ones():
-    done = run("-m", "hierroom.train", "--method", "pop")
-    assert done.returncode == 2
-    assert "'pop'" in done.stderr
-    assert "hippo" in done.stderr
-    assert "Traceback" not in done.stderr
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("train --method pop", "invalid choice 'pop'"),
+        ("train --steps many", "Error parsing --steps: it must be a whole number, not 'many'"),
+        ("train --grahp a", "--graph GRAPH"),
+        ("evaluate", "Missing from python -m hierroom evaluate: RUN"),
+        ("evaluate c --episodes", "Missing value for argument '--episodes'"),
+        ("compile now", "Unrecognized options: now"),
+        ("paper table9", "Available subcommands: table2, table3"),
+    ],
+)
+def test_tyro_says_what_is_wrong_with_the_words(words, said, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(words.split())
+    assert ended.value.code == 2
+    assert said in " ".join(re.sub("[│─]", "", capsys.readouterr().err).split())
 
 
 @dataclass(frozen=True)
@@ -119,9 +139,8 @@ class Numbers:
     seeds: tuple[int, ...] = ()
 
 
-def numbers_of(*line):
-    with one_line_usage(line):
-        return tyro.cli(Numbers, args=line)
+def numbers_of(*words):
+    return read_arguments(Numbers, "count", words)
 
 
 def test_a_whole_number_may_have_an_exponent_as_in_a_file():
@@ -132,29 +151,43 @@ def test_a_whole_number_may_have_an_exponent_as_in_a_file():
 
 
 @pytest.mark.parametrize("text", ["1e-1", "2.5", "inf", "nan", "1e400", "many", ""])
-def test_what_is_no_whole_number_is_refused_as_it_was_typed(text):
-    with pytest.raises(InputError, match=f"--steps: it must be a whole number, not '{re.escape(text)}'"):
-        numbers_of("--steps", text)
-    with pytest.raises(InputError, match="--rooms: it must be a whole number or None, not "):
-        numbers_of("--rooms", text)
+@pytest.mark.parametrize("option", ["--steps", "--rooms"])
+def test_other_texts_are_no_whole_numbers(option, text, capsys):
+    with pytest.raises(SystemExit) as ended:
+        numbers_of(option, text)
+    assert ended.value.code == 2
+    assert f"it must be a whole number, not {text!r}" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", COMMANDS)
-def test_a_shell_completes_the_options_of_the_script(name):
-    script = Path(sys.executable).with_name(f"hierroom-{name}")
-    done = subprocess.run([script, "--tyro-print-completion", "bash"], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0, done.stderr
-    assert f"complete -F _tyro_hierroom_{name} " in done.stdout
-    option = {
-        "train": "--method",
-        "evaluate": "--goal-mask",
-        "sweep": "--shard",
-        "watch": "--failures",
-        "play": "--fog",
-        "compare": "--metric",
-        "report": "--replays",
-        "complexity": "--graph",
-        "paper": "table2",
-        "compile": "--help",
-    }[name]
-    assert option in done.stdout
+def test_no_value_of_a_list_is_lost():
+    """Tyro reads a list without values as an empty one, and keeps the last of two."""
+    for words in (["--graph"], ["--graph", "--seed", "1"], ["--meta-features"]):
+        with pytest.raises(InputError, match=f"{words[0]} is given without a value; give at least one"):
+            main(["train", *words])
+    for words in (["--exclude", "a", "--exclude", "b"], ["--exclude=a", "--seed", "1", "--exclude", "b"]):
+        with pytest.raises(InputError, match="--exclude is given twice; give it once, with all its values"):
+            main(["evaluate", "c", *words])
+    with pytest.raises(InputError, match="--meta-features is given twice"):
+        main(["train", "--meta_features", "view", "--meta-features", "goal"])
+
+
+def test_all_lists_are_known():
+    helps = [help_of(name)[0] for name in COMMANDS if name != "paper"] + [help_of("paper", "table3")[0]]
+    found = {option for text in helps for option in re.findall(r"(--[\w-]+) (?:GRAPH )?\[", text)}
+    assert found == set(LISTS)
+
+
+def test_a_shell_completes_commands_options_and_choices(tmp_path):
+    script = run("-m", "hierroom", "train", "--tyro-print-completion", "bash")
+    assert script.returncode == 0, script.stderr
+    (tmp_path / "completion.bash").write_text(script.stdout)
+    lines = ["train --warm-s", "train --method ppo-b", "ev", "evaluate --goal-m", "paper table", "paper table3 --se"]
+    asked = "\n".join(f"COMP_WORDS=(hierroom {line}); complete_it" for line in lines)
+    (tmp_path / "ask.bash").write_text(
+        f"source {tmp_path}/completion.bash\n"
+        "complete_it() { COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); COMPREPLY=(); _tyro_hierroom; echo ${COMPREPLY[@]}; }\n"
+        f"{asked}\n"
+    )
+    done = subprocess.run(["bash", tmp_path / "ask.bash"], capture_output=True, text=True, timeout=100)
+    completed = ["--warm-start", "ppo-bonus", "evaluate", "--goal-mask", "table2 table3", "--seeds"]
+    assert done.stdout.splitlines() == completed, done.stderr

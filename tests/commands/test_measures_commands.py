@@ -97,7 +97,7 @@ def test_options_that_contradict_each_other(options, words):
 
 def test_the_command():
     done = subprocess.run(
-        [sys.executable, "-m", "hierroom.complexity", "--all", "--measures"],
+        [sys.executable, "-m", "hierroom", "complexity", "--all", "--measures"],
         capture_output=True,
         text=True,
         check=False,
@@ -105,6 +105,6 @@ def test_the_command():
     assert done.returncode == 0, done.stderr
     assert "MDPs of 7 goal graphs, without drop, horizon 20" in done.stdout
     wrong = subprocess.run(
-        [sys.executable, "-m", "hierroom.complexity", "--measures", "--horizon", "2"], capture_output=True, text=True
+        [sys.executable, "-m", "hierroom", "complexity", "--measures", "--horizon", "2"], capture_output=True, text=True
     )
     assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)

@@ -15,7 +15,7 @@ from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.output import LastingStream, lasting_output, warn
 from hierroom.support import cli
 
-TRAIN = f"{sys.executable} -m hierroom.train --graph a --size 11 --max-steps 60 --num-envs 8 --minibatches 2"
+TRAIN = f"{sys.executable} -m hierroom train --graph a --size 11 --max-steps 60 --num-envs 8 --minibatches 2"
 TRAIN += " --sequence-length 16 --steps 512 --evaluations 1 --evaluation-episodes 8 --threads 1 --out run"
 
 

@@ -14,7 +14,6 @@ from itertools import pairwise
 
 import pytest
 import tyro
-import tyro.extras
 from doc_pages import BLOCKS, PAGES, ROOT, commands, lines_of
 
 import hierroom

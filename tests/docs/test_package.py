@@ -64,6 +64,8 @@ def test_a_wheel_is_used_without_the_source(wheel, tmp_path):
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools_scm"]
     assert version == settings["fallback_version"]  # a copy without git
     assert int(steps) >= 3_000_000
+    (script,) = (target / "bin").glob("hierroom*")
+    assert run(script, "--version", cwd=empty, env=environment).strip() == version
 
 
 def test_the_citation_is_of_the_version_that_is_made():

@@ -1,4 +1,4 @@
-"""Fuzzing of command lines: each ends with exit code 0, or with 2 and one line.
+"""Fuzzing of command lines: each ends with exit code 0, or with 2 and one line or tyro's words.
 
 ``python -m tests.fuzz.command_lines --count 5000`` tries so many; the seed fixes them.
 """

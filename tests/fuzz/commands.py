@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import importlib
 import io
 import os
 import shutil
@@ -18,6 +17,7 @@ from unittest import mock
 
 from rich.progress import track
 
+from hierroom.__main__ import main
 from hierroom.goals import GoalGraph
 from hierroom.lab.play import app
 from hierroom.lab.sweep import pool
@@ -77,7 +77,7 @@ TEXTS = (
 @contextlib.contextmanager
 def world(folder: Path) -> Iterator[None]:
     """A context in a folder of its own with a run and files to be named, in which nothing is trained for long."""
-    before, argv, path = Path.cwd(), sys.argv, [*sys.path]
+    before, path = Path.cwd(), [*sys.path]
     folder.mkdir(parents=True, exist_ok=True)
     os.chdir(folder)
     try:
@@ -95,7 +95,7 @@ def world(folder: Path) -> Iterator[None]:
             yield
     finally:
         os.chdir(before)
-        sys.argv, sys.path[:] = argv, path
+        sys.path[:] = path
 
 
 def train_quietly(argv: Sequence[str]) -> int:
@@ -108,17 +108,13 @@ def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
     """Run a command, whose training and windows are left out.
 
     Args:
-        name: of the command, as in ``python -m hierroom.NAME``.
+        name: of the command, as in ``python -m hierroom NAME``.
         argv: its words.
 
     Returns:
         its exit code, and what it wrote on standard error; for an exception its name and the traceback.
     """
-    module = importlib.import_module(f"hierroom.{name}")
-    if hasattr(module, "__path__"):  # a folder, whose command stands apart
-        module = importlib.import_module(f"hierroom.{name}.__main__")
     said, told = io.StringIO(), io.StringIO()
-    sys.argv = [f"hierroom-{name}", *argv]
     code: object = None
     with (
         contextlib.redirect_stdout(said),
@@ -128,7 +124,7 @@ def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
         mock.patch.object(app, "App"),
     ):
         try:
-            run(module.main)
+            run(lambda: main([name, *argv]))
         except SystemExit as error:
             code = error.code
         except BaseException as error:
@@ -137,12 +133,17 @@ def end_of(name: str, argv: Sequence[str]) -> tuple[object, str]:
 
 
 def wrong_end(code: object, told: str) -> str | None:
-    """What is wrong with an exit code and what was written on standard error, or None: 0, or 2 and one line."""
+    """What is wrong with an exit code and what was written on standard error, or None.
+
+    Right are 0, or 2 and one line, or 2 and what tyro says of a word that is no option or no value of one.
+    """
     errors = [line for line in told.splitlines() if line.startswith("error: ")]
     if code == 0:
         return f"exit code 0, and {errors[0]}" if errors else None
     if code != 2:
         return f"exit code {code!r}: {told}"
+    if "For full helptext, " in told and not errors:
+        return None
     if len(errors) != 1 or told.splitlines()[-1:] != errors or not errors[0].isprintable() or len(errors[0]) > 1100:
         return f"not one line: {told!r}"
     return None

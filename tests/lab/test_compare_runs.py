@@ -4,7 +4,6 @@ import csv
 import json
 import re
 import shutil
-import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -44,11 +43,10 @@ def compare(tmp_path, monkeypatch, capsys):
 
     def run(*arguments, draws=False, **options):
         flags = [text for name, value in options.items() for text in (f"--{name}", str(value))]
-        monkeypatch.setattr(sys, "argv", ["compare", *map(str, arguments), "--resamples", "200", *flags])
         with monkeypatch.context() as patch:
             if not draws:
                 patch.setattr(figure, "draw_comparison", lambda comparison, folder: [])
-            assert command.main() == 0
+            assert command.main([*map(str, arguments), "--resamples", "200", *flags]) == 0
         return capsys.readouterr().out
 
     return run

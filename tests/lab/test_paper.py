@@ -233,22 +233,19 @@ def test_all_from_nothing_and_nothing_twice(tmp_path):
     assert Path(tmp_path / "p" / "sweep.csv").read_bytes() == table
 
 
-def test_table_2_in_markdown_and_one_format_at_a_time(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["paper", "table2", "--markdown"])
-    assert main() == 0
+def test_table_2_in_markdown_and_one_format_at_a_time(capsys):
+    assert main(["table2", "--markdown"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[:2] == [
         "|  |  | (a) | (b) | (c) | (d) | (e) | (f) | (g) |",
         "|---|---|---:|---:|---:|---:|---:|---:|---:|",
     ]
     assert lines[7] == "|  | ours | 8.4 | 12.1 | 15.1 | 15.1* | 17.1* | 22.4* | 27.5 |"
-    monkeypatch.setattr(sys, "argv", ["paper", "table2", "--markdown", "--csv"])
     with pytest.raises(InputError, match="--csv and --markdown are both given"):
-        main()
+        main(["table2", "--markdown", "--csv"])
 
 
-def test_figure_4_is_not_drawn_of_another_graph(monkeypatch, tmp_path):
-    monkeypatch.setattr(sys, "argv", ["paper", "figure4", "--graphs", "a", "--out", str(tmp_path / "out")])
+def test_figure_4_is_not_drawn_of_another_graph(tmp_path):
     with pytest.raises(InputError, match="figure 4 is of graph c alone, not of a"):
-        main()
+        main(["figure4", "--graphs", "a", "--out", str(tmp_path / "out")])
     assert not (tmp_path / "out").exists()

@@ -157,9 +157,8 @@ def test_a_gpu_that_is_not_there_is_told_of_in_a_line(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_processes_of_a_sweep_share_the_gpu(tmp_path, monkeypatch):
+def test_processes_of_a_sweep_share_the_gpu(tmp_path):
     out = tmp_path / "sweep"
     words = [*tiny_words("graph=a", f"device={DEVICE}"), "--seeds", "2", "--processes", "2", "--out", str(out)]
-    monkeypatch.setattr("sys.argv", ["hierroom.lab.sweep", *words, "--episodes", "4"])
-    assert sweep() == 0
+    assert sweep([*words, "--episodes", "4"]) == 0
     assert (out / "sweep.csv").read_text().count("\n") == 3

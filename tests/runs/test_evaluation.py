@@ -1,7 +1,6 @@
 """What an evaluation counts."""
 
 import json
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -65,12 +64,11 @@ def run(tmp_path_factory):
 
 
 @pytest.fixture
-def evaluated(run, monkeypatch, capsys):
+def evaluated(run, capsys):
     """A function from options to what the command says of sampled actions."""
 
     def evaluated(*options):
-        monkeypatch.setattr(sys, "argv", ["evaluate", str(run), "--episodes", "100", "--json", *options])
-        assert command.main() == 0
+        assert command.main([str(run), "--episodes", "100", "--json", *options]) == 0
         return json.loads(capsys.readouterr().out)["sampled"]
 
     return evaluated

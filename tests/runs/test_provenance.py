@@ -77,15 +77,15 @@ def git(*arguments: str) -> str:
 
 def test_a_run_tells_each_command_that_worked_on_it(tmp_path):
     Path("mine.py").write_text(META)
-    python = [sys.executable, "-m", "hierroom.train"]
+    python = [sys.executable, "-m", "hierroom", "train"]
     before = datetime.now(UTC).replace(microsecond=0)
     first = [*python, *FLAGS, "--meta", "mine:First", "--out", "my run"]
     subprocess.run(first, check=True, capture_output=True, timeout=120)
     then = [*python, "--resume", "my run", "--steps", "1024", "--trust-run"]
     assert b"warning" not in subprocess.run(then, check=True, capture_output=True, timeout=120).stderr
     began, resumed = sessions(Path("my run"))
-    assert began["command"].endswith("-m hierroom.train " + " ".join(FLAGS) + " --meta mine:First --out 'my run'")
-    assert resumed["command"].endswith("-m hierroom.train --resume 'my run' --steps 1024 --trust-run")
+    assert began["command"].endswith("-m hierroom train " + " ".join(FLAGS) + " --meta mine:First --out 'my run'")
+    assert resumed["command"].endswith("-m hierroom train --resume 'my run' --steps 1024 --trust-run")
     started, again = (datetime.fromisoformat(one["started"]) for one in (began, resumed))
     assert before <= started <= again <= datetime.now(UTC)
     assert began["folder"] == str(tmp_path)
@@ -342,20 +342,19 @@ def test_evaluating_and_resuming_say_what_changed_and_go_on(monkeypatch, capsys)
     said = "warning: mine.py has changed since run was trained: what it was is modules/mine.py there\n"
     trusted = ["run", "--trust-run"]
     for arguments, warnings in ((trusted, ""), (["run", "--meta", "random"], "")):
-        assert evaluated(monkeypatch, capsys, arguments) == warnings
+        assert evaluated(capsys, arguments) == warnings
     Path("mine.py").write_text(META + "# now\n")
     for arguments, warnings in ((trusted, said), (["run", "--meta", "random"], "")):
-        assert evaluated(monkeypatch, capsys, arguments) == warnings
+        assert evaluated(capsys, arguments) == warnings
     assert train(["--resume", "run", "--steps", "1024", "--meta", "mine:First"]) == 0
     assert capsys.readouterr().err == said
-    assert evaluated(monkeypatch, capsys, trusted) == ""
+    assert evaluated(capsys, trusted) == ""
 
 
-def evaluated(monkeypatch, capsys, arguments: list[str]) -> str:
+def evaluated(capsys, arguments: list[str]) -> str:
     """What the command says besides its results."""
     capsys.readouterr()
-    monkeypatch.setattr(sys, "argv", ["evaluate", *arguments, "--episodes", "2"])
-    assert evaluate.main() == 0
+    assert evaluate.main([*arguments, "--episodes", "2"]) == 0
     return re.sub(r"(?m)^(?!warning).*\n?", "", capsys.readouterr().err)  # the progress bar is there too
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 import hierroom
-from hierroom.commands.evaluate import main as evaluate_main
-from hierroom.commands.watch import main as watch_main
+from hierroom.commands.evaluate import main as evaluate
+from hierroom.commands.watch import main as watch
 from hierroom.lab.compare.evaluated_run import read_run
 from hierroom.lab.measure import measure_named
 from hierroom.runs import session
@@ -41,8 +41,8 @@ class Code:
 """
 PARTS = {"meta": "agents", "network": "agents", "reward": "env"}
 CALLS = {
-    "evaluate": lambda: command(evaluate_main, "run", "--episodes", "2"),
-    "watch": lambda: watch_main(["run", "--text"]),
+    "evaluate": lambda: evaluate(["run", "--episodes", "2"]),
+    "watch": lambda: watch(["run", "--text"]),
     "resume": lambda: train(["--resume", "run"]),
     "repeat": lambda: train(["--config", "run/config.json", "--out", "other"]),
     "complexity --from-play": lambda: measure_named("run", None, False, 2, 0),
@@ -51,16 +51,10 @@ CALLS = {
 }
 
 
-def command(main, *argv: str) -> int:
-    sys.argv = ["command", *argv]
-    return main()
-
-
 @pytest.fixture
 def run(tmp_path, monkeypatch) -> RunFolder:
     """A run, and beside it and within it a module that leaves a file behind when it is imported."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", [*sys.argv])
     monkeypatch.setattr(sys, "path", [*sys.path])
     trainer, folder = session.begin(SMALL, Path("run"))
     folder.lock.release()

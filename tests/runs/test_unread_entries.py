@@ -1,7 +1,5 @@
 """Entries that have no effect, and the line that says so."""
 
-import sys
-
 import pytest
 
 import hierroom
@@ -53,18 +51,14 @@ def test_commands_say_so(tmp_path, monkeypatch, capsys):
     said = capsys.readouterr().err
     assert "warning: subgoal_horizon has no effect on ppo" in said
     assert "keys-0-exit-1" in said.partition("subgoal_horizon")[0], "two graphs that are the same are told of, too"
-    monkeypatch.setattr(sys, "argv", ["sweep", "meta_ppo.gamma=0.9,0.99", "method=hippo,ppo", "--list"])
-    assert sweep() == 0
+    assert sweep(["meta_ppo.gamma=0.9,0.99", "method=hippo,ppo", "--list"]) == 0
     assert capsys.readouterr().err == "warning: meta_ppo.gamma is given, and has no effect on any run of the sweep\n"
-    monkeypatch.setattr(sys, "argv", ["sweep", "novelty_bonus=0.03,0.2", "method=hippo,ppo", "--list"])
-    assert sweep() == 0
+    assert sweep(["novelty_bonus=0.03,0.2", "method=hippo,ppo", "--list"]) == 0
     assert capsys.readouterr().err == "warning: novelty_bonus is given, and has no effect on any run of the sweep\n"
-    monkeypatch.setattr(sys, "argv", ["sweep", "novelty_bonus=0.1,0.2", "method=hippo,ppo-novelty", "--list"])
-    assert sweep() == 0
+    assert sweep(["novelty_bonus=0.1,0.2", "method=hippo,ppo-novelty", "--list"]) == 0
     assert capsys.readouterr().err == ""
     (tmp_path / "plan.toml").write_text('method = "hippo"\n[[variants]]\nname = "x"\nnovelty_bonus = 0.5\n')
-    monkeypatch.setattr(sys, "argv", ["sweep", "plan.toml", "--list"])
-    assert sweep() == 0
+    assert sweep(["plan.toml", "--list"]) == 0
     assert capsys.readouterr().err == "warning: novelty_bonus is given, and has no effect on any run of the sweep\n"
 
 
@@ -77,7 +71,5 @@ def test_evaluate_says_so_of_a_controller_without_goals(tmp_path, monkeypatch, c
     told = "warning: --meta has no effect on a controller of the method ppo\n"
     told += "warning: --goal-mask has no effect on a controller of the method ppo\n"
     for run, expected in (("ppo", told), ("hippo", "")):
-        words = ["evaluate", run, "--episodes", "2", "--meta", "random", "--goal-mask", "none"]
-        monkeypatch.setattr(sys, "argv", words)
-        assert evaluate() == 0
+        assert evaluate([run, "--episodes", "2", "--meta", "random", "--goal-mask", "none"]) == 0
         assert capsys.readouterr().err == expected

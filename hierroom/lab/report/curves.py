@@ -48,7 +48,7 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
 
     Args:
         runs: the runs.
-        by: entries of the config that make a group, as for `hierroom.lab.compare`; None: those that tell them apart.
+        by: entries of the config that make a group, as for `hierroom compare`; None: those that tell them apart.
         progress: called after each metric.
     """
     evaluated = [run.evaluated for run in runs if run.evaluated is not None]

@@ -156,7 +156,7 @@ class Plan:
 def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
     """The plan of a TOML file, and of words that count more.
 
-    The file holds entries of a run's config flat, like that of ``python -m hierroom.train --config``, but a list holds
+    The file holds entries of a run's config flat, like that of ``python -m hierroom train --config``, but a list holds
     the values to try; beside them ``graphs``, ``seeds``, ``episodes``, ``metas``, and tables ``[[variants]]``, each
     with a ``name`` and entries of its own.
 
