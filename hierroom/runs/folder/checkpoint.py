@@ -18,7 +18,9 @@ from hierroom.support.errors import InputError, shown
 from hierroom.support.schema import AnyMapping, Anything, Exactly, Real, Schema, Table, Whole
 from hierroom.turns.ledger import AGENTS
 
-CHECKPOINT_FORMAT = 10
+CHECKPOINT_FORMAT = 11
+TABLES = ("metrics", "evaluations", "episodes")
+"""The tables that grow with a run."""
 _MARK = b"\nsha256 "
 _LENGTH = len(_MARK) + 64 + 1  # of the last line: the mark, the digest in hexadecimal digits, a line feed
 _ENTRIES: Mapping[str, Schema] = {
@@ -28,6 +30,7 @@ _ENTRIES: Mapping[str, Schema] = {
     "levels": AnyMapping(),
     "agents": Table(dict.fromkeys(AGENTS, AnyMapping())),
     "log": AnyMapping(),
+    "tables": Table(dict.fromkeys(TABLES, Whole(0, 2**62))),
     "steps": Whole(0, 2**62),
     "seconds": Real(0),
     "compile_seconds": Real(0),
@@ -39,11 +42,11 @@ def to_bytes(state: Mapping[str, Any]) -> bytes:
     """The content of a checkpoint file.
 
     Args:
-        state: what `Trainer.state_dict` gave.
+        state: what `Trainer.state_dict` gave, and in ``tables`` how many rows each table of the run has, if any.
     """
     plain = {name: plain_state(entry, name) for name, entry in state.items()}
     buffer = io.BytesIO()
-    torch.save({"format": CHECKPOINT_FORMAT, **plain}, buffer)
+    torch.save({"format": CHECKPOINT_FORMAT, "tables": dict.fromkeys(TABLES, 0), **plain}, buffer)
     content = buffer.getvalue()
     return content + _last_line(content)
 
