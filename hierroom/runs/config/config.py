@@ -195,7 +195,7 @@ CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start"})
 
 @cache
 def _file_type() -> type[msgspec.Struct]:
-    """What config.json holds: all entries, as those of another version are not filled up with defaults, and no others."""
+    """What config.json holds: every entry, as defaults may be those of another version, and no other."""
 
     def record(part: type, types: Mapping[str, Any]) -> type[msgspec.Struct]:
         return msgspec.defstruct(part.__name__, [*types.items()], forbid_unknown_fields=True)

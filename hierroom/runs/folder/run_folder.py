@@ -64,8 +64,6 @@ class RunFolder:
                     raise InputError(f"cannot create the run folder {run.path}: {why}")
             run.path.mkdir(parents=True, exist_ok=True)
             run._refuse_content()  # before the lock leaves a file in it
-            if not run.lock.try_acquire():  # another process is creating it
-                raise FileExistsError
             with run.lock:
                 run._refuse_content()  # another process may have been faster
                 remove_unfinished(run.path)
