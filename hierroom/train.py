@@ -137,13 +137,13 @@ def main(argv: Sequence[str]) -> int:
 
 def _warn_of_what_does_nothing(config: TrainConfig) -> None:
     """Graphs that another one stands for, and entries that the method does not read."""
-    from hierroom.complexity.graph_set import GraphSet
+    from hierroom.complexity.graph_set import find_graphs
     from hierroom.runs.config.unread_entries import unread_note
     from hierroom.runs.logs.output import warn
 
     unread = unread_note(config)
     for note in [
-        *GraphSet(config.env.graph, config.env.exclude, config.env.drop_key).notes,
+        *find_graphs(config.env.graph, config.env.exclude, config.env.drop_key).notes,
         *([unread] if unread else []),
     ]:
         warn(note)

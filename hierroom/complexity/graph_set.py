@@ -163,6 +163,19 @@ class GraphSet:
             named.add(graph.name)
 
 
+def find_graphs(specs: GraphSpecs, exclude: GraphSpecs, drop_key: bool) -> GraphSet:
+    """Return a `GraphSet` with the paper's walk, resolved once however often it is asked for."""
+    given = graph_specs(specs), graph_specs(exclude)
+    # Graphs that differ by their label only are equal, and yet not the same set.
+    labels = tuple(spec.label for spec in sum(given, ()) if isinstance(spec, GoalGraph))
+    return _found(*given, bool(drop_key), labels)
+
+
+@lru_cache
+def _found(specs: GraphSpecs, exclude: GraphSpecs, drop_key: bool, labels: tuple[str | None, ...]) -> GraphSet:
+    return GraphSet(specs, exclude, drop_key)
+
+
 class _Interval(NamedTuple):
     """The goal graphs with a quantity from ``low`` to ``high``, both included."""
 

@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 
 import torch
 from rich.console import Console
@@ -20,7 +21,7 @@ from hierroom.runs.config.run_name import run_name
 from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
-from hierroom.runs.folder.trust import trust_option
+from hierroom.runs.folder.trust import named_code, trust_option
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_rows
 from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
@@ -43,13 +44,14 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
     """
     TrainConfig.from_dict(json.loads(to_json(config.to_dict())))  # what cannot be read back is refused now
     trainer = Trainer(config)
-    _try_out(trainer)
+    if named_code(config):
+        _try_out(trainer)
     folder = RunFolder.create(out or claim_folder(Path("runs") / run_name(config)), config)
     with ExitStack() as stack:
         stack.enter_context(folder.lock)
         _record(folder, config, variant)
         folder.save_checkpoint(trainer.state_dict())  # so that the run can be resumed from the very start
-        folder.load_checkpoint()  # a disk that does not keep what is written is found out now
+        folder.load_checkpoint()  # a disk that loses what is written is noticed now
         stack.pop_all()  # `run_session` releases it
     return trainer, folder
 
@@ -67,15 +69,13 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
         folder.tidy()
         is_untrained = folder.is_untrained
         trainer = Trainer(config, begins=is_untrained)
-        if not is_untrained:
-            _load(trainer, folder)
+        state = None if is_untrained else _load(trainer, folder)
         has_other_steps = config.steps != folder.config().steps
         if has_other_steps and trainer.steps >= config.steps:
             taken = f"{folder.path} has taken {trainer.steps:,} steps"
             raise InputError(f"{taken}; --steps must be more, not {config.steps:,}")
-        for table in folder.tables:
-            if damage := table.drop_after(_last_kept(trainer)):
-                warn(damage)
+        if state is not None:
+            folder.keep_rows(state)
         folder.save_config(config)  # with the new number of steps, in case it is interrupted again
         _record(folder, config)
         if is_untrained:
@@ -230,7 +230,7 @@ def _way_back(folder: RunFolder) -> str:
 
 
 def _try_out(trainer: Trainer) -> None:
-    """Take one step elsewhere, and load the state to save: a user's own code is to fail before a folder is made."""
+    """Take a step elsewhere, and load the state to save, so that a user's code fails before a folder is made."""
     seed = evaluation_seed(trainer.config.seed)
     trainer.freeze(1, seed=seed).step(trainer.fresh_turns(1, seed))
     try:
@@ -245,11 +245,12 @@ def _record(folder: RunFolder, config: TrainConfig, variant: str = "") -> None:
         warn(line)
 
 
-def _load(trainer: Trainer, folder: RunFolder) -> None:
-    """Load the newest checkpoint of a run into the trainer."""
+def _load(trainer: Trainer, folder: RunFolder) -> dict[str, Any]:
+    """Load the newest checkpoint of a run into the trainer, and return it."""
     state = folder.load_checkpoint()
     folder.require_same_config(trainer.config, state)
     try:
         trainer.load_state_dict(state)
     except InputError as error:
         raise InputError(f"the newest checkpoint of {folder.path} does not fit its config.json: {error}") from error
+    return state

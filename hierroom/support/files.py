@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
 import re
 import secrets
+import stat
 import tomllib
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -59,39 +61,51 @@ def read_toml(path: Path, kind: str) -> dict[str, Any]:
         raise InputError(f"{path} is not a TOML file: {error}") from error
 
 
+@contextmanager
+def _open_to_write(path: Path, flags: int = 0) -> Iterator[int]:
+    """A context with the number of an open regular file; no link is followed, as whoever planted it would choose it."""
+    plain = sum(getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
+    try:
+        number = os.open(path, os.O_WRONLY | plain | flags, 0o666)
+        try:
+            if not stat.S_ISREG(os.fstat(number).st_mode):
+                raise OSError(errno.EINVAL, "it is no regular file")
+            yield number
+        finally:
+            os.close(number)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}") from error
+
+
 def append_whole(path: Path, content: bytes) -> None:
-    """Append to a file all of some content or, where that fails, nothing. No link in its place is followed.
+    """Append to a file all of some content or, where that fails, nothing.
 
     Args:
         path: the file, which is created if it is not there.
         content: what to append.
     """
-    # Whoever planted a link would choose what is written to.
-    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
-    try:
-        file = os.open(path, flags, 0o666)
+    with _open_to_write(path, os.O_APPEND | os.O_CREAT) as file:
+        size = os.fstat(file).st_size
         try:
-            size = os.fstat(file).st_size
-            try:
-                while content:  # a disk that is nearly full takes a part of it
-                    content = content[os.write(file, content) :]
-            except OSError:
-                with suppress(OSError):
-                    os.ftruncate(file, size)
-                raise
-        finally:
-            os.close(file)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from error
+            while content:  # a disk that is nearly full takes a part of it
+                content = content[os.write(file, content) :]
+        except OSError:
+            with suppress(OSError):
+                os.ftruncate(file, size)
+            raise
+
+
+def truncate(path: Path, size: int) -> None:
+    """Delete all that follows the first ``size`` bytes of a file."""
+    with _open_to_write(path) as file:
+        os.ftruncate(file, size)
 
 
 def sync(path: Path) -> None:
     """Have what was appended to a file, if it is there, outlive a loss of power."""
-    try:
-        with suppress(FileNotFoundError), path.open("rb+") as file:
-            os.fsync(file.fileno())
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from error
+    if path.exists():
+        with _open_to_write(path) as file:
+            os.fsync(file)
 
 
 def sync_folder(folder: Path) -> None:

@@ -1,7 +1,7 @@
 """What a state may hold: a table of its entries with their types, shapes and ranges.
 
 A state comes back from a file, and compiled kernels check no bounds. So each part of the package that can restore a
-state describes it by a schema, and nothing of the state is used before `check` has found it right.
+state describes it by a schema, and nothing of the state is used before `Schema.check` has found it right.
 """
 
 from __future__ import annotations
@@ -9,30 +9,106 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from hierroom.support.errors import InputError, shown, text_of
 
+_Parts = list[tuple["Schema", Any, str]]
+"""The entries in another one: what each may be, what it is, and its name."""
 
-class Schema(Protocol):
+
+class Schema:
     """What one entry of a state may be."""
 
     def check(self, value: Any, name: str) -> None:
-        """Check an entry.
+        """Check an entry, and all that is in it.
 
         Args:
             value: the entry.
             name: its name, for the error message, such as ``levels.direction``.
         """
-        ...
+        waiting: _Parts = [(self, value, name)]
+        for schema, value, name in waiting:
+            waiting += schema._look(value, name)
+
+    def _look(self, value: Any, name: str) -> _Parts:
+        """Check an entry without what is in it; returns that."""
+        raise NotImplementedError
+
+
+class Anything(Schema):
+    """Whatever there is: what a user's own code saves, and reads by itself."""
+
+    def _look(self, value: Any, name: str) -> _Parts:
+        return []
+
+
+class AnyMapping(Schema):
+    """A mapping, whose entries are checked elsewhere."""
+
+    def _look(self, value: Any, name: str) -> _Parts:
+        if not isinstance(value, Mapping):
+            raise InputError(f"{name} must be a mapping, not {shown(value)}")
+        return []
 
 
 @dataclass(frozen=True)
-class Array:
+class Table(Schema):
+    """A mapping with certain entries.
+
+    Args:
+        entries: what each of them is, by name.
+        optional: names of those that may be missing.
+        is_open: whether other entries are allowed; they are not checked.
+    """
+
+    entries: Mapping[Any, Schema]
+    optional: Collection[Any] = ()
+    is_open: bool = False
+
+    def _look(self, value: Any, name: str) -> _Parts:
+        if not isinstance(value, Mapping):
+            raise InputError(f"{name} must be a mapping, not {shown(value)}")
+        missing = [repr(key) for key in self.entries if key not in value and key not in self.optional]
+        unknown = [shown(key) for key in value if key not in self.entries and not self.is_open]
+        if missing or unknown:
+            wrong = [f"lacks {', '.join(missing)}"] * bool(missing) + [f"has {', '.join(unknown)}"] * bool(unknown)
+            raise InputError(f"{name} does not hold what it should: it {' and '.join(wrong)}")
+        return [(schema, value[key], f"{name}.{key}") for key, schema in self.entries.items() if key in value]
+
+
+@dataclass(frozen=True)
+class Items(Schema):
+    """A list.
+
+    Args:
+        entry: what each item is.
+        shortest: how many there are at least.
+        longest: how many there are at most.
+    """
+
+    entry: Schema
+    shortest: int = 0
+    longest: float = math.inf
+
+    def _look(self, value: Any, name: str) -> _Parts:
+        if type(value) is not list or not self.shortest <= len(value) <= self.longest:
+            number = "" if self.longest == math.inf else f" of {self.shortest} to {self.longest} items"
+            given = f"a list of {len(value)}" if type(value) is list else shown(value)
+            raise InputError(f"{name} must be a list{number}, not {given}")
+        entry, parts = self.entry, enumerate(value)
+        if isinstance(entry, Whole):  # there may be many of them
+            parts = [(n, one) for n, one in parts if type(one) is not int or not entry.low <= one <= entry.high]
+        return [(entry, one, f"{name}[{n}]") for n, one in parts]
+
+
+@dataclass(frozen=True)
+class Array(Schema):
     """An array of NumPy or a tensor of torch on the CPU.
 
     Args:
@@ -49,9 +125,12 @@ class Array:
     high: Any = None
     is_finite: bool = True
 
-    def check(self, value: Any, name: str) -> None:
-        """Check an entry; see `Schema`."""
-        dtype, array = np.dtype(self.dtype), as_array(value, name)
+    def _look(self, value: Any, name: str) -> _Parts:
+        dtype, array = np.dtype(self.dtype), value
+        with suppress(AttributeError, TypeError, RuntimeError):
+            array = value if isinstance(value, np.ndarray) else value.numpy()
+        if not (isinstance(array, np.ndarray) and array.flags.c_contiguous):  # few are not as they should be
+            array = as_array(value, name)
         if array.dtype != dtype or array.shape != self.shape:
             raise InputError(
                 f"{name} must be an array of {dtype} and shape {self.shape}, not of {array.dtype} and shape "
@@ -60,44 +139,39 @@ class Array:
         if dtype.kind == "b":  # compiled code reads one bit of it, NumPy all eight
             if array.view(np.uint8).max(initial=0) > 1:
                 raise InputError(f"{name} must be True or False everywhere")
-            return
+            return []
         if dtype.kind == "f" and self.is_finite and not np.isfinite(array).all():
             raise InputError(f"{name} must be finite everywhere, not {array[~np.isfinite(array)][0]}")
-        for bound, is_broken, words in (
-            (self.low, np.less, "at least"),
-            (self.high, np.greater, "at most"),
-        ):
-            if bound is None:
-                continue
-            broken = np.argwhere(is_broken(array, bound))
-            if len(broken):
+        for bound, is_broken, words in ((self.low, np.less, "at least"), (self.high, np.greater, "at most")):
+            if bound is not None and len(broken := np.argwhere(is_broken(array, bound))):
                 place = tuple(broken[0])
                 allowed, where = np.broadcast_to(bound, self.shape)[place], list(map(int, place))
                 raise InputError(f"{name} must be {words} {allowed}, not {array[place]}, which it is at {where}")
+        return []
 
 
 @dataclass(frozen=True)
-class Whole:
+class Whole(Schema):
     """A whole number, no bool.
 
     Args:
         low: the smallest.
-        high: the largest; None: no bound.
+        high: the largest.
     """
 
     low: int = 0
-    high: int | None = None
+    high: float = math.inf
 
-    def check(self, value: Any, name: str) -> None:
-        """Check an entry; see `Schema`."""
+    def _look(self, value: Any, name: str) -> _Parts:
         is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-        if not is_whole or not self.low <= int(value) <= (math.inf if self.high is None else self.high):
-            allowed = f"of at least {self.low}" if self.high is None else f"from {self.low} to {_power(self.high)}"
+        if not is_whole or not self.low <= int(value) <= self.high:
+            allowed = f"of at least {self.low}" if self.high == math.inf else f"from {self.low} to {_power(self.high)}"
             raise InputError(f"{name} must be a whole number {allowed}, not {shown(value)}")
+        return []
 
 
 @dataclass(frozen=True)
-class Real:
+class Real(Schema):
     """A finite number, no bool.
 
     Args:
@@ -106,16 +180,16 @@ class Real:
 
     low: float = -math.inf
 
-    def check(self, value: Any, name: str) -> None:
-        """Check an entry; see `Schema`."""
+    def _look(self, value: Any, name: str) -> _Parts:
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if not is_number or not max(self.low, -sys.float_info.max) <= value <= sys.float_info.max:
             allowed = "a finite number" if self.low == -math.inf else f"a finite number of at least {self.low:g}"
             raise InputError(f"{name} must be {allowed}, not {shown(value)}")
+        return []
 
 
 @dataclass(frozen=True)
-class Exactly:
+class Exactly(Schema):
     """One value and no other, of the same type all through.
 
     Args:
@@ -124,87 +198,19 @@ class Exactly:
 
     value: Any
 
-    def check(self, value: Any, name: str) -> None:
-        """Check an entry; see `Schema`."""
+    def _look(self, value: Any, name: str) -> _Parts:
         if type(value) is not type(self.value) or text_of(value) != text_of(self.value):
             raise InputError(f"{name} must be {shown(self.value)}, not {shown(value)}")
+        return []
 
 
-class Flag:
+class Flag(Schema):
     """True or False."""
 
-    def check(self, value: Any, name: str) -> None:
-        """Check an entry; see `Schema`."""
+    def _look(self, value: Any, name: str) -> _Parts:
         if not isinstance(value, bool):
             raise InputError(f"{name} must be True or False, not {shown(value)}")
-
-
-class Anything:
-    """Whatever there is: what a user's own code saves, and reads by itself."""
-
-    def check(self, value: Any, name: str) -> None:
-        """Check nothing."""
-
-
-class AnyMapping:
-    """A mapping, whose entries are checked elsewhere."""
-
-    def check(self, value: Any, name: str) -> None:
-        """Check an entry; see `Schema`."""
-        if not isinstance(value, Mapping):
-            raise InputError(f"{name} must be a mapping, not {shown(value)}")
-
-
-@dataclass(frozen=True)
-class Items:
-    """A list.
-
-    Args:
-        entry: what each item is.
-        shortest: how many there are at least.
-        longest: how many there are at most; None: no bound.
-    """
-
-    entry: Schema
-    shortest: int = 0
-    longest: int | None = None
-
-    def check(self, value: Any, name: str) -> None:
-        """Check an entry; see `Schema`."""
-        longest = math.inf if self.longest is None else self.longest
-        if type(value) is not list or not self.shortest <= len(value) <= longest:
-            number = "" if self.longest is None else f" of {self.shortest} to {self.longest} items"
-            given = f"a list of {len(value)}" if type(value) is list else shown(value)
-            raise InputError(f"{name} must be a list{number}, not {given}")
-        for place, item in enumerate(value):
-            self.entry.check(item, f"{name}[{place}]")
-
-
-@dataclass(frozen=True)
-class Table:
-    """A mapping with certain entries.
-
-    Args:
-        entries: what each of them is, by name.
-        optional: names of those that may be missing.
-        is_open: whether other entries are allowed; they are not checked.
-    """
-
-    entries: Mapping[Any, Schema]
-    optional: Collection[Any] = ()
-    is_open: bool = False
-
-    def check(self, value: Any, name: str) -> None:
-        """Check an entry; see `Schema`."""
-        AnyMapping().check(value, name)
-        missing = [repr(key) for key in self.entries if key not in value and key not in self.optional]
-        unknown = [shown(key) for key in value if key not in self.entries and not self.is_open]
-        if missing or unknown:
-            wrong = [f"lacks {', '.join(missing)}"] * bool(missing) + [f"has {', '.join(unknown)}"] * bool(unknown)
-            raise InputError(f"{name} does not hold what it should: it {' and '.join(wrong)}")
-        for key, schema in self.entries.items():
-            if key in value:
-                schema.check(value[key], f"{name}.{key}")
+        return []
 
 
 def of_records(dtype: np.dtype, n: int, bounds: Mapping[str, tuple[Any, Any]]) -> Table:
@@ -269,14 +275,15 @@ def as_array(value: Any, name: str) -> NDArray:
         except (AttributeError, TypeError, RuntimeError):  # another type; a sparse tensor, one on another device, ...
             raise InputError(f"{name} must be an array, not {shown(value)}") from None
     extent = array.itemsize  # of what lies within a stride, the smallest first
-    for stride, n in sorted((abs(stride), n) for stride, n in zip(array.strides, array.shape, strict=True) if n > 1):
+    for stride, n in sorted([(abs(stride), n) for stride, n in zip(array.strides, array.shape, strict=True) if n > 1]):
         if stride < extent and array.size:
             raise InputError(f"{name} must be an array whose numbers each have a place of their own in memory")
         extent += stride * (n - 1)
     return array
 
 
-def _power(number: int) -> str:
-    """A number in digits, or where it is a large power of two less one as that."""
+def _power(number: float) -> str:
+    """A whole number in digits, or where it is a large power of two less one as that."""
+    number = int(number)
     bits = number.bit_length()
     return f"2**{bits} - 1" if bits > 20 and number == 2**bits - 1 else str(number)

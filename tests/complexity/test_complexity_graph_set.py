@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hierroom.complexity import GraphSet, Reading, Walk, analyze
+from hierroom.complexity.graph_set import find_graphs
 from hierroom.goals import MAX_GRID_ROOMS, NAMED_GRAPHS, GoalGraph, enumerate_graphs
 from hierroom.support.errors import InputError
 
@@ -195,3 +196,15 @@ def test_graphs_that_another_one_stands_for_are_told():
     ]
     assert chosen.graphs[0].name == "c"
     assert GraphSet(["c", "b"]).notes == GraphSet("c").notes == []
+
+
+def test_graphs_that_are_found_again_keep_their_names():
+    """Graphs that differ by their label only are equal."""
+    one, other = (GoalGraph((0, 1), 2, label) for label in ("one", "other"))
+    assert [find_graphs(graph, (), False).graphs[0].name for graph in (one, other, one, "c")] == [
+        "one",
+        "other",
+        "one",
+        "c",
+    ]
+    assert find_graphs(["a", one], (), False) is find_graphs(("a", one), (), False)

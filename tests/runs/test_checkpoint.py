@@ -88,18 +88,18 @@ def test_nothing_in_a_checkpoint_is_executed(tmp_path):
         ({"format": 99}, f"has format 99, this hierroom reads {CHECKPOINT_FORMAT}"),
         ([1, 2], f"has format None, this hierroom reads {CHECKPOINT_FORMAT}"),
         ({"format": True}, f"has format True, this hierroom reads {CHECKPOINT_FORMAT}"),
-        ({"format": CHECKPOINT_FORMAT}, "cannot be used: its state does not hold what it should: it lacks 'config', "),
+        ({"format": CHECKPOINT_FORMAT}, "cannot be used: Object missing required field `config`"),
         (
             {"format": CHECKPOINT_FORMAT, **state_after(1), "steps": -1},
-            "cannot be used: its state.steps must be a whole number from 0 to ",
+            "cannot be used: Expected `int` >= 0 - at `$.steps`",
         ),
         (
             {"format": CHECKPOINT_FORMAT, **state_after(1), "agents": [1]},
-            "cannot be used: its state.agents must be a mapping, not a list",
+            "cannot be used: Expected `object`, got `array` - at `$.agents`",
         ),
         (
             {"format": CHECKPOINT_FORMAT, **state_after(1), "seconds": float("nan")},
-            "cannot be used: its state.seconds must be a finite number of at least 0, not nan",
+            "cannot be used: Expected `float` >= 0.0 - at `$.seconds`",
         ),
     ],
 )

@@ -61,21 +61,21 @@ def test_what_may_change_may(run, name, value):
 @pytest.mark.parametrize(
     ("part", "name", "value", "said"),
     [
-        ("ppo", "gamma", "0.9", "ppo.gamma must be a number, not '0.9'"),
-        ("ppo", "minibatches", 1.5, "ppo.minibatches must be a whole number, not 1.5"),
+        ("ppo", "gamma", "0.9", "Expected `float`, got `str` - at `$.ppo.gamma`"),
+        ("ppo", "minibatches", 1.5, "Expected `int`, got `float` - at `$.ppo.minibatches`"),
         ("ppo", "learning_rate", float("inf"), "learning_rate must be finite, not inf"),
-        ("env", "drop_key", 1, "env.drop_key must be true or false, not 1"),
+        ("env", "drop_key", 1, "Expected `bool`, got `int` - at `$.env.drop_key`"),
         (
             "env",
             "graph",
             ["mine.toml"],
-            "env.graph must hold goal graphs by their content, or a letter, not 'mine.toml'",
+            "goal graphs stand in it by their content, or by a letter, not as 'mine.toml'",
         ),
-        ("agents", "features", "view", "agents.features must be a list of view"),
+        ("agents", "features", "view", "Expected `array`, got `str` - at `$.agents.features`"),
         (None, "seed", -1, "seed must be at least 0, not -1"),
         (None, "num_envs", 2**40, "num_envs must be at most 1048576, not 1099511627776"),
-        (None, "ppo", 3, "ppo must be a table, not 3"),
-        (None, "sed", 3, "sed unknown"),
+        (None, "ppo", 3, "Expected `object`, got `int` - at `$.ppo`"),
+        (None, "sed", 3, "Object contains unknown field `sed`"),
     ],
 )
 def test_an_edited_config_is_one_line(run, part, name, value, said):
@@ -123,7 +123,7 @@ def test_a_device_that_cannot_compute_is_one_line(device):
         ("features", "view", "features are given as a list of names, not as 'view'"),
         ("features", ("view", "goal", "view"), "features has view twice; name each once"),
         ("novelty_bonus", True, "novelty_bonus must be a number from 0 to 1,000,000, not True"),
-        ("network", None, "agents.network must be a text, not None"),
+        ("network", None, r"Expected `str`, got `null` - at `\$.agents.network`"),
         ("warm_start", "", "warm_start must be a folder, a file or the name of an agent, not ''"),
         ("meta", "", "meta must be a name, not an empty text"),
         ("network", "", "network must be a name, not an empty text"),

@@ -1,4 +1,4 @@
-"""A table that grows: torn tails heal, columns are added, damage is told of and never loses what can be read."""
+"""A table that grows: rows are counted and kept, torn ends are none, columns are added, and damage is refused."""
 
 import errno
 import os
@@ -27,8 +27,8 @@ def steps(table: CSVTable) -> list[int]:
 
 @given(cut=st.integers(1, 90), tail=st.binary(max_size=40))
 @settings(max_examples=200, derandomize=True)
-def test_whatever_a_crash_left_of_the_last_rows_heals(tmp_path_factory, cut, tail):
-    """Anything after some whole rows that is not a row: it is not read, and the next rows replace it."""
+def test_whatever_a_crash_left_after_the_last_whole_row_is_no_row(tmp_path_factory, cut, tail):
+    """It is not read, and the next rows replace it."""
     path = tmp_path_factory.mktemp("torn") / "metrics.csv"
     CSVTable(path).append(ROWS)
     whole = path.read_bytes()
@@ -38,39 +38,60 @@ def test_whatever_a_crash_left_of_the_last_rows_heals(tmp_path_factory, cut, tai
     assert n == max(0, whole[:-cut].count(b"\n") - 1)
     torn.append(ROWS[n:])
     assert path.read_bytes() == whole
-    for keep in (10, -1):
+    for n_rows in range(n + 1):
         path.write_bytes(whole[:-cut] + tail.replace(b"\n", b"\0"))
-        assert CSVTable(path).drop_after(keep) is None or keep == 10
-        CSVTable(path).append(ROWS[0 if keep < 0 else len(CSVTable(path).read()) :])
+        table = CSVTable(path)
+        assert table.keep(n_rows) == n_rows
+        table.append(ROWS[n_rows:])
         assert path.read_bytes() == whole
 
 
 @pytest.mark.parametrize(
     "tail", [b"\0" * 5000, b"\0" * 50 + b"\r\n", b"\r\n\r\n", b"40,1\r\n", b'40,"1\r\n', b"40,\xff,c\n"]
 )
-def test_each_kind_of_torn_tail_heals(tail, table):
+def test_rows_that_a_checkpoint_does_not_count_are_deleted_whatever_they_are(tail, table):
     whole = table.path.read_bytes()
-    for heal in (lambda torn: torn.drop_after(30), lambda torn: torn.append([{"steps": 40}])):
-        table.path.write_bytes(whole + tail)
-        torn = CSVTable(table.path)
-        if tail.startswith(b"40"):  # a whole line is not what a crash leaves, but no row of those to keep either
-            with pytest.raises(InputError, match="line 5 "):
-                torn.read()
-        else:
-            assert steps(torn) == [10, 20, 30]
-        heal(torn)
-        assert table.path.read_bytes() in (whole, whole + b"40,nan,nan\r\n")
+    table.path.write_bytes(whole + tail)
+    torn = CSVTable(table.path)
+    if tail.startswith(b"40"):  # a whole line is not what a crash leaves
+        with pytest.raises(InputError, match="line 5 "):
+            torn.read()
+    else:
+        assert steps(torn) == [10, 20, 30]
+    assert torn.keep(3) == 3
+    assert table.path.read_bytes() == whole
+    torn.append([{"steps": 40}])
+    assert table.path.read_bytes() == whole + b"40,nan,nan\r\n"
 
 
-def test_dropped_rows_leave_the_others_byte_for_byte(table):
+def test_kept_rows_stay_byte_for_byte(table):
     lines = table.path.read_bytes().splitlines(keepends=True)
-    assert CSVTable(table.path).drop_after(20) is None
+    assert CSVTable(table.path).keep(2) == 2
     assert table.path.read_bytes() == b"".join(lines[:3])
-    assert table.drop_after(-1) is None
-    assert table.path.read_bytes() == lines[0]
+    assert table.keep(0) == 0
+    assert table.path.read_bytes() == b""
     table.append(ROWS)
     assert table.path.read_bytes() == b"".join(lines)
-    assert CSVTable(table.path.with_name("none.csv")).drop_after(20) is None
+    assert CSVTable(table.path.with_name("none.csv")).keep(2) == 0
+    assert not table.path.with_name("none.csv").exists()
+
+
+def test_rows_are_counted(table):
+    assert (table.n_rows, CSVTable(table.path).n_rows, CSVTable(table.path.with_name("none.csv")).n_rows) == (3, 3, 0)
+    table.append([{"steps": 40, "more": 1}, {"steps": 50}])
+    assert table.n_rows == CSVTable(table.path).n_rows == 5
+    assert table.keep(4) == table.n_rows == 4
+    assert steps(table) == [10, 20, 30, 40]
+
+
+def test_rows_from_before_a_column_was_added_are_counted_as_before(table):
+    """A checkpoint counts rows and not bytes, as a new column makes the rows before it longer."""
+    n_rows = table.n_rows
+    table.append([{"steps": 40, "more": 1}])
+    again = CSVTable(table.path)
+    assert again.keep(n_rows) == 3
+    again.append([{"steps": 40, "more": 2}])
+    assert [row["more"] for row in again.read()] == ["nan", "nan", "nan", "2"]
 
 
 def test_a_long_table_is_not_read_into_memory(tmp_path):
@@ -81,7 +102,7 @@ def test_a_long_table_is_not_read_into_memory(tmp_path):
         table.append([{"steps": 1000 * n + k, "goals": "door 1 > key 1 > exit" * 4} for k in range(1000)])
     assert table.path.stat().st_size > 3_000_000
     tracemalloc.start()
-    table.drop_after(20_000)
+    assert table.keep(20_001) == 20_001
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 500_000
@@ -100,58 +121,50 @@ def test_a_long_table_is_not_read_into_memory(tmp_path):
         (b"-1,1,c\r\n", "begins with '-1', not with a number of steps"),
     ],
 )
-def test_damage_before_a_row_is_refused_by_readers_and_told_of_when_a_run_goes_on(damage, said, table):
+def test_damage_before_a_row_is_refused_and_left_as_it_is(damage, said, table):
     header, first, _, last = table.path.read_bytes().splitlines(keepends=True)
     table.path.write_bytes(broken := header + first + damage + last)
-    with pytest.raises(InputError, match=rf"metrics\.csv is broken: line 3 {said}"):
-        table.read()
-    assert "was damaged: what can be read of it is kept, and metrics.csv.damaged is" in table.drop_after(30)
-    assert table.path.read_bytes() == header + first + last
-    assert table.path.with_name("metrics.csv.damaged").read_bytes() == broken
-    assert table.drop_after(30) is None
+    for use in (CSVTable.read, lambda table: table.keep(3), lambda table: table.append(ROWS)):
+        with pytest.raises(InputError, match=rf"metrics\.csv is broken: line 3 {said}"):
+            use(CSVTable(table.path))
+    assert table.path.read_bytes() == broken
+    assert CSVTable(table.path).keep(1) == 1, "what comes after the rows to keep does not matter"
 
 
 @pytest.mark.parametrize("end", [b"", b"\r\xe840,1,d\r\n", b"\0\0\r\n"])
-def test_a_row_to_keep_that_lost_its_end_is_set_aside(end, table):
-    """It was synced before the checkpoint, so that no crash of ours cut it."""
+def test_a_row_to_keep_that_lost_its_end_is_missed(end, table):
+    """The caller says so: the row was synced before the checkpoint, so that no crash of ours cut it."""
     whole = table.path.read_bytes()
-    table.path.write_bytes(broken := whole[:-2] + end)
-    assert table.drop_after(20) is None, "the last row was not to be kept"
-    table.path.write_bytes(broken)
-    assert "damaged" in table.drop_after(30)
-    assert steps(table) == [10, 20]
-    assert table.path.with_name("metrics.csv.damaged").read_bytes() == broken
+    table.path.write_bytes(whole[:-2] + end)
+    if end.startswith(b"\r"):
+        with pytest.raises(InputError, match="line 4 is no row of text"):
+            table.keep(3)
+    else:
+        assert table.keep(3) == 2
+        assert steps(table) == [10, 20]
 
 
-def test_rows_to_keep_after_one_to_drop_are_kept_and_told_of(table):
-    whole = table.path.read_bytes()
-    table.path.write_bytes(broken := whole.replace(b"\n20,", b"\n920,"))
-    assert "metrics.csv.damaged is" in table.drop_after(30)
-    assert steps(table) == [10, 30]
-    table.path.write_bytes(again := whole.replace(b"\n10,", b"\n910,"))
-    assert "metrics.csv.damaged-2 is" in table.drop_after(30)
-    assert steps(table) == [20, 30]
-    assert table.path.with_name("metrics.csv.damaged").read_bytes() == broken
-    assert table.path.with_name("metrics.csv.damaged-2").read_bytes() == again
+def test_a_row_of_more_steps_than_were_taken_is_not_kept(table):
+    table.path.write_bytes(table.path.read_bytes().replace(b"\n20,", b"\n920,"))
+    with pytest.raises(InputError, match=r"line 3 begins with '920', not with a number of steps up to 30"):
+        table.keep(3, 30)
 
 
 def test_a_blank_line_is_no_damage(table):
     header, *rows = table.path.read_bytes().splitlines(keepends=True)
     table.path.write_bytes(b"\r\n" + header + b"\r\n".join(rows))
     assert steps(table) == [10, 20, 30]
-    assert table.drop_after(20) is None
+    assert table.keep(2) == 2
     assert steps(table) == [10, 20]
 
 
-def test_a_table_without_its_header_is_set_aside(table):
+def test_a_table_without_its_header_is_refused_unless_nothing_of_it_counts(table):
     without = b"".join(table.path.read_bytes().splitlines(keepends=True)[1:])
     table.path.write_bytes(without)
-    with pytest.raises(InputError, match="line 1 does not name the columns"):
-        table.read()
-    assert table.drop_after(-1) is None, "nothing of it was to be kept"
-    table.path.write_bytes(without)
-    assert "damaged" in table.drop_after(20)
-    assert table.path.with_name("metrics.csv.damaged").read_bytes() == without
+    for use in (table.read, lambda: table.keep(2)):
+        with pytest.raises(InputError, match="line 1 does not name the columns"):
+            use()
+    assert table.keep(0) == 0
     table.append(ROWS)
     assert steps(table) == [10, 20, 30]
 
@@ -177,10 +190,11 @@ def test_a_row_is_one_line_whatever_a_name_holds(tmp_path):
 def test_numbers(table):
     with pytest.raises(InputError, match="is broken: could not convert string to float: 'g10, of 10'"):
         table.numbers()
-    table.drop_after(-1)
+    table.keep(1)
+    table.path.write_bytes(table.path.read_bytes().replace(b"g10, of 10", b"nan"))
     table.append([{"steps": 1, "loss": float("inf")}])
-    assert np.isnan(table.numbers()[0]["graph"])
-    assert table.numbers()[0]["loss"] == np.inf
+    assert np.isnan(table.numbers()[1]["graph"])
+    assert table.numbers()[1]["loss"] == np.inf
 
 
 def test_rows_stay_when_the_disk_is_full(table, monkeypatch):
@@ -201,13 +215,26 @@ def test_rows_stay_when_the_disk_is_full(table, monkeypatch):
     assert steps(table) == [10, 20, 30, 40]
 
 
-def test_a_link_in_the_place_of_a_table_is_not_followed(tmp_path):
-    (tmp_path / "mine").write_text("")
-    table = CSVTable(tmp_path / "metrics.csv")
-    table.path.symlink_to(tmp_path / "mine")
-    with pytest.raises(InputError, match="cannot write"):
+def test_a_link_in_the_place_of_a_table_is_not_followed(table):
+    mine = table.path.rename(table.path.with_name("mine"))
+    before = mine.read_bytes()
+    table.path.symlink_to(mine)
+    for write in (lambda table: table.append(ROWS), lambda table: table.keep(1), CSVTable.sync):
+        with pytest.raises(InputError, match="cannot write"):
+            write(CSVTable(table.path))
+    assert mine.read_bytes() == before
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+def test_a_pipe_in_the_place_of_a_table_is_refused_at_once(table):
+    table.path.unlink()
+    os.mkfifo(table.path)
+    reader = os.open(table.path, os.O_RDONLY | os.O_NONBLOCK)
+    with pytest.raises(InputError, match=r"cannot write .*metrics\.csv: it is no regular file"):
         table.append(ROWS)
-    assert (tmp_path / "mine").read_text() == ""
+    os.close(reader)
+    with pytest.raises(InputError, match=r"cannot write .*metrics\.csv"):
+        table.append(ROWS)
 
 
 def test_a_table_that_was_deleted_begins_anew(table):

@@ -21,7 +21,7 @@ def test_a_config_is_not_filled_up_with_defaults():
     assert TrainConfig.from_dict(table) == CONFIG
     for part, entry in (("ppo", "gamma"), ("env", "subgoal_horizon")):
         lacking = {name: value for name, value in table[part].items() if name != entry}
-        with pytest.raises(InputError, match=rf"{entry} missing$"):
+        with pytest.raises(InputError, match=rf"missing required field `{entry}` - at `\$\.{part}`$"):
             TrainConfig.from_dict({**table, part: lacking})
 
 

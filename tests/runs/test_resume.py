@@ -153,13 +153,28 @@ def test_a_folder_that_holds_anything_else_is_not_taken(tmp_path):
         assert [one for one in path.parents[name.count("/")].rglob("*") if one.is_file()] == [path]
 
 
-def test_a_damaged_table_is_told_of_and_the_run_goes_on(fixed, tmp_path, capsys):
+def test_rows_that_a_table_lost_are_told_of_and_the_run_goes_on(fixed, tmp_path, capsys):
     shutil.copytree(fixed[1], out := tmp_path / "run")
     lines = (out / "metrics.csv").read_bytes().splitlines(keepends=True)
-    (out / "metrics.csv").write_bytes(b"".join([*lines[:3], b"1,2\r\n", *lines[4:]]))
+    (out / "metrics.csv").write_bytes(b"".join([*lines[:3], *lines[4:]]))
+    (out / "episodes.csv").unlink()
     assert train(["--resume", str(out)]) == 0
-    assert f"warning: {out}/metrics.csv was damaged: what can be read of it is kept" in capsys.readouterr().err
+    told = capsys.readouterr().err
+    n_rows = len(lines) - 1
+    assert f"warning: {out}/metrics.csv has lost 1 of {n_rows} rows; the run goes on without them\n" in told
+    assert f"warning: {out}/episodes.csv has lost " in told
     assert (out / "metrics.csv").read_bytes() == b"".join([*lines[:3], *lines[4:]])
+
+
+def test_a_damaged_table_is_refused_before_anything_is_changed(fixed, tmp_path):
+    shutil.copytree(fixed[1], out := tmp_path / "run")
+    lines = (out / "metrics.csv").read_bytes().splitlines(keepends=True)
+    (out / "metrics.csv").write_bytes(broken := b"".join([*lines[:3], b"1,2\r\n", *lines[4:]]))
+    with pytest.raises(InputError, match=r"line 4 has not as many .*; mend it, or delete the table to go on without"):
+        train(["--resume", str(out)])
+    assert (out / "metrics.csv").read_bytes() == broken
+    (out / "metrics.csv").unlink()
+    assert train(["--resume", str(out)]) == 0
 
 
 def test_events_that_cannot_be_written_are_warned_of_once(fixed, tmp_path, monkeypatch, capsys):

@@ -21,17 +21,19 @@ SMALL = TrainConfig(EnvConfig("a", size=11))
 def state_after(steps, **mine):
     """The outline of what a checkpoint holds, and in it what a meta-controller saves."""
     outline = {"config": "{}", "turns": {}, "levels": {}, "agents": {"meta_0": mine, "controller_0": {}}, "log": {}}
-    return {**outline, "steps": steps, "seconds": 0.0, "compile_seconds": 0.0}
+    tables = dict.fromkeys(checkpoint.TABLES, 0)
+    return {**outline, "tables": tables, "steps": steps, "seconds": 0.0, "compile_seconds": 0.0}
 
 
-def test_dropping_metrics_keeps_the_rows_before_as_they_were(tmp_path):
+def test_rows_after_a_checkpoint_are_deleted_and_those_before_stay_as_they_were(tmp_path):
     folder = RunFolder.create(tmp_path / "run", SMALL)
-    folder.metrics.drop_after(0)
     for steps in (10, 20):
         folder.metrics.append([{"steps": steps, "success_rate": 0.1 + 0.2, "episode_length": float("nan")}])
+        folder.save_checkpoint(state_after(steps))
     metrics = folder.path / "metrics.csv"
     first = metrics.read_bytes().splitlines(keepends=True)[:2]
-    folder.metrics.drop_after(10)
+    again = RunFolder.open(folder.path)
+    again.keep_rows(again.load_checkpoint(10))
     assert metrics.read_bytes() == b"".join(first)
 
 

@@ -59,14 +59,15 @@ def test_a_session_that_fails_or_ends_holds_it_no_longer(run, monkeypatch):
     assert train(["--resume", str(run.path)]) == 0
     with pytest.raises(InputError, match="--steps must be more") as caught:
         train(["--resume", str(run.path), "--steps", "1"])
-    assert RunLock(run.path).try_acquire()
+    RunLock(run.path).acquire()
 
 
 def test_a_lock_is_held_until_it_is_released(tmp_path):
     one, other = RunLock(tmp_path), RunLock(tmp_path)
     with one:
         one.acquire()  # it holds it already
-        assert not other.try_acquire()
+        with pytest.raises(InputError, match="by another process"):
+            other.acquire()
     with other, pytest.raises(InputError, match="by another process"):
         one.acquire()
 

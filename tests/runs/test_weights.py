@@ -192,7 +192,7 @@ def test_a_crafted_file_is_one_line(tmp_path, trained):
         hierroom.load(path)
     saved = SavedAgent.read(_saved(tmp_path, trained))
     SavedAgent(saved.config, -5, saved.agents).write(path)
-    with pytest.raises(InputError, match="steps must be a whole number"):
+    with pytest.raises(InputError, match=r"Expected `int` >= 0 - at `\$.steps`"):
         hierroom.load(path)
 
 

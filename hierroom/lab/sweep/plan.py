@@ -13,12 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, spec_names
-from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.config import CHANGED_WHEN_RESUMED, TrainConfig
-from hierroom.runs.config.config_file import flat_entry_types, listed_entries
+from hierroom.runs.config.config_file import flat_entries, flat_entry_types, listed_entries
 from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.config.run_name import run_name
-from hierroom.runs.config.typed_value import entry_types, typed_value
+from hierroom.runs.config.typed_value import typed_value
 from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import read_toml, to_json
 
@@ -215,16 +214,8 @@ def _value(text: str) -> Any:
 
 def _typed(table: Mapping[str, Any], where: str) -> dict[str, list[Any]]:
     """The values to try of each entry, each of its type."""
-    types = flat_entry_types()
-    types |= {f"{_META_PPO}.{name}": kind for name, kind in entry_types(PPOConfig).items()}
-    del types[_META_PPO]
-    flat = {name: value for name, value in table.items() if name != _META_PPO}
-    learner = table.get(_META_PPO, {})
-    if not isinstance(learner, dict):
-        raise InputError(f"{where}{_META_PPO} has entries of its own, such as {_META_PPO}.gamma, and is no value")
-    flat |= {f"{_META_PPO}.{name}": value for name, value in learner.items()}
-    typed = {}
-    for name, values in flat.items():
+    types, typed = flat_entry_types(), {}
+    for name, values in flat_entries(table, where).items():
         if name in _OWN_KEYS:
             place = "in a file, under [[variants]]" if name == "variants" else f"as --{name}, or at the head of a file"
             raise InputError(f"{where}{name} is no entry of a run; it is given {place}")

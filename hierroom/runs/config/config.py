@@ -10,15 +10,17 @@ import os
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
-from typing import Any, Literal
+from functools import cache
+from typing import Any, Literal, get_args
 
+import msgspec
 import tyro
 
 from hierroom.agents.config import AgentsConfig, Method
 from hierroom.goals import NAMED_GRAPHS, is_graph_set, plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
-from hierroom.runs.config.typed_value import entry_types, typed_value
-from hierroom.support.errors import InputError, require_number, shown
+from hierroom.runs.config.typed_value import entry_types
+from hierroom.support.errors import InputError, require_name, require_number, shown
 from hierroom.support.python_numbers import use_python_numbers
 from hierroom.worlds.env_config import EnvConfig
 
@@ -89,6 +91,7 @@ class TrainConfig:
         use_python_numbers(self)
         for name, (low, high) in RANGES.items():
             require_number(name, getattr(self, name), low, high, is_whole=True)
+        require_name("the presets are", self.preset, get_args(PresetName))
         if not isinstance(self.device, str):
             raise InputError(f"device must be a text such as cpu or cuda, not {self.device!r}")
         if not isinstance(self.stagger_clocks, bool):
@@ -154,10 +157,16 @@ class TrainConfig:
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> TrainConfig:
-        """The config that `to_dict` gave."""
+        """Return the config that `to_dict` gave."""
         try:
-            return _whole(cls, table)
-        except InputError as error:
+            entries = msgspec.structs.asdict(msgspec.convert(table, _file_type()))
+            for specs in (entries["env"].graph, entries["env"].exclude):
+                for spec in specs if isinstance(specs, tuple) else (specs,):
+                    if isinstance(spec, str) and not (spec in NAMED_GRAPHS or is_graph_set(spec)):
+                        raise InputError(f"goal graphs stand in it by their content, or by a letter, not as {spec!r}")
+            parts = {name: part(**msgspec.structs.asdict(entries[name])) for name, part in _PARTS.items()}
+            return cls(**{**entries, **parts})
+        except (InputError, msgspec.ValidationError) as error:
             raise InputError(f"this is not the config of a training run: {error}") from error
 
     def differences(self, other: TrainConfig, besides: Collection[str] = ()) -> list[str]:
@@ -184,23 +193,12 @@ CHANGED_WHEN_RESUMED = frozenset({"steps", "threads", "device", "warm_start"})
 """Entries in which a resumed run may differ; of the run that it began as, its checkpoints hold the weights."""
 
 
-def _whole(kind: type, table: object, place: str = "") -> Any:
-    """A dataclass from all of its entries: a run's config is not filled up with the defaults of another version."""
-    if not isinstance(table, Mapping):
-        raise InputError(f"{place.rstrip('.') or 'it'} must be a table, not {table!r}")
-    types = entry_types(kind)
-    for problem, names in (("missing", types.keys() - table.keys()), ("unknown", table.keys() - types.keys())):
-        if names:
-            raise InputError(f"{', '.join(f'{place}{name}' for name in sorted(names))} {problem}")
-    entries = {
-        name: _whole(_PARTS[name], table[name], f"{name}.")
-        if kind is TrainConfig and name in _PARTS
-        else typed_value(f"{place}{name}", one, table[name])
-        for name, one in types.items()
-    }
-    for name in {"graph", "exclude"} & entries.keys():
-        specs = entries[name] if isinstance(entries[name], tuple) else (entries[name],)
-        for spec in specs:
-            if isinstance(spec, str) and not (spec in NAMED_GRAPHS or is_graph_set(spec)):
-                raise InputError(f"{place}{name} must hold goal graphs by their content, or a letter, not {spec!r}")
-    return kind(**entries)
+@cache
+def _file_type() -> type[msgspec.Struct]:
+    """What config.json holds: every entry, as defaults may be those of another version, and no other."""
+
+    def record(part: type, types: Mapping[str, Any]) -> type[msgspec.Struct]:
+        return msgspec.defstruct(part.__name__, [*types.items()], forbid_unknown_fields=True)
+
+    parts = {name: record(part, entry_types(part)) for name, part in _PARTS.items()}
+    return record(TrainConfig, {**entry_types(TrainConfig), **parts})

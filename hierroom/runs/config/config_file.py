@@ -13,11 +13,11 @@ from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.presets import find_preset, implied_preset
 from hierroom.runs.config.typed_value import entry_types, typed_value
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, shown
 from hierroom.support.files import read_toml
 from hierroom.worlds.env_config import EnvConfig
 
-_META_PPO = "meta_ppo"
+_META_PPO, _OF_META = "meta_ppo", "meta_ppo."
 OF_ENVIRONMENTS = ("env_index", "levels")
 """Entries of an environment that a run sets itself: it trains in levels of its own, and is evaluated in others."""
 _PARTS: Mapping[str, type] = {"env": EnvConfig, "agents": AgentsConfig, "ppo": PPOConfig}
@@ -47,56 +47,61 @@ def read_config(path: str | Path, *, trust: bool = False, **entries: Any) -> Tra
         require_trust(path.parent, config, trust=trust, named=entries)
         return config
     table = _read_entries(path)
-    learner, preset = table.pop(_META_PPO, {}), table.pop("preset", None)
-    preset = entries.pop("preset", None) or preset
-    start = find_preset(preset or implied_preset(entries.get("meta", table.get("meta"))))
-    place = f"{path}: "
+    preset = entries.pop("preset", None) or table.pop("preset", None)
+    table.pop("preset", None)
     try:
+        start = find_preset(preset or implied_preset(entries.get("meta", table.get("meta"))))
+        learner = {name.removeprefix(_OF_META): table.pop(name) for name in [*table] if name.startswith(_OF_META)}
         config = start.changed(**table)
-        place += f"{_META_PPO}."
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    try:
         config = config.changed(meta_ppo=replace(config.meta_ppo, **learner))
     except InputError as error:
-        raise InputError(f"{place}{error}") from error
+        raise InputError(f"{path}: {_OF_META}{error}") from error
     return config.changed(**entries)
 
 
 def _read_entries(path: Path) -> dict[str, Any]:
-    """The entries of a TOML file, each of its type."""
+    """The entries of a TOML file, each of its type; those of ``meta_ppo`` as ``meta_ppo.gamma``."""
     if path.is_dir():
         raise InputError(f"{path} is a folder; a config is a TOML file or, to repeat a run, its config.json")
     if path.suffix == ".json":
         raise InputError(f"{path}: the config of a run is read from its folder, where it is called config.json")
-    table = read_toml(path, "config")
-    types = flat_entry_types()
+    table, types = read_toml(path, "config"), flat_entry_types()
     for part in _PARTS.keys() & table.keys():
         raise InputError(f"{path}: entries stand alone, as on the command line; leave out the table [{part}]")
-    return {name: _entry(path, name, value, types) for name, value in table.items()}
+    entries = flat_entries(table, f"{path}: ")
+    for name in entries:
+        if name not in types:
+            near = get_close_matches(name.replace("-", "_"), types, n=1)
+            known = f"is it {near[0]}?" if near else f"there are {listed_entries(types)}"
+            raise InputError(f"{path}: there is no entry {name!r}; {known}")
+    return {name: typed_value(f"{path}: {name}", types[name], value) for name, value in entries.items()}
 
 
 def flat_entry_types() -> dict[str, Any]:
-    """The type that each entry of a run's config has in a file, by its name on the command line."""
+    """Return the type of each entry in a file, by its name on the command line; those of ``meta_ppo`` dotted."""
     types = {name: kind for part in (*_PARTS.values(), TrainConfig) for name, kind in entry_types(part).items()}
-    return {name: kind for name, kind in types.items() if name not in (*_PARTS, *OF_ENVIRONMENTS)}
+    plain = {name: kind for name, kind in types.items() if name not in (*_PARTS, _META_PPO, *OF_ENVIRONMENTS)}
+    return plain | {f"{_OF_META}{name}": kind for name, kind in entry_types(PPOConfig).items()}
+
+
+def flat_entries(table: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return the entries of a file with those of ``meta_ppo`` dotted.
+
+    Args:
+        table: what the file holds.
+        where: the file, for the message.
+    """
+    learner = table.get(_META_PPO, {})
+    if not isinstance(learner, dict):
+        raise InputError(f"{where}{_META_PPO} must be a table of entries, [{_META_PPO}], not {shown(learner)}")
+    plain = {name: value for name, value in table.items() if name != _META_PPO}
+    return plain | {f"{_OF_META}{name}": value for name, value in learner.items()}
 
 
 def listed_entries(names: Iterable[str]) -> str:
-    """Names of entries for a message; of those of ``meta_ppo``, which are the learner's again, only one."""
-    plain = sorted(name for name in names if not name.startswith(f"{_META_PPO}."))
-    return f"{', '.join(plain)}, and the learner's of {_META_PPO} too, such as {_META_PPO}.gamma"
-
-
-def _entry(path: Path, name: str, value: Any, types: Mapping[str, Any], table: str = "") -> Any:
-    """The value of an entry, which the file names and its table may hold."""
-    if name not in types:
-        near = get_close_matches(name.replace("-", "_"), types, n=1)
-        known = f"is it {table}{near[0]}?" if near else f"there are {', '.join(sorted(types))}"
-        raise InputError(f"{path}: there is no entry {table + name!r}; {known}")
-    if not table and name == _META_PPO:
-        if not isinstance(value, dict):
-            raise InputError(f"{path}: {name} must be a table of entries, [{name}], not {value!r}")
-        types = entry_types(PPOConfig)
-        return {entry: _entry(path, entry, one, types, f"{name}.") for entry, one in value.items()}
-    try:
-        return typed_value(f"{table}{name}", types[name], value)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+    """Return names of entries for a message; of those of ``meta_ppo``, which are the learner's again, only one."""
+    plain = sorted(name for name in names if not name.startswith(_OF_META))
+    return f"{', '.join(plain)}, and the learner's of {_META_PPO} too, such as {_OF_META}gamma"

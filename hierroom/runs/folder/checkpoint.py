@@ -9,40 +9,55 @@ from __future__ import annotations
 import hashlib
 import io
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
+import numpy as np
 import torch
 
-from hierroom.runs.folder.plain_state import plain_state
 from hierroom.support.errors import InputError, shown
-from hierroom.support.schema import AnyMapping, Anything, Exactly, Real, Schema, Table, Whole
 from hierroom.turns.records import AGENTS
 
 CHECKPOINT_FORMAT = 11
+TABLES = ("metrics", "evaluations", "episodes")
+"""The tables that grow with a run."""
+_DEEPEST = 50
+"""Levels of lists and dicts in each other: deeper ones, and those that hold themselves, could not be read again."""
 _MARK = b"\nsha256 "
 _LENGTH = len(_MARK) + 64 + 1  # of the last line: the mark, the digest in hexadecimal digits, a line feed
-_ENTRIES: Mapping[str, Schema] = {
-    "format": Exactly(CHECKPOINT_FORMAT),
-    "config": Anything(),  # `RunFolder.require_same_config` reads it
-    "turns": AnyMapping(),
-    "agents": Table(dict.fromkeys(AGENTS, AnyMapping())),
-    "log": AnyMapping(),
-    "steps": Whole(0, 2**62),
-    "seconds": Real(0),
-    "compile_seconds": Real(0),
-}
-"""The outline of a checkpoint, which is checked whenever one is read; what is in it, where it is used."""
+_Count = Annotated[int, msgspec.Meta(ge=0, le=2**62)]
+_Seconds = Annotated[float, msgspec.Meta(ge=0, le=2.0**62)]
+
+
+def _record(entries: Mapping[str, Any]) -> type[msgspec.Struct]:
+    return msgspec.defstruct("Outline", [*entries.items()], forbid_unknown_fields=True)
+
+
+_OUTLINE = _record(
+    {
+        "format": int,
+        "config": str,
+        "turns": dict,
+        "agents": _record(dict.fromkeys(AGENTS, dict)),
+        "log": dict,
+        "tables": _record(dict.fromkeys(TABLES, _Count)),
+        "steps": _Count,
+        "seconds": _Seconds,
+        "compile_seconds": _Seconds,
+    }
+)
+"""What is checked whenever a checkpoint is read; what its parts hold is checked where they are used."""
 
 
 def to_bytes(state: Mapping[str, Any]) -> bytes:
     """The content of a checkpoint file.
 
     Args:
-        state: what `Trainer.state_dict` gave.
+        state: what `Trainer.state_dict` gave, and in ``tables`` how many rows each table of the run has, if any.
     """
-    plain = {name: plain_state(entry, name) for name, entry in state.items()}
+    plain = {name: _plain(entry, name) for name, entry in state.items()}
     buffer = io.BytesIO()
-    torch.save({"format": CHECKPOINT_FORMAT, **plain}, buffer)
+    torch.save({"format": CHECKPOINT_FORMAT, "tables": dict.fromkeys(TABLES, 0), **plain}, buffer)
     content = buffer.getvalue()
     return content + _last_line(content)
 
@@ -75,11 +90,43 @@ def from_bytes(content: bytes) -> dict[str, Any]:
     if type(found) is not int or found != CHECKPOINT_FORMAT:
         raise OtherFormatError(f"has format {shown(found)}, this hierroom reads {CHECKPOINT_FORMAT}")
     try:
-        Table(_ENTRIES).check(state, "its state")
-    except InputError as error:
+        msgspec.convert(state, _OUTLINE)
+    except (msgspec.ValidationError, AttributeError) as error:  # which a tensor in the place of a dict raises
         raise InputError(f"cannot be used: {error}") from error
     return state
 
 
 def _last_line(content: bytes) -> bytes:
     return _MARK + hashlib.sha256(content).hexdigest().encode() + b"\n"
+
+
+def _plain(value: Any, name: str, depth: int = 0) -> Any:
+    """The state called ``agents.meta_0`` as tensors and plain types, so that nothing in it is ever executed."""
+    if depth > _DEEPEST:
+        raise InputError(f"a checkpoint cannot hold {name[:100]}...: it lies in more than {_DEEPEST} lists and dicts")
+    if value is None or type(value) in (bool, int, float, str, bytes):
+        return value
+    if isinstance(value, torch.Tensor) and value.layout is torch.strided and not value.is_quantized:
+        return value.detach()
+    if isinstance(value, np.generic) and value.dtype.kind in "biufUS":
+        return float(value) if value.dtype.kind == "f" else value.item()  # a long double stays one as an item
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biuf" and value.dtype.itemsize <= 8:
+        return torch.from_numpy(value.astype(value.dtype.newbyteorder("=")))
+    if isinstance(value, Mapping):
+        return {_key(key, name): _plain(entry, f"{name}.{key}", depth + 1) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)) and type(value) in (list, tuple):
+        plain = [_plain(entry, f"{name}[{n}]", depth + 1) for n, entry in enumerate(value)]
+        return plain if type(value) is list else tuple(plain)
+    raise InputError(
+        f"a checkpoint cannot hold {name}, which is {type(value).__name__}; it holds tensors, arrays of numbers, "
+        "numbers, texts, lists and dicts"
+    )
+
+
+def _key(key: Any, name: str) -> Any:
+    if type(key) is tuple:
+        return tuple(_key(part, name) for part in key)
+    plain = key.item() if isinstance(key, np.generic) and key.dtype.kind in "biufUS" else key
+    if type(plain) not in (int, float, str, bool):
+        raise InputError(f"a checkpoint cannot hold {name}, which is a mapping with other keys than texts and numbers")
+    return plain

@@ -4,49 +4,23 @@ from __future__ import annotations
 
 import csv
 import io
-import itertools
-import os
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
+from typing import Never
 
 from hierroom.support.errors import InputError, shown
-from hierroom.support.files import append_whole, sync, write_atomically
+from hierroom.support.files import append_whole, sync, truncate, write_atomically
 
 _FIRST = "steps"
-_HEADER = -1
-_PIECE = 2**20
-
-
-class _Line(NamedTuple):
-    """A line of the file that is not blank.
-
-    Args:
-        number: of the line, from 1.
-        end: the place in the file after it, in bytes.
-        content: the line itself.
-        entries: what it holds; None: it is torn, or no line of a CSV file.
-        steps: how many the row begins with, -1 for the names of the columns; None: it is no row of this table.
-    """
-
-    number: int
-    end: int
-    content: bytes
-    entries: list[str] | None
-    steps: int | None
-
-    @property
-    def is_torn(self) -> bool:
-        """Whether it is as a crash leaves one: unfinished, or with zeros in the place of what was not yet written."""
-        return not self.content.endswith(b"\n") or b"\0" in self.content
 
 
 class CSVTable:
     """Rows of a CSV file, each of which begins with the number of ``steps`` trained before it was written.
 
-    A row is one line, whatever it holds, so what a crash left of the last ones is found line by line. Columns may be
-    added. Only `read` and `numbers` hold the whole table in memory.
+    A row is one line, whatever it contains. Columns may be added. Only `read` and `numbers` hold the whole table in
+    memory. A run that goes on calls `keep` before it appends.
 
     Args:
         path: the file; the first rows create it.
@@ -54,176 +28,126 @@ class CSVTable:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._names: list[str] | None = None
+        self._names: list[str] = []
+        self._n_rows: int | None = None  # not known before it is counted, as the file may be long
+
+    @property
+    def n_rows(self) -> int:
+        """The number of rows, for a checkpoint."""
+        if self._n_rows is None:
+            self.keep()
+        return self._n_rows or 0
+
+    def keep(self, n_rows: float = math.inf, steps: float = math.inf) -> int:
+        """Delete all that follows the first rows, such as rows that a resumed run writes again and a torn one.
+
+        Args:
+            n_rows: how many rows to keep.
+            steps: the most that one of them may begin with.
+
+        Returns:
+            how many of these rows there are.
+        """
+        self._names, self._n_rows, end = [], 0, 0
+        for place, entries in self._rows(steps) if n_rows else ():
+            self._n_rows += bool(self._names)
+            self._names, end = self._names or entries, place
+            if self._n_rows == n_rows:
+                break
+        if self.path.exists() and self.path.stat().st_size > end:
+            truncate(self.path, end)
+        return self._n_rows
 
     def append(self, rows: Sequence[Mapping[str, object]]) -> None:
-        """Append rows, after dropping what a crash left of the last one; an empty sequence writes nothing.
+        """Append rows; an empty sequence writes nothing.
 
         An entry that a row lacks is NaN. A new entry makes a new column, which is NaN in all earlier rows.
         """
         if not rows:
             return
-        if self._names is None:  # the first time, as the file may be long
-            self._names = self._heal()
-        before, entries = self._names, dict.fromkeys(name for row in rows for name in row)
-        added = [name for name in entries if name not in before]
-        if before and added:
+        n_rows, entries = self.n_rows, dict.fromkeys(name for row in rows for name in row)
+        added = [name for name in entries if name not in self._names]
+        if self._names and added:
             self._widen(added)
-        self._names = names = [*before, *added]
+        self._names = names = [*self._names, *added]
         lines = b"".join(_line([row.get(name, "nan") for name in names]) for row in rows)
-        is_new = not self.path.exists() or self.path.stat().st_size == 0
-        append_whole(self.path, _line(names) + lines if is_new else lines)
+        if not self.path.exists() or self.path.stat().st_size == 0:
+            n_rows, lines = 0, _line(names) + lines
+        append_whole(self.path, lines)
+        self._n_rows = n_rows + len(rows)
 
     def _widen(self, added: list[str]) -> None:
         """Add columns, in which the rows so far have NaN."""
-
-        def lines() -> Iterator[bytes]:
-            for line in self._lines():
-                if line.entries is not None and line.steps is not None:
-                    yield _line([*line.entries, *(added if line.steps == _HEADER else ["nan"] * len(added))])
-
-        write_atomically(self.path, lines())
+        lines = (
+            _line([*entries, *(["nan"] * len(added) if n else added)]) for n, (_, entries) in enumerate(self._rows())
+        )
+        write_atomically(self.path, lines)
 
     def sync(self) -> None:
         """Have the rows outlive a loss of power."""
         sync(self.path)
 
-    def _lines(self) -> Iterator[_Line]:
-        """The lines of the file but for blank ones, of which a crash leaves some too."""
-        end, n_columns = 0, None
-        try:
-            with suppress(FileNotFoundError), self.path.open("rb") as file:
-                for number, content in enumerate(file, start=1):
-                    end += len(content)
-                    if not content.strip():
-                        continue
-                    entries, steps = _entries(content), None
-                    if entries is not None and n_columns is None:
-                        is_header = entries[0] == _FIRST and len({*entries}) == len(entries)
-                        n_columns, steps = (len(entries), _HEADER) if is_header else (0, None)
-                    elif entries is not None and len(entries) == n_columns:
-                        steps = _steps(entries)
-                    yield _Line(number, end, content, entries, steps)
-        except OSError as error:
-            raise InputError(f"cannot read {self.path}: {error.strerror}") from error
-
-    def _heal(self) -> list[str]:
-        """Drop what a crash left after the last row; returns the names of the columns, none where there is no row."""
-        names, end = [], 0
-        for line in self._lines():
-            if line.entries is not None and line.steps is not None:
-                names, end = names or line.entries, line.end
-        self._cut(end)
-        return names
-
-    def _cut(self, end: int) -> None:
-        """Delete what stands after a place in the file."""
-        try:
-            with suppress(FileNotFoundError):
-                if self.path.stat().st_size > end:
-                    os.truncate(self.path, end)
-        except OSError as error:
-            raise InputError(f"cannot write {self.path}: {error.strerror}") from error
-
     def read(self) -> list[dict[str, str]]:
-        """The rows as text by column, none where there is no file. What a crash left after the last one is no row."""
-        names, rows, torn = None, [], None
-        for line in self._lines():
-            if line.entries is None and line.is_torn:
-                torn = torn or line
-                continue
-            if line.entries is None or torn is not None:
-                raise InputError(f"{self.path} is broken: line {(torn or line).number} is no row of text")
-            if names is None and line.steps != _HEADER:
-                raise InputError(f"{self.path} is broken: line {line.number} does not name the columns")
-            names = names or line.entries
-            if len(line.entries) != len(names):
-                raise InputError(
-                    f"{self.path} is broken: line {line.number} has not as many entries as the line that names them"
-                )
-            if line.steps is None:
-                first = shown(line.entries[0])
-                raise InputError(
-                    f"{self.path} is broken: line {line.number} begins with {first}, not with a number of steps"
-                )
-            if line.steps != _HEADER:
-                rows.append(dict(zip(names, line.entries, strict=True)))
-        return rows
+        """Return the rows as text by column, none where there is no file; what a crash left after them is no row."""
+        rows = (entries for _, entries in self._rows())
+        names = next(rows, [])
+        return [dict(zip(names, row, strict=True)) for row in rows]
 
     def numbers(self) -> list[dict[str, float]]:
-        """The rows as numbers by column."""
+        """Return the rows as numbers by column."""
         try:
             return [{name: float(text) for name, text in row.items()} for row in self.read()]
         except ValueError as error:
             raise InputError(f"{self.path} is broken: {error}") from error
 
-    def drop_after(self, steps: int) -> str | None:
-        """Delete the rows of more steps than these, which a resumed run writes again, and what a crash left of one.
+    def _rows(self, most: float = math.inf) -> Iterator[tuple[int, list[str]]]:
+        """Yield the names of the columns, then the entries of each row, with the place in the file after them."""
+        allowed = "a number of steps" + (f" up to {most:,}" if most < math.inf else "")
+        end, n_columns, torn = 0, 0, 0
+        try:
+            with suppress(FileNotFoundError), self.path.open("rb") as file:
+                for number, line in enumerate(file, start=1):
+                    end += len(line)
+                    if not line.strip():  # a crash leaves such lines too
+                        continue
+                    if not line.endswith(b"\n") or b"\0" in line:  # at the end it is what a crash left
+                        torn = torn or number
+                        continue
+                    entries = _entries(line)
+                    if torn or entries is None:
+                        self._refuse(torn or number, "is no row of text")
+                    if not n_columns and (entries[0] != _FIRST or len({*entries}) < len(entries)):
+                        self._refuse(number, "does not name the columns")
+                    if n_columns and len(entries) != n_columns:
+                        self._refuse(number, "has not as many entries as the line that names them")
+                    if n_columns and not 0 <= _steps(entries) <= most:
+                        self._refuse(number, f"begins with {shown(entries[0])}, not with {allowed}")
+                    n_columns = len(entries)
+                    yield end, entries
+        except OSError as error:
+            raise InputError(f"cannot read {self.path}: {error.strerror}") from error
 
-        Among the rows of fewer steps a crash leaves no damage, but something else may: then what can be read of them is
-        kept, and the table as it was stays beside it.
-
-        Args:
-            steps: of the last row to keep; -1: none is kept.
-
-        Returns:
-            a line that tells of the damage, or None.
-        """
-        self._names = None
-        end, is_suspect, is_damaged = 0, False, False
-        for line in self._lines():
-            if line.steps is None:
-                first, comma, _ = line.content.partition(b",")
-                began_with = _steps([first.decode(errors="replace")]) if comma else None
-                is_damaged |= began_with is not None and began_with <= steps  # it was a row to keep
-                is_suspect = True
-            elif line.steps <= steps:
-                end, is_damaged = line.end, is_damaged or is_suspect
-            else:
-                is_suspect = True  # a row to drop, after which there are no others to keep
-        if not is_damaged:
-            self._cut(end)
-            return None
-        damaged = self._place_beside()
-        write_atomically(damaged, self._pieces())
-        kept = (line for line in self._lines() if line.steps is not None and line.steps <= steps)
-        write_atomically(self.path, (line.content for line in kept))
-        return f"{self.path} was damaged: what can be read of it is kept, and {damaged.name} is what it was"
-
-    def _place_beside(self) -> Path:
-        """A file that is not there yet, for what the table was."""
-        endings = itertools.chain([""], (f"-{n}" for n in itertools.count(2)))
-        places = (self.path.with_name(f"{self.path.name}.damaged{ending}") for ending in endings)
-        return next(place for place in places if not place.exists())
-
-    def _pieces(self) -> Iterator[bytes]:
-        """The file as it is."""
-        with self.path.open("rb") as file:
-            while piece := file.read(_PIECE):
-                yield piece
+    def _refuse(self, number: int, why: str) -> Never:
+        raise InputError(f"{self.path} is broken: line {number} {why}")
 
 
 def _line(entries: Sequence[object]) -> bytes:
-    """A row as one line, whatever a name in it holds."""
+    """A row as one line, whatever a name in it contains."""
     text = io.StringIO()
     csv.writer(text).writerow([" ".join(entry.splitlines()) if isinstance(entry, str) else entry for entry in entries])
     return text.getvalue().encode(errors="backslashreplace")
 
 
-def _entries(content: bytes) -> list[str] | None:
-    """The entries of a line; None if it is unfinished or no line of a CSV file."""
-    if not content.endswith(b"\n") or b"\0" in content:
-        return None
+def _entries(line: bytes) -> list[str] | None:
     try:
-        return next(csv.reader([content.decode()], strict=True))
+        return next(csv.reader([line.decode()], strict=True))
     except (UnicodeDecodeError, csv.Error):
         return None
 
 
-def _steps(entries: Sequence[str]) -> int | None:
-    """The steps that a row begins with; None if it begins with something else."""
+def _steps(entries: Sequence[str]) -> int:
+    """The steps that a row begins with; -1 if it begins with something else."""
     try:
-        steps = int(float(entries[0]))
+        return int(float(entries[0]))
     except (ValueError, OverflowError):
-        return None
-    return steps if steps >= 0 else None
+        return -1

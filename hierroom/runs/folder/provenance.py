@@ -20,6 +20,7 @@ import torch
 import hierroom
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.own_modules import ModuleFile, find_module_files
+from hierroom.runs.folder.trust import named_code
 from hierroom.runs.logs.output import warn
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json, write_atomically
@@ -43,7 +44,7 @@ def record_session(path: Path, config: TrainConfig, variant: str = "") -> list[s
     Returns:
         a warning for each module that is not what it was before, or of which there is no copy.
     """
-    sessions, files = _sessions(path), find_module_files(config)
+    sessions, files = _sessions(path), find_module_files(config) if named_code(config) else []
     before = _newest_modules(path, sessions)
     warnings = _changes(path, files, before)
     warnings += [f"there is no copy of {file.name} in {path}: {file.problem}" for file in files if file.problem]

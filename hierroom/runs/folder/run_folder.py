@@ -12,6 +12,7 @@ from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.csv_table import CSVTable
 from hierroom.runs.folder.run_lock import RunLock
+from hierroom.runs.logs.output import warn
 from hierroom.support.errors import CheckpointError, InputError
 from hierroom.support.files import is_unfinished, remove_unfinished, to_json, write_atomically
 
@@ -63,8 +64,6 @@ class RunFolder:
                     raise InputError(f"cannot create the run folder {run.path}: {why}")
             run.path.mkdir(parents=True, exist_ok=True)
             run._refuse_content()  # before the lock leaves a file in it
-            if not run.lock.try_acquire():  # another process is creating it
-                raise FileExistsError
             with run.lock:
                 run._refuse_content()  # another process may have been faster
                 remove_unfinished(run.path)
@@ -122,7 +121,7 @@ class RunFolder:
         return self._write_checkpoint(state, f"{state['steps']:012d}{_INTERRUPTED}.pt")
 
     def _write_checkpoint(self, state: Mapping[str, Any], name: str) -> Path:
-        content = checkpoint.to_bytes(state)
+        content = checkpoint.to_bytes({**state, "tables": {table.path.stem: table.n_rows for table in self.tables}})
         for table in self.tables:
             table.sync()  # a run goes on from a checkpoint, so what was written before it must last as long
         path = self.checkpoints / name
@@ -198,6 +197,21 @@ class RunFolder:
     def tables(self) -> tuple[CSVTable, ...]:
         """All tables that grow during training."""
         return self.metrics, self.evaluations, self.episodes
+
+    def keep_rows(self, checkpoint: Mapping[str, Any]) -> None:
+        """Delete the rows that were written after a checkpoint, which a resumed run writes again; warn of lost ones.
+
+        Args:
+            checkpoint: what `load_checkpoint` gave.
+        """
+        for table in self.tables:
+            n_rows = checkpoint["tables"][table.path.stem]
+            try:
+                n_kept = table.keep(n_rows, checkpoint["steps"])
+            except InputError as error:
+                raise InputError(f"{error}; mend it, or delete the table to go on without its rows") from error
+            if n_kept < n_rows:
+                warn(f"{table.path} has lost {n_rows - n_kept:,} of {n_rows:,} rows; the run goes on without them")
 
     def save_summary(self, summary: Mapping[str, Any]) -> None:
         """Write summary.json."""

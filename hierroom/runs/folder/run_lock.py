@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import TracebackType
 
 from filelock import FileLock, Timeout
 
@@ -23,33 +22,25 @@ class RunLock:
     FILE = ".lock"
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._lock = FileLock(folder / self.FILE, timeout=0)
+        self._folder, self._lock = folder, FileLock(folder / self.FILE, timeout=0)
 
     def acquire(self) -> None:
         """Hold the lock from now on."""
-        if not self.try_acquire():
-            raise InputError(f"{self._folder} is being trained by another process; wait until that ends, or stop it")
-
-    def try_acquire(self) -> bool:
-        """Try to hold the lock from now on; returns whether this object holds it."""
         try:
             if not self._lock.is_locked:
                 self._lock.acquire()
-            return True
         except Timeout:
-            return False
+            busy = f"{self._folder} is being trained by another process; wait until that ends, or stop it"
+            raise InputError(busy) from None
         except (OSError, NotImplementedError) as error:
-            reason = error.strerror if isinstance(error, OSError) else str(error)
-            raise InputError(f"cannot lock the run folder {self._folder}: {reason}") from error
+            raise InputError(f"cannot lock the run folder {self._folder}: {error}") from error
 
     def release(self) -> None:
         """Hold it no longer."""
         self._lock.release(force=True)
 
-    def __enter__(self) -> RunLock:
+    def __enter__(self) -> None:
         self.acquire()
-        return self
 
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *_: object) -> None:
         self.release()

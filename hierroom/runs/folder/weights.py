@@ -11,8 +11,9 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import msgspec
 import torch
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
@@ -20,14 +21,15 @@ from safetensors.torch import save
 from hierroom.runs.config.config import TrainConfig
 from hierroom.support.errors import InputError, shown
 from hierroom.support.files import to_json, write_atomically
-from hierroom.support.schema import AnyMapping, Schema, Whole
 
 SUFFIX = ".safetensors"
 FOLDER = Path(__file__).parents[2] / "weights"
 SHIPPED = ("a", "b", "c", "d", "e", "f", "g", "learned-g")
 """The agents that ship: HiPPO of the default preset on graphs a to g, and a learned meta-controller on g."""
 _FORMAT = "hierroom agent 1"
-_ENTRIES: Mapping[str, Schema] = {"config": AnyMapping(), "descriptions": AnyMapping(), "steps": Whole(0, 2**62)}
+_OUTLINE = msgspec.defstruct(
+    "Outline", [("config", dict), ("descriptions", dict), ("steps", Annotated[int, msgspec.Meta(ge=0, le=2**62)])]
+)
 
 
 @dataclass(frozen=True)
@@ -81,10 +83,9 @@ class SavedAgent:
             raise InputError(f"{path} is damaged: its content is not the one that its digest was made of")
         try:
             entries = {name: json.loads(told.get(name, "null")) for name in ("config", "descriptions", "steps")}
-            for name, schema in _ENTRIES.items():
-                schema.check(entries[name], name)
+            msgspec.convert(entries, _OUTLINE)
             config = TrainConfig.from_dict(entries["config"])
-        except (ValueError, RecursionError, InputError) as error:
+        except (ValueError, RecursionError, InputError) as error:  # what msgspec raises is a ValueError
             raise InputError(f"{path} cannot be used: {error}") from error
         agents: dict[str, dict[str, Any]] = {}
         for agent, description in entries["descriptions"].items():

@@ -14,7 +14,7 @@ from tensorboard.compat.proto.event_pb2 import Event, SessionLog  # pyright: ign
 from tensorboard.summary.writer.record_writer import RecordWriter
 from torch.utils.tensorboard.summary import hparams, scalar
 
-from hierroom.runs.logs.logger import Plain
+from hierroom.runs.logs.scalars import Plain
 from hierroom.support.errors import InputError
 from hierroom.support.files import append_whole, sync
 
@@ -22,7 +22,7 @@ _NAME = "events.out.tfevents"
 
 
 class Events:
-    """TensorBoard as a `Logger`: writes the events of a run, into one file for each session that trains it.
+    """Writes the events of a run, into one file for each session that trains it.
 
     The file is there from the first event on.
 
@@ -61,7 +61,7 @@ class Events:
         return [begin, Event(step=self._begins_after + 1, session_log=SessionLog(status=SessionLog.START))]
 
     def add(self, scalars: Mapping[str, float], steps: int) -> None:
-        """Show numbers; see `Logger`."""
+        """Show numbers; see `logs.Logger`."""
         self._write(*(Event(step=steps, summary=scalar(name, value)) for name, value in scalars.items()))
 
     def add_results(self, hyperparameters: Mapping[str, Plain], results: Mapping[str, float], steps: int) -> None:

@@ -2,28 +2,23 @@
 
 from __future__ import annotations
 
-import importlib
 import json
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Protocol
 
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.logs.events import Events
 from hierroom.runs.logs.learning_curve import LearningCurve
-from hierroom.runs.logs.logger import Logger
-from hierroom.runs.logs.mlflow_logger import MLflowLogger
+from hierroom.runs.logs.libraries import LIBRARIES, load_library
 from hierroom.runs.logs.output import warn
-from hierroom.runs.logs.scalars import evaluation_scalars, hyperparameters, metric_scalars, result_scalars
-from hierroom.runs.logs.wandb_logger import WandbLogger
+from hierroom.runs.logs.scalars import Plain, evaluation_scalars, hyperparameters, metric_scalars, result_scalars
 from hierroom.support.errors import InputError, in_one_line, shown
 from hierroom.support.files import to_json, write_atomically
 
 TENSORBOARD, NONE = "tensorboard", "none"
 DEFAULT = (TENSORBOARD,)
-LIBRARIES: Mapping[str, Callable[..., WandbLogger | MLflowLogger]] = {"wandb": WandbLogger, "mlflow": MLflowLogger}
-"""The loggers that need a package of their own, by its name, which nothing of hierroom requires."""
 _FILE = "logs.json"
 """Of a run that is shown elsewhere than in TensorBoard: the identity that it has there, by logger."""
 
@@ -41,18 +36,35 @@ def logger_names(text: str) -> tuple[str, ...]:
             raise InputError(f"--log takes {known}, joined by commas, or {NONE}, not {text!r}")
     for name in names:
         if name in LIBRARIES:
-            _library(name)
+            load_library(name)
     return names
 
 
-def _library(name: str) -> Any:
-    try:
-        library = importlib.import_module(name)
-    except ImportError:
-        library = None
-    if getattr(library, "__file__", None) is None:  # such as a folder of that name, in which it once kept its files
-        raise InputError(f"--log {name} needs the package {name}, which `pip install {name}` installs")
-    return library
+class Logger(Protocol):
+    """Shows the numbers of a run somewhere. Whatever it raises, training goes on without it."""
+
+    label: str
+    """What it is called in a warning."""
+
+    def add(self, scalars: Mapping[str, float], steps: int) -> None:
+        """Show numbers, by tags such as ``eval/success_rate``, after so many primitive steps."""
+        ...
+
+    def add_results(self, hyperparameters: Mapping[str, Plain], results: Mapping[str, float], steps: int) -> None:
+        """Show what the run was trained with beside how it ended."""
+        ...
+
+    def sync(self) -> None:
+        """Have what was shown outlive a loss of power, as far as that is in the logger's hands."""
+        ...
+
+    def close(self, *, is_done: bool) -> None:
+        """End a session.
+
+        Args:
+            is_done: whether the run has taken all of its steps; else it may be resumed.
+        """
+        ...
 
 
 class Logs:
@@ -74,7 +86,7 @@ class Logs:
             if name == TENSORBOARD:
                 continue
             try:
-                logger = LIBRARIES[name](_library(name), path, hyperparameters(config), identities.get(name))
+                logger = LIBRARIES[name](load_library(name), path, hyperparameters(config), identities.get(name))
             except Exception as error:  # whatever a library of others may raise
                 _warn(error, LIBRARIES[name].label)
                 continue

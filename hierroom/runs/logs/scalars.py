@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.evaluation import Evaluation, Score
 from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
-from hierroom.runs.logs.logger import Plain
+
+Plain = bool | int | float | str
 
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "time": ("seconds", "compile_seconds", "steps_per_second"),

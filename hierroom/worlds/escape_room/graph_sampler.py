@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.complexity.curriculum import Curriculum
-from hierroom.complexity.graph_set import GraphSet
+from hierroom.complexity.graph_set import find_graphs
 from hierroom.goals import GoalGraph, GraphSpecs
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Array, Whole
@@ -36,7 +36,7 @@ class GraphSampler:
 
     def __init__(self, graph: GraphSpecs, exclude: GraphSpecs, drop_key: bool, num_envs: int, n_stages: int = 1):
         Whole(1, 2**31 - 1).check(num_envs, "num_envs")
-        chosen = GraphSet(graph, exclude, drop_key)
+        chosen = find_graphs(graph, exclude, drop_key)
         if len(chosen.graphs) == 1 and n_stages != 1:
             name = chosen.graphs[0].name
             raise InputError(f"a curriculum of {n_stages} stages needs several graphs, as of rooms:4, not {name} alone")
