@@ -45,20 +45,20 @@ def run(*arguments, **options):
 @pytest.fixture(scope="module")
 def compiled():
     """Everything is compiled, into the cache that all tests use."""
-    done = run("-m", "hierroom.support.compile")
+    done = run("-m", "hierroom", "compile")
     assert done.returncode == 0, done.stderr
     return Path(step_kernels.advance.stats.cache_path) / STAMP
 
 
 def test_a_second_call_sees_at_once_that_all_is_there(compiled):
     assert _is_complete(compiled)
-    done = run("-X", "importtime", "-m", "hierroom.support.compile")
+    done = run("-X", "importtime", "-m", "hierroom", "compile")
     assert done.stdout.startswith("all kernels are compiled already")
     assert not any(line.endswith(" torch") for line in done.stderr.splitlines())
 
 
 def test_an_unknown_option_is_one_line():
-    done = run("-m", "hierroom.support.compile", "--foo")
+    done = run("-m", "hierroom", "compile", "--foo")
     assert done.returncode == 2
     assert done.stdout == ""
     assert len(done.stderr.splitlines()) == 1
@@ -88,6 +88,6 @@ def test_nothing_is_called_later_in_a_way_it_was_not_compiled_for(compiled, tmp_
 
 
 def test_there_is_nothing_to_compile_without_a_compiler():
-    done = run("-m", "hierroom.support.compile", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
+    done = run("-m", "hierroom", "compile", env={**os.environ, "NUMBA_DISABLE_JIT": "1"})
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "error: NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it\n"

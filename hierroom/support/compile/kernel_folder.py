@@ -1,0 +1,81 @@
+"""Where compiled kernels are kept: a folder that has the digest of all their source in its name, so none is stale.
+
+Numba keeps compiled code as long as the kernel's own file is the same, but kernels call those of other files.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import multiprocessing
+import os
+import shutil
+import stat
+import tempfile
+import warnings
+from functools import cache
+from pathlib import Path
+
+PACKAGE = Path(__file__).parents[2]
+CONSTANTS = ("constants.py", "ids.py")
+"""Files of numbers that kernels use."""
+
+
+@cache
+def kernel_folder(chosen: str) -> str | None:
+    """Find a folder that can be written: in the chosen one, the package, the user's cache or the temporary files.
+
+    Args:
+        chosen: ``NUMBA_CACHE_DIR``, which may be empty.
+
+    Returns:
+        the folder, or None where none can be written; with a warning if it is not one of the first three.
+    """
+    name = Path("hierroom", digest_of_kernels(PACKAGE)[:16])
+    in_package = PACKAGE / "__pycache__" / name
+    cache_home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    for folder in (chosen and Path(chosen).absolute() / name, in_package, Path(cache_home, name)):
+        if folder and folder.is_absolute() and _can_write(folder):
+            if folder == in_package:
+                for old in {*in_package.parent.iterdir()} - {in_package}:  # compiled from earlier source
+                    shutil.rmtree(old, ignore_errors=True)
+            return str(folder)
+    folder = _private_folder()
+    kept = (
+        f"is kept in {folder}" if folder else "is lost at the end of each process, which begins by compiling it again"
+    )
+    if multiprocessing.parent_process() is None:
+        warnings.warn(
+            f"neither the package nor the user's cache folder can be written: the compiled code of its kernels {kept}; "
+            "set NUMBA_CACHE_DIR to a folder of your own to keep it elsewhere",
+            RuntimeWarning,
+            stacklevel=2,
+        )
+    return folder and str(folder / name)
+
+
+def digest_of_kernels(folder: Path) -> str:
+    """SHA-256 of all files in a folder that define kernels, or numbers that are compiled into them."""
+    contents = {path: path.read_bytes() for path in sorted(folder.rglob("*.py"))}
+    of_kernels = (content for path, content in contents.items() if path.name in CONSTANTS or b"njit(" in content)
+    return hashlib.sha256(b"".join(of_kernels)).hexdigest()
+
+
+def _can_write(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return False
+    return True
+
+
+def _private_folder() -> Path | None:
+    """A folder among the temporary files where only this user can write, because what is read there is run."""
+    try:
+        path = Path(tempfile.gettempdir()).absolute() / f"hierroom-{os.getuid()}"
+        path.mkdir(mode=0o700, exist_ok=True)
+        status = path.lstat()
+    except (OSError, AttributeError):  # Windows numbers no users; their cache folders can be written
+        return None
+    is_own = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & 0o077
+    return path if is_own and _can_write(path) else None
