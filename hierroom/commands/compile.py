@@ -44,7 +44,7 @@ def main() -> int:
     if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
         raise InputError("NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it")
     started = time.perf_counter()
-    folder = kernel_folder(config.CACHE_DIR)  # pyright: ignore[reportAttributeAccessIssue]
+    folder = kernel_folder()
     if folder is None:
         raise InputError("there is no folder to keep compiled code in; set NUMBA_CACHE_DIR to one that can be written")
     stamp = Path(folder) / STAMP

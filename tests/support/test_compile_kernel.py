@@ -11,7 +11,6 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from numba.core import config
 
 import hierroom
 from hierroom.support.compile import kernel, kernel_folder
@@ -174,7 +173,7 @@ def test_a_change_in_any_file_of_kernels_compiles_all_of_them_again(tmp_path, te
 
 
 def test_every_kernel_is_in_the_folder_of_its_source():
-    folder = kernel_folder.kernel_folder(config.CACHE_DIR)
+    folder = kernel_folder.kernel_folder()
     assert Path(folder).name == NAME.name
     assert step_kernels.advance in kernel.KERNELS
     assert {str(Path(one.stats.cache_path).parent) for one in kernel.KERNELS} == {folder}

@@ -30,8 +30,7 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
     def define(function: Callable[..., Any]) -> Any:
         if not cache or config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
             return numba.njit(**options)(function)
-        chosen = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
-        folder = kernel_folder(chosen)
+        folder, chosen = kernel_folder(), config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
         config.CACHE_DIR = folder  # pyright: ignore[reportAttributeAccessIssue]
         try:
             kernel = numba.njit(cache=folder is not None, **options)(function)

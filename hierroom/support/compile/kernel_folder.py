@@ -15,21 +15,20 @@ import warnings
 from functools import cache
 from pathlib import Path
 
+from numba.core import config
+
 PACKAGE = Path(__file__).parents[2]
 CONSTANTS = ("constants.py", "ids.py")
 """Files of numbers that kernels use."""
 
 
 @cache
-def kernel_folder(chosen: str) -> str | None:
-    """Find a folder that can be written: in the chosen one, the package, the user's cache or the temporary files.
+def kernel_folder() -> str | None:
+    """The first that can be written: in ``NUMBA_CACHE_DIR``, the package, the user's cache or the temporary files.
 
-    Args:
-        chosen: ``NUMBA_CACHE_DIR``, which may be empty.
-
-    Returns:
-        the folder, or None where none can be written; with a warning if it is not one of the first three.
+    The last with a warning, as is None, where there is no such folder.
     """
+    chosen = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
     name = Path("hierroom", digest_of_kernels(PACKAGE)[:16])
     in_package = PACKAGE / "__pycache__" / name
     cache_home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
