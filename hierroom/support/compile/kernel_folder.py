@@ -11,7 +11,9 @@ import os
 import shutil
 import stat
 import tempfile
+import time
 import warnings
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -20,6 +22,7 @@ from numba.core import config
 PACKAGE = Path(__file__).parents[2]
 CONSTANTS = ("constants.py", "ids.py")
 """Files of numbers that kernels use."""
+_DAY = 24 * 60 * 60
 
 
 @cache
@@ -29,14 +32,12 @@ def kernel_folder() -> str | None:
     The last with a warning, as is None, where there is no such folder.
     """
     chosen = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
-    name = Path("hierroom", digest_of_kernels(PACKAGE)[:16])
-    in_package = PACKAGE / "__pycache__" / name
+    installation = hashlib.sha256(str(PACKAGE).encode()).hexdigest()[:8]
+    name = Path("hierroom", f"{installation}-{digest_of_kernels(PACKAGE)[:16]}")
     cache_home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    for folder in (chosen and Path(chosen).absolute() / name, in_package, Path(cache_home, name)):
-        if folder and folder.is_absolute() and _can_write(folder):
-            if folder == in_package:
-                for old in {*in_package.parent.iterdir()} - {in_package}:  # compiled from earlier source
-                    shutil.rmtree(old, ignore_errors=True)
+    for place in (chosen and os.path.abspath(chosen), PACKAGE / "__pycache__", cache_home):
+        if os.path.isabs(place) and _can_write(folder := place / name):
+            _remove_old({*folder.parent.glob(f"{installation}-*")} - {folder})
             return str(folder)
     folder = _private_folder()
     kept = (
@@ -50,6 +51,14 @@ def kernel_folder() -> str | None:
             stacklevel=2,
         )
     return folder and str(folder / name)
+
+
+def _remove_old(folders: set[Path]) -> None:
+    """Remove kernels of earlier source, unless they are so new that a process may still write there."""
+    for folder in folders:
+        with suppress(OSError):  # another process has removed it
+            if time.time() - folder.stat().st_mtime > _DAY:
+                shutil.rmtree(folder)
 
 
 def digest_of_kernels(folder: Path) -> str:
