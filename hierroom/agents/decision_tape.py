@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.player import Pair
-from hierroom.learners.decision import Decision
+from hierroom.learners.policy import Decision
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 

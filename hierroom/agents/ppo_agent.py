@@ -12,8 +12,7 @@ from hierroom.agents.curiosity import Curiosity
 from hierroom.agents.features import Features
 from hierroom.agents.warm_up import WarmUp
 from hierroom.controller import Observation
-from hierroom.learners.decision import Decision
-from hierroom.learners.policy import Policy
+from hierroom.learners.policy import Decision, Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.support.errors import InputError, shown
 from hierroom.support.schema import AnyMapping, Exactly, Real, Table

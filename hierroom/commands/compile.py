@@ -36,24 +36,21 @@ def main(argv: Sequence[str]) -> int:
     read_arguments(CompileArguments, "compile", argv)
     from numba.core import config
 
+    from hierroom.support.compile.kernel_folder import kernel_folder
+
     if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
         raise InputError("NUMBA_DISABLE_JIT is set, so there is nothing to compile; unset it")
     started = time.perf_counter()
-    from hierroom.worlds.escape_room import step_kernels  # any module of kernels: all are kept in the same place
-
-    if step_kernels.advance.stats.cache_path is None:
+    folder = kernel_folder()
+    if folder is None:
         raise InputError("there is no folder to keep compiled code in; set NUMBA_CACHE_DIR to one that can be written")
-    stamp = Path(step_kernels.advance.stats.cache_path) / STAMP
-    if _is_complete(stamp):
-        print(f"all kernels are compiled already ({time.perf_counter() - started:.1f} s)")
-        return 0
-    console = Console(stderr=True)
-    n_compiled = compile_all(console)
-    _write_stamp(stamp)
-    seconds = f"{time.perf_counter() - started:.1f} s"
-    print(
-        f"{n_compiled} kernels compiled in {seconds}" if n_compiled else f"all kernels are compiled already ({seconds})"
-    )
+    stamp = Path(folder) / STAMP
+    n_compiled = 0
+    if not _is_complete(stamp):
+        n_compiled = compile_all(Console(stderr=True))
+        _write_stamp(stamp)
+    done = f"{n_compiled} kernels compiled in {{}}" if n_compiled else "all kernels are compiled already ({})"
+    print(done.format(f"{time.perf_counter() - started:.1f} s"))
     return 0
 
 
@@ -62,11 +59,11 @@ def compile_all(console: Console) -> int:
     import torch
     from numba.core import event
 
-    from hierroom.support.compile.clock import COMPILE_EVENT, compiling
-    from hierroom.support.compile.kernel import KERNELS, NOTICE
+    from hierroom.support.compile.clock import COMPILE_EVENT, compile_clock, compiling
+    from hierroom.support.compile.kernel import KERNELS
 
     torch.set_num_threads(1)  # as in training
-    NOTICE.is_due = False  # the bar says it
+    compile_clock().is_notice_due = False  # the bar says it
     columns = (
         TextColumn("compiling kernels"),
         BarColumn(),
@@ -169,17 +166,15 @@ def _plays() -> Iterator[Callable[[], object]]:
 def _is_complete(stamp: Path) -> bool:
     """Whether the command has compiled all of this source, and every file that it left is still there."""
     try:
-        told = json.loads(stamp.read_text())
-        return told["made_of"] == _made_of() and bool(told["files"]) and all(map(Path.exists, map(Path, told["files"])))
+        written = json.loads(stamp.read_text())
+        files = [Path(file) for file in written["files"]]
+        return written["made_of"] == _made_of() and bool(files) and all(file.exists() for file in files)
     except (OSError, ValueError, TypeError, KeyError):
         return False
 
 
 def _write_stamp(stamp: Path) -> None:
-    from hierroom.support.compile.kernel import KERNELS
-
-    folders = sorted({kernel.stats.cache_path for kernel in KERNELS})
-    files = [str(path) for folder in folders for path in sorted(Path(folder).glob("*.nb[ci]"))]
+    files = [str(path) for path in sorted(stamp.parent.rglob("*.nb[ci]"))]
     write_atomically(stamp, json.dumps({"made_of": _made_of(), "files": files}).encode())
 
 

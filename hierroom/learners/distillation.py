@@ -30,7 +30,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from hierroom.learners.health import check_health
-from hierroom.learners.seeding import seeded_weights
+from hierroom.learners.networks.actor_critic import seeded_weights
 from hierroom.support.errors import InputError
 from hierroom.support.schema import RANDOM_STATE, Array, Exactly, Flag, Items, Table, Whole, like
 

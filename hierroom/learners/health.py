@@ -30,9 +30,6 @@ def weights_of(network: nn.Module) -> list[Named]:
 
     Those in the processor's memory come as arrays that share it: NumPy is there at once between two updates, where
     PyTorch takes ten times as long to find its code again.
-
-    Args:
-        network: whose weights change in place, on the device where they stay.
     """
     return [(name, tensor.numpy() if _is_array(tensor) else tensor) for name, tensor in network.state_dict().items()]
 
@@ -41,12 +38,11 @@ def _is_array(tensor: Tensor) -> bool:
     return tensor.device.type == "cpu" and tensor.dtype in (torch.float32, torch.float64) and tensor.is_contiguous()
 
 
-def check_health(numbers: Iterable[Named], advice: str) -> None:
+def check_health(
+    numbers: Iterable[Named],  # what each is called, and the array or tensor of any shape, on any device
+    advice: str,  # what to do where one does not, for the error message
+) -> None:
     """Check that arrays and tensors hold finite numbers below `LIMIT` in size; those of whole numbers always do.
-
-    Args:
-        numbers: what each is called, and the array or tensor of any shape, on any device.
-        advice: what to do where one does not, for the error message.
 
     Raises:
         DivergenceError: naming the first that holds another number.
@@ -95,16 +91,13 @@ def check_batch(batch: Batch) -> None:
 
 
 def check_update(
-    means: NDArray[np.floating], weights: Iterable[Named], stepper: Stepper, batch: Batch, learning_rate: float
+    means: NDArray[np.floating],  # [6] the mean of each of `STATISTICS` over the minibatches
+    weights: Iterable[Named],  # the new ones, as `weights_of` the network
+    stepper: Stepper,  # the backend that computes with them
+    batch: Batch,  # what was learned from
+    learning_rate: float,  # Adam's step size
 ) -> None:
     """Check what an update did, before it is used or saved.
-
-    Args:
-        means: [6] float, the mean of each of `STATISTICS` over the minibatches.
-        weights: the new ones, as `weights_of` the network.
-        stepper: the backend that computes with them.
-        batch: what was learned from.
-        learning_rate: Adam's step size.
 
     Raises:
         DivergenceError: if a statistic or a weight is not healthy, or something that the weights give.

@@ -25,15 +25,13 @@ def _network_schema(network: nn.Module) -> Table:
     return Table({name: like(value, is_finite=name in parameters) for name, value in network.state_dict().items()})
 
 
-def check_learner_state(state: Any, own: Mapping[str, Any], network: nn.Module, space: AgentSpace) -> None:
-    """Check a state before a learner goes back to it.
-
-    Args:
-        state: what is to be the state of a learner.
-        own: the state that the learner has now.
-        network: its network.
-        space: what its agent observes and can do.
-    """
+def check_learner_state(
+    state: Any,  # what is to be the state of a learner
+    own: Mapping[str, Any],  # the state that the learner has now
+    network: nn.Module,  # its network
+    space: AgentSpace,  # what its agent observes and can do
+) -> None:
+    """Check a state before a learner goes back to it."""
     arrays = own["rollout"]["arrays"]
     (length, capacity), num_envs = arrays["actions"].shape, len(arrays["columns"])
     last_action, columns = space.n_actions - 1, Items(Whole(0, capacity - 1), 0, capacity)

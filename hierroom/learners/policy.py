@@ -1,16 +1,33 @@
-"""A policy for evaluation: it acts with the weights of a learner and does not learn."""
+"""A policy for evaluation: it acts with the weights of a learner, does not learn, and keeps what it last computed."""
 
 from __future__ import annotations
 
 from copy import copy
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.learners.decision import Decision
 from hierroom.learners.networks.actor_critic import AgentSpace
 from hierroom.learners.sampling import greedy_actions, sample_actions
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """What a policy computed for a turn in M environments."""
+
+    envs: NDArray[np.integer]  # [M] the environments
+    logits: NDArray[np.floating]  # [M, A]
+    masks: NDArray[np.bool_]  # [M, A] the legal actions
+    values: NDArray[np.floating]  # [M] the discounted return of the policy's own reward that it expected
+
+    @property
+    def probabilities(self) -> NDArray[np.floating]:
+        """[M, A] the softmax over the legal actions; the others have none."""
+        legal = np.where(self.masks, self.logits, -np.inf)
+        weights = np.exp(legal - legal.max(axis=-1, keepdims=True))
+        return weights / weights.sum(axis=-1, keepdims=True)
 
 
 class Stepper(Protocol):
@@ -21,15 +38,7 @@ class Stepper(Protocol):
         ...
 
     def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """Compute a turn that is not learned from.
-
-        Args:
-            features: [M, K] uint8.
-            states: [M, S] float32.
-
-        Returns:
-            logits [M, A], values [M] and new states [M, S].
-        """
+        """Compute a turn that is not learned from: logits [M, A], values [M] and new states [M, S]."""
         ...
 
 

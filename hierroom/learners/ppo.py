@@ -64,11 +64,10 @@ from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
 from hierroom.learners.health import check_batch, check_start, check_update, weights_of
 from hierroom.learners.learner_state import check_learner_state, weights_schema
-from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic
+from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic, seeded_weights
 from hierroom.learners.policy import Policy
 from hierroom.learners.rollout import Batch, Rollout
 from hierroom.learners.sampling import log_probabilities, sample_actions
-from hierroom.learners.seeding import seeded_weights
 from hierroom.learners.torch_backend import STATISTICS, TorchBackend
 from hierroom.support.errors import InputError
 
@@ -270,16 +269,8 @@ class Learner:
         taken = self._rollout.take()
         check_batch(taken)
         batch, importance_weights = self._renewed(taken)
-        advantages = generalized_advantages(
-            batch.rewards,
-            batch.values,
-            batch.next_values,
-            batch.elapsed,
-            batch.terminated,
-            batch.truncated,
-            gamma=config.gamma,
-            gae_lambda=config.gae_lambda,
-        )
+        known = batch.rewards, batch.values, batch.next_values, batch.elapsed, batch.terminated, batch.truncated
+        advantages = generalized_advantages(*known, gamma=config.gamma, gae_lambda=config.gae_lambda)
         length, n_sequences = batch.rewards.shape
         minibatches = [
             part
@@ -306,10 +297,9 @@ class Learner:
         if not batch.spans_update.any():
             return batch, weights
         with torch.no_grad():
-            inputs = (batch.features, batch.initial_states, batch.resets)
-            outputs = cast(PolicyNetwork, self.network).sequence(
-                *(torch.from_numpy(array).to(self._device) for array in inputs)
-            )
+            arrays = batch.features, batch.initial_states, batch.resets
+            inputs = (torch.from_numpy(array).to(self._device) for array in arrays)
+            outputs = cast(PolicyNetwork, self.network).sequence(*inputs)
         logits, values = (output.cpu().numpy() for output in outputs)
         flat = (logits.reshape(-1, self.space.n_actions), batch.masks.reshape(-1, self.space.n_actions))
         log_probs = log_probabilities(*flat, batch.actions.ravel()).reshape(batch.actions.shape)

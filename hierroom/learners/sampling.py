@@ -12,14 +12,11 @@ from hierroom.support.compile.kernel import njit
 
 @njit(cache=True, nogil=True)
 def sample_actions(
-    logits: NDArray[np.floating], masks: NDArray[np.bool_], uniforms: NDArray[np.floating]
+    logits: NDArray[np.floating],  # [N, A]
+    masks: NDArray[np.bool_],  # [N, A] the legal actions, at least one True in each row
+    uniforms: NDArray[np.floating],  # [N] float in [0, 1)
 ) -> tuple[NDArray[np.int64], NDArray[np.floating]]:
     """Sample one action per environment from the softmax over its legal actions by inverse transform sampling.
-
-    Args:
-        logits: [N, A] float.
-        masks: [N, A] bool, the legal actions, at least one True in each row.
-        uniforms: [N] float in [0, 1).
 
     Returns:
         [N] int64 actions, always legal, and [N] float, their log-probabilities among the legal actions.

@@ -68,24 +68,13 @@ class TorchBackend:
 
     def train(
         self,
-        batch: Batch,
-        advantages: NDArray[np.float32],
-        importance_weights: NDArray[np.float32],
-        minibatches: Iterable[NDArray[np.integer]],
-        learning_rate: float,
+        batch: Batch,  # M sequences of T turns
+        advantages: NDArray[np.float32],  # [T, M] not normalised
+        importance_weights: NDArray[np.float32],  # [T, M] factors of the normalised advantages
+        minibatches: Iterable[NDArray[np.integer]],  # for each one the indices of its sequences, 0 to M - 1
+        learning_rate: float,  # Adam's step size
     ) -> NDArray[np.float64]:
-        """Take one gradient step per minibatch.
-
-        Args:
-            batch: M sequences of T turns.
-            advantages: [T, M] float32, not normalised.
-            importance_weights: [T, M] float32, by which normalised advantages are multiplied in the policy loss.
-            minibatches: for each one the indices of its sequences, 0 to M - 1.
-            learning_rate: Adam's step size.
-
-        Returns:
-            [6] float64, the mean of each of `STATISTICS` over the minibatches.
-        """
+        """Take one gradient step per minibatch; returns [6] float64, the mean of each of `STATISTICS`."""
         for group in self._adam.param_groups:
             group["lr"] = learning_rate
         tensors = {name: self._tensor(array) for name, array in vars(batch).items()}
@@ -156,31 +145,20 @@ def normalized(advantages: Tensor, config: PPOConfig) -> Tensor:
 
 
 def ppo_loss(
-    logits: Tensor,
-    values: Tensor,
-    masks: Tensor,
-    actions: Tensor,
-    log_probs: Tensor,
-    advantages: Tensor,
-    targets: Tensor,
-    config: PPOConfig,
+    logits: Tensor,  # [T, M, A] of all actions
+    values: Tensor,  # [T, M] V
+    masks: Tensor,  # [T, M, A] the legal actions
+    actions: Tensor,  # [T, M]
+    log_probs: Tensor,  # [T, M] of the actions when they were taken; r is the ratio of probabilities
+    advantages: Tensor,  # [T, M] A, already normalised
+    targets: Tensor,  # [T, M] the value targets G
+    config: PPOConfig,  # the clip range :math:`\epsilon` and the weights
 ) -> tuple[Tensor, list[Tensor]]:
     r"""The clipped surrogate loss of Schulman et al. (2017), equations 7 and 9, over legal actions.
 
     .. math::
         L = \overline{-\min(r A, \mathrm{clip}(r, 1 - \epsilon, 1 + \epsilon) A)}
             + w_v \overline{\tfrac12 (V - G)^2} - w_e \overline{H}
-
-    Args:
-        logits: [T, M, A] float, of all actions.
-        values: [T, M] float, V.
-        masks: [T, M, A] bool, the legal actions.
-        actions: [T, M] int64.
-        log_probs: [T, M] float, log-probabilities of the actions when they were taken; r is the ratio of the current
-            probability to that one.
-        advantages: [T, M] float, A, already normalised.
-        targets: [T, M] float, the value targets G.
-        config: the clip range :math:`\epsilon` and the weights.
 
     Returns:
         the loss, and the first five of `STATISTICS`, detached.

@@ -1,4 +1,4 @@
-"""What a user gave and cannot be used, the check of a number, and errors of a user's own code in one line."""
+"""Errors for invalid input, checks of numbers and names, and errors in a user's code as one line."""
 
 from __future__ import annotations
 
@@ -35,15 +35,7 @@ class RunError(Exception):
 
 
 def require_number(name: str, value: object, low: float, high: float = math.inf, *, is_whole: bool = False) -> None:
-    """Refuse what is not a finite number of a range.
-
-    Args:
-        name: of the value, for the message.
-        value: what was given.
-        low: the least that is allowed.
-        high: the most that is allowed.
-        is_whole: whether only whole numbers are.
-    """
+    """Refuse a value, called ``name`` in the message, that is not a finite (and whole) number from low to high."""
     kinds = (int, np.integer) if is_whole else (int, float, np.number)
     if not isinstance(value, kinds) or isinstance(value, bool):
         raise InputError(f"{name} must be a {'whole ' * is_whole}number, not {value!r}")
@@ -57,13 +49,7 @@ def require_number(name: str, value: object, low: float, high: float = math.inf,
 
 
 def require_name(name: str, value: object, allowed: Collection[str | None]) -> None:
-    """Refuse what is not one of some names.
-
-    Args:
-        name: of the value and a verb, for the message.
-        value: what was given, anything at all.
-        allowed: the names, and None where that is allowed.
-    """
+    """Refuse what is not one of the allowed names or None; ``name`` is that of the value and a verb."""
     if not (value is None or isinstance(value, str)) or value not in allowed:
         names = ", ".join(one for one in allowed if one is not None)
         raise InputError(f"{name} {names}{' or None' * (None in allowed)}, not {shown(value)}")
@@ -92,11 +78,7 @@ _MAX_CHARACTERS = 1000
 
 
 def one_line(text: str) -> str:
-    """A text as one line that no terminal obeys: control characters escaped, and the middle of a long text cut.
-
-    Args:
-        text: any text.
-    """
+    """A text as one line that no terminal obeys: control characters escaped, and the middle of a long text cut."""
     plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
     half = (_MAX_CHARACTERS - len(" ... ")) // 2
     return plain if len(plain) <= _MAX_CHARACTERS else f"{plain[:half]} ... {plain[-half:]}"
@@ -104,11 +86,7 @@ def one_line(text: str) -> str:
 
 @contextmanager
 def own_code(name: str) -> Iterator[None]:
-    """A context in which code of a user's own runs: whatever it raises becomes one line.
-
-    Args:
-        name: of what runs, for the message.
-    """
+    """A context in which a user's code runs, called ``name`` in the one line that whatever it raises becomes."""
     try:
         yield
     except (Exception, SystemExit) as error:  # a user's code may raise anything
@@ -116,22 +94,14 @@ def own_code(name: str) -> Iterator[None]:
 
 
 def raise_told(name: str, error: BaseException) -> NoReturn:
-    """Tell in one line what code of a user's own raised; for what runs so often that `own_code` would be felt.
-
-    Args:
-        name: of what ran, for the message.
-        error: what it raised.
-    """
+    """Raise what a user's code raised, as one line; for code that runs so often that `own_code` would slow it down."""
     if isinstance(error, (InputError, DivergenceError)):
         raise error
     raise InputError(f"{name} fails: {in_one_line(error)}") from error
 
 
 def in_one_line(error: BaseException) -> str:
-    """The type and message of an error, without line breaks, and the last line of a user's own code that led to it.
-
-    Of an error that is one line already it is that line.
-    """
+    """The type and message of an error on one line, with the last line of a user's code that led to it."""
     if isinstance(error, (InputError, DivergenceError)):
         return str(error)
     try:

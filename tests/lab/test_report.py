@@ -23,7 +23,7 @@ from hierroom.lab.report.goals import training_goals
 from hierroom.lab.report.page import script_json
 from hierroom.lab.report.replay import LETTERS, _chosen, replay
 from hierroom.lab.report.runs import read_runs
-from hierroom.learners.decision import Decision
+from hierroom.learners.policy import Decision
 from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError

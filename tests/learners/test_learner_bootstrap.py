@@ -43,6 +43,11 @@ def filled(network, n_sequences=N, seed=1):
     return learner, np.where(ENVS == 1, 0, values)
 
 
+def value_by(module, features, states):
+    with torch.no_grad():
+        return module.step(torch.from_numpy(features), torch.from_numpy(states))[1].numpy()
+
+
 def check_same(network, found, expected):
     """Exactly the same; but torch's products round otherwise where they have other rows beside them."""
     if network is None:
@@ -64,6 +69,10 @@ def learned_from(learner):
 @both_paths
 def test_a_sequence_ends_with_the_value_of_the_next_observation_whoever_gives_it(network):
     waiting, expected = filled(network)
+    states = waiting._states.copy()
+    np.testing.assert_allclose(
+        value_by(waiting.network, NEXT, states)[GOES_ON], expected[GOES_ON], rtol=1e-5, atol=1e-6
+    )
     waiting.bootstrap(ENVS, NEXT)
     by_bootstrap = learned_from(waiting)
     check_same(network, by_bootstrap.next_values[-1], expected)
@@ -77,19 +86,8 @@ def test_a_sequence_ends_with_the_value_of_the_next_observation_whoever_gives_it
     check_same(network, by_acting.next_values[-1, :N], expected)
     np.testing.assert_array_equal(by_acting.next_values[-1, :N][GOES_ON], by_acting.values[0, N:][GOES_ON])
 
-    module = waiting.network
-    with torch.no_grad():
-        of_module = module.step(torch.from_numpy(NEXT), torch.from_numpy(filled(network)[0]._states))[1].numpy()
-    assert (np.abs(of_module - expected)[GOES_ON] > 1e-4).all()  # the weights after the update value it otherwise
-
-
-@both_paths
-def test_that_value_is_the_networks(network):
-    learner, expected = filled(network)
-    learner.bootstrap(ENVS, NEXT)
-    with torch.no_grad():
-        values = learner.network.step(torch.from_numpy(NEXT), torch.from_numpy(learner._states))[1].numpy()
-    np.testing.assert_allclose(values[GOES_ON], expected[GOES_ON], rtol=1e-5, atol=1e-6)
+    now = value_by(waiting.network, NEXT, states)
+    assert (np.abs(now - expected)[GOES_ON] > 1e-4).all()  # the weights after the update value it otherwise
 
 
 @both_paths
@@ -141,8 +139,9 @@ def test_truncated_turns_need_their_last_features(network):
         learner.finish(ENVS, *ends, LAST[truncated])
     assert equal(before, learner.state_dict())
     learner.finish(ENVS, *ends, LAST[2:])
-    expected = learner._backend.step(LAST[2:], learner._states[2:])[1]
-    np.testing.assert_array_equal(learner._rollout.slots.next_values[0, :N], [0, 0, *expected])
+    expected = value_by(learner.network, LAST[2:], learner._states[2:])  # with the states after the turn
+    np.testing.assert_allclose(learner._rollout.slots.next_values[0, :N], [0, 0, *expected], rtol=1e-5, atol=1e-6)
+    assert equal(before["states"], learner.state_dict()["states"])
 
 
 @both_paths

@@ -49,8 +49,9 @@ def test_features_are_those_of_whitened_one_hot_columns():
 
 
 def settled(curiosity, rng, n=6):
-    """It has learned once and its returns have grown: from here on it rewards."""
-    curiosity.rewards(draw(rng, n))
+    """It has learned once and its returns have grown: from here on it rewards, and before that nothing."""
+    for _ in range(3):
+        assert not curiosity.rewards(draw(rng, n)).any()
     curiosity.learn()
     for _ in range(20):  # two horizons at a discount of 0.9
         assert not curiosity.rewards(draw(rng, n)).any()

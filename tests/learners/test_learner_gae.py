@@ -24,28 +24,24 @@ def advantages(rewards, values, next_values, *, elapsed=None, terminated=(), tru
     )[:, 0]
 
 
-def test_three_plain_turns():
-    # deltas: 1 + .5*4 - 2 = 1; 0 + .5*6 - 4 = -1; 2 + .5*8 - 6 = 0. A2 = 0; A1 = -1 + .25*0; A0 = 1 + .25*-1.
-    found = advantages([1, 0, 2], [2, 4, 6], [4, 6, 8], gamma=0.5, gae_lambda=0.5)
-    np.testing.assert_allclose(found, [0.75, -1, 0])
-
-
-def test_an_option_of_length_three_is_discounted_by_gamma_cubed():
-    # gamma^3 = .125. deltas: 1 + .125*8 - 1 = 1; 3 + .5*2 - 8 = -4. A1 = -4; A0 = 1 + .125*1*-4.
-    found = advantages([1, 3], [1, 8], [8, 2], elapsed=[3, 1], gamma=0.5, gae_lambda=1.0)
-    np.testing.assert_allclose(found, [0.5, -4])
-
-
-def test_a_terminated_turn_counts_nothing_after_it():
-    # The next value 100 is not read. deltas: 1 - 2 = -1; 0 + .5*2 - 4 = -3.
-    found = advantages([1, 0], [2, 4], [100, 2], terminated=[0], gamma=0.5, gae_lambda=0.9)
-    np.testing.assert_allclose(found, [-1, -3])
-
-
-def test_a_truncated_turn_counts_its_next_value_but_no_later_advantage():
-    # deltas: 1 + .5*10 - 2 = 4; 0 + .5*2 - 4 = -3; the -3 stays out of the first.
-    found = advantages([1, 0], [2, 4], [10, 2], truncated=[0], gamma=0.5, gae_lambda=0.9)
-    np.testing.assert_allclose(found, [4, -3])
+@pytest.mark.parametrize(
+    ("rewards", "values", "next_values", "others", "expected"),
+    [
+        # deltas: 1 + .5*4 - 2 = 1; 0 + .5*6 - 4 = -1; 2 + .5*8 - 6 = 0. A2 = 0; A1 = -1 + .25*0; A0 = 1 + .25*-1.
+        pytest.param([1, 0, 2], [2, 4, 6], [4, 6, 8], {"gae_lambda": 0.5}, [0.75, -1, 0], id="three plain turns"),
+        pytest.param([1], [2], [4], {"gae_lambda": 0.5}, [1], id="one turn"),  # 1 + .5*4 - 2
+        # gamma^3 = .125. deltas: 1 + .125*8 - 1 = 1; 3 + .5*2 - 8 = -4. A1 = -4; A0 = 1 + .125*1*-4.
+        pytest.param(
+            [1, 3], [1, 8], [8, 2], {"elapsed": [3, 1], "gae_lambda": 1.0}, [0.5, -4], id="three steps a turn"
+        ),
+        # The next value 100 is not read. deltas: 1 - 2 = -1; 0 + .5*2 - 4 = -3.
+        pytest.param([1, 0], [2, 4], [100, 2], {"terminated": [0], "gae_lambda": 0.9}, [-1, -3], id="terminated"),
+        # deltas: 1 + .5*10 - 2 = 4; 0 + .5*2 - 4 = -3; the -3 stays out of the first.
+        pytest.param([1, 0], [2, 4], [10, 2], {"truncated": [0], "gae_lambda": 0.9}, [4, -3], id="truncated"),
+    ],
+)
+def test_advantages_worked_by_hand(rewards, values, next_values, others, expected):
+    np.testing.assert_allclose(advantages(rewards, values, next_values, gamma=0.5, **others), expected)
 
 
 @pytest.mark.parametrize("cut", ["terminated", "truncated"])
@@ -69,8 +65,3 @@ def test_lambda_one_is_the_discounted_return_minus_the_value():
     found = advantages(rewards, values, [0.2, 0.1, 0.0], elapsed=elapsed, terminated=[2], gamma=0.9, gae_lambda=1)
     returns = [1 + 0.9**2 * (2 + 0.9**3 * 3), 2 + 0.9**3 * 3, 3]
     np.testing.assert_allclose(found, np.subtract(returns, values))
-
-
-def test_one_turn_alone():
-    # 1 + .5*4 - 2
-    np.testing.assert_allclose(advantages([1], [2], [4], gamma=0.5, gae_lambda=0.5), [1])

@@ -5,8 +5,6 @@ from copy import deepcopy
 import numpy as np
 import pytest
 import torch
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from learner_envs import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
 from torch.nn.utils import parameters_to_vector
 
@@ -22,7 +20,7 @@ from hierroom.learners.fused.encoder_kernels import (
     rare_rows,
 )
 from hierroom.learners.fused.loss_kernels import heads, loss_backward
-from hierroom.learners.fused.product_kernels import add_product, add_transposed_product, pack
+from hierroom.learners.fused.network import Parameters, TapeMemory, backward, forward
 from hierroom.learners.fused.recurrent_kernels import lstm_backward, lstm_forward
 from hierroom.learners.networks.actor_critic import AgentSpace, RecurrentActorCritic
 from hierroom.learners.networks.recurrent import ResetLSTM
@@ -39,19 +37,6 @@ def close(found, expected, tolerance=1e-6):
 
 def normal(*shape):
     return RANDOM.normal(size=shape)
-
-
-@given(st.integers(1, 40), st.integers(1, 140), st.integers(1, 150), st.sampled_from([np.float32, np.float64]))
-@settings(max_examples=40)
-def test_products(n_rows, depth, n_columns, dtype):
-    a, b, c = (normal(*shape).astype(dtype) for shape in ((n_rows, depth), (depth, n_columns), (n_rows, n_columns)))
-    tolerance = 1e-3 if dtype == np.float32 else 1e-10
-    found = c.copy()
-    add_product(a, pack(b), found)
-    close(found, c + a @ b, tolerance)
-    found = c.copy()
-    add_transposed_product(np.ascontiguousarray(a.T), b, found)
-    close(found, c + a @ b, tolerance)
 
 
 @pytest.mark.parametrize("cardinalities", [(5, 3, 1, 7, 2, 256), (5, 3, 1, 7, 2, 4, 6, 3, 2, 5, 4, 1, 3, 2, 6, 7, 256)])
@@ -140,35 +125,47 @@ def test_loss_gradients():
     # Old log-probabilities near the new ones, so that some ratios are clipped on either side and some are not.
     legal = torch_logits.detach().masked_fill(~torch.from_numpy(masks), -1e9).log_softmax(-1).numpy()
     log_probs = legal[np.arange(n), actions] + 0.3 * normal(n)
-    data = [torch.from_numpy(x)[None] for x in (masks, actions, log_probs, advantages, targets)]
+    turns = masks, actions, log_probs, advantages, targets
+    data = [torch.from_numpy(x)[None] for x in turns]
     loss, statistics = ppo_loss(torch_logits[None], torch_values[None], *data, config)
     loss.backward()
     d_hidden, sums = np.empty((n, size)), np.zeros(5)
     gradients = [np.ones_like(w) for w in weights]
-    loss_backward(
-        hidden,
-        logits,
-        values,
-        weights[0],
-        weights[2],
-        masks,
-        actions,
-        log_probs,
-        advantages,
-        targets,
-        config.clip,
-        config.value_weight,
-        config.entropy_weight,
-        1 / n,
-        d_hidden,
-        *gradients,
-        sums,
-    )
+    scales = config.clip, config.value_weight, config.entropy_weight, 1 / n
+    loss_backward(hidden, logits, values, weights[0], weights[2], *turns, *scales, d_hidden, *gradients, sums)
     assert 0.2 < sums[4] < 0.8
     close(sums, torch.stack(statistics))
     close(d_hidden, leaf.grad)
     for gradient, parameter in zip(gradients, (policy.weight, policy.bias, value.weight, value.bias), strict=True):
         close(gradient - 1, parameter.grad)
+
+
+def test_the_whole_network_backwards():
+    network = RecurrentActorCritic(SPACE, 16).double()
+    vector = parameters_to_vector(network.parameters()).detach().numpy()
+    weights, gradient = Parameters.views(vector, network), np.zeros_like(vector)
+    features = RANDOM.integers(0, SPACE.cardinalities, (7, 10, 4)).astype(np.uint8)
+    resets, states = RANDOM.random((7, 10)) < 0.2, normal(10, 32)
+    memory, d_hidden = TapeMemory(weights), normal(7, 10, 16)
+    memory.tape(8, 12)
+    tape = memory.tape(7, 10)
+    table, offsets = weights.encoder_weight, network.encoder.offsets.numpy()
+    encode(features.reshape(70, 4), offsets, table, weights.encoder_bias, tape.encoded)
+    forward(weights, states, resets, tape)
+    tape.d_hidden[...] = d_hidden
+    parts = Parameters.views(gradient, network)
+    common = np.zeros(4, np.uint8)
+    rows, counts = rare_rows(features.reshape(70, 4), offsets, common, len(table))
+    backward(weights, rows, counts, resets, tape, parts, parts.encoder_weight)
+    complete_table(offsets, common, parts.encoder_bias, parts.encoder_weight)
+    inputs = [torch.from_numpy(x) for x in (features, states, resets)]
+    logits, values = network.sequence(*inputs)
+    close(tape.logits.reshape(7, 10, 4), logits)
+    close(tape.values.reshape(7, 10), values)
+    network.core.sequence(network.encoder(inputs[0]), *inputs[1:]).backward(torch.from_numpy(d_hidden))
+    heads_from = sum(p.numel() for p in [*network.encoder.parameters(), *network.core.parameters()])
+    grads = [p.grad for p in (*network.encoder.parameters(), *network.core.parameters())]
+    close(gradient[:heads_from], torch.cat([g.ravel() for g in grads if g is not None]))
 
 
 def test_adam_steps_like_torch():
@@ -210,7 +207,7 @@ def test_compiled_and_torch_updates_agree(wrap):
 
 
 @pytest.mark.parametrize("begun", [RecurrentActorCritic, PlainTorchNetwork])
-def test_either_backend_resumes_the_other_s_state(begun):
+def test_either_goes_on_from_what_the_other_saved(begun):
     learner, env = make_learner(network=begun), RandomEnvs(6, seed=1)
     while not env.tick(learner)[3]:
         pass

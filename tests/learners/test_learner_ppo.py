@@ -1,11 +1,14 @@
 """The learner's promises, on the compiled and on the plain torch path alike."""
 
+import io
 import math
+from copy import deepcopy
 
 import numpy as np
 import pytest
 import torch
 from learner_envs import SPACE, PlainTorchNetwork, RandomEnvs, make_learner
+from same_state import equal
 
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.distillation import RandomNetworkDistillation
@@ -150,9 +153,7 @@ def test_turns_are_opened_and_closed_in_pairs():
         learner.update(0.0)
 
 
-@pytest.mark.parametrize(
-    "network", [None, pytest.param(PlainTorchNetwork, marks=pytest.mark.slow)], ids=["compiled", "torch"]
-)
+@both_paths
 @pytest.mark.parametrize("time_limit", [5, 50])
 def test_a_reward_of_one_each_step_is_worth_the_same_whatever_the_time_limit(network, time_limit):
     gamma, n = 0.8, 8
@@ -174,6 +175,28 @@ def test_a_reward_of_one_each_step_is_worth_the_same_whatever_the_time_limit(net
             learner.update(updates / 80)
             updates += 1
     assert values == pytest.approx(1 / (1 - gamma), rel=0.03)
+
+
+@both_paths
+@pytest.mark.parametrize("ticks", [3, 37])
+def test_a_learner_resumed_in_the_middle_of_its_turns_equals_an_uninterrupted_one(network, ticks):
+    learner, envs = make_learner(network=network), RandomEnvs(6, seed=1)
+    for _ in range(ticks):
+        envs.tick(learner)
+    begun, _, _ = envs.begin(learner)
+    file = io.BytesIO()
+    torch.save(learner.state_dict(), file)
+    file.seek(0)
+    resumed, envs_then = make_learner(network=network, seed=99), deepcopy(envs)
+    resumed.load_state_dict(torch.load(file, weights_only=True))
+    envs.finish(learner, begun)
+    envs_then.finish(resumed, begun)
+    for _ in range(40):
+        _, _, actions, statistics = envs.tick(learner)
+        _, _, actions_after, statistics_after = envs_then.tick(resumed)
+        assert (actions == actions_after).all()
+        assert statistics == statistics_after
+    assert equal(learner.state_dict(), resumed.state_dict())
 
 
 def test_the_learning_rate_is_annealed_linearly():

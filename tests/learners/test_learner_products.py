@@ -2,13 +2,15 @@
 
 import os
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from children import run_python
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from hierroom.learners.fused import blas_kernels, product_kernels, tile_kernels
+from hierroom.learners.fused import tile_kernels
+from hierroom.learners.fused.product_kernels import BLAS, CHOSEN, Products
 
 TESTS = Path(__file__).parents[1]
 GUARDED = """
@@ -36,23 +38,28 @@ for m, k, n in ((1, 1, 1), (3, 5, 7), (4, 64, 64), (7, 65, 63), (9, 130, 65), (5
 """
 
 
+TILES = Products(tile_kernels.pack, tile_kernels.add_product, tile_kernels.add_transposed_product)
+
+
 def test_here_the_tiles_work():
-    assert product_kernels.chosen is tile_kernels
-    assert product_kernels.works(tile_kernels)
-    assert product_kernels.works(blas_kernels)
+    assert CHOSEN == TILES
+    assert TILES.work()
+    assert BLAS.work()
 
 
-@pytest.mark.parametrize(("n_rows", "depth", "n_columns"), [(1, 1, 1), (5, 3, 17), (9, 200, 130), (64, 128, 256)])
-def test_both_ways_come_out_alike(n_rows, depth, n_columns):
+@pytest.mark.parametrize("products", [TILES, BLAS], ids=["tiles", "blas"])
+@given(st.integers(1, 64), st.integers(1, 200), st.integers(1, 260), st.sampled_from([np.float32, np.float64]))
+@settings(max_examples=40)
+def test_products_are_those_of_numpy(products, n_rows, depth, n_columns, dtype):
     random = np.random.default_rng(n_rows)
-    a, b = (random.normal(size=shape).astype(np.float32) for shape in ((n_rows, depth), (depth, n_columns)))
-    transposed, results = np.ascontiguousarray(a.T), []
-    for kernels in (tile_kernels, blas_kernels):
-        product, other = np.ones((2, n_rows, n_columns), np.float32)
-        kernels.add_product(a, kernels.pack(np.asfortranarray(b)), product)
-        kernels.add_transposed_product(transposed, b, other)
-        results.append((product, other))
-    np.testing.assert_allclose(*results, rtol=1e-4, atol=1e-4)
+    shapes = (n_rows, depth), (depth, n_columns), (n_rows, n_columns)
+    a, b, c = (random.normal(size=shape).astype(dtype) for shape in shapes)
+    tolerance = 1e-3 if dtype == np.float32 else 1e-10
+    product, transposed = c.copy(), c.copy()
+    products.add_product(a, products.pack(b), product)
+    products.add_transposed_product(np.ascontiguousarray(a.T), b, transposed)
+    for found in (product, transposed):
+        np.testing.assert_allclose(found, c + a @ b, rtol=tolerance, atol=tolerance)
 
 
 def test_tiles_stay_within_their_arrays():
@@ -67,7 +74,7 @@ def test_wrong_results_are_found(name):
         getattr(tile_kernels, name)(a, b, c)
         c[-1, -1] = 0  # where no whole tile is
 
-    assert not product_kernels.works(SimpleNamespace(**{**vars(tile_kernels), name: half}))
+    assert not TILES._replace(**{name: half}).work()
 
 
 @pytest.mark.slow
@@ -81,4 +88,4 @@ def test_where_llvmlite_refuses_the_learner_learns_by_np_dot_with_one_warning(py
     assert done.returncode == 0, done.stdout
     assert done.stdout.count("np.dot takes their place, which is slower (NotImplementedError there are no vec") == 1
     assert "1 passed, 1 warning" in done.stdout
-    assert [*cache.rglob("blas_kernels.add_product-*.nbc")]
+    assert [*cache.rglob("product_kernels._add_dot-*.nbc")]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hierroom.commands.compile import STAMP, _is_complete
-from hierroom.worlds.escape_room import step_kernels
+from hierroom.support.compile.kernel_folder import kernel_folder
 
 LATER = """
 import numpy as np
@@ -47,7 +47,7 @@ def compiled():
     """Everything is compiled, into the cache that all tests use."""
     done = run("-m", "hierroom", "compile")
     assert done.returncode == 0, done.stderr
-    return Path(step_kernels.advance.stats.cache_path) / STAMP
+    return Path(kernel_folder()) / STAMP
 
 
 def test_a_second_call_sees_at_once_that_all_is_there(compiled):

@@ -1,4 +1,4 @@
-"""Compiled kernels are kept wherever there is a place for them; on a terminal one hears that they are compiled."""
+"""Compiled kernels are kept wherever there is a place for them, and never stale; a terminal says that they compile."""
 
 import ast
 import os
@@ -12,18 +12,21 @@ from pathlib import Path
 
 import pytest
 
-from hierroom.support.compile import folder, kernel
+import hierroom
+from hierroom.support.compile import kernel, kernel_folder
+from hierroom.support.compile.clock import NOTICE
 from hierroom.worlds.escape_room import step_kernels
 
-PACKAGE = Path(folder.__file__).parents[1]
-TELL = """
+PACKAGE = Path(hierroom.__file__).parent
+DIGEST = kernel_folder.digest_of_kernels(PACKAGE)[:16]
+PRINT_FOLDER = """
 import hierroom
 from hierroom.worlds.escape_room.random_kernels import mix
 hierroom.env(graph='a')
 print(mix.stats.cache_path)
 """
 COMPILE = """
-from hierroom.support.compile.kernel import njit, KERNELS, PACKAGE, digest_of_kernels
+from hierroom.support.compile.kernel import njit
 def double(x):
     return 2 * x
 double.__module__ = "{module}"
@@ -42,88 +45,141 @@ def temporary(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def unwritable(tmp_path_factory):
-    """A copy of the package where files stand in the place of the folders that Numba would make: not even root can."""
+    """A copy of the package where a file stands in the place of the folder for kernels: not even root can make it."""
     site = tmp_path_factory.mktemp("site")
     shutil.copytree(PACKAGE, site / "hierroom", ignore=shutil.ignore_patterns("__pycache__"))
-    for path in [site / "hierroom", *(site / "hierroom").rglob("*/")]:
-        (path / "__pycache__").write_bytes(b"")
+    (site / "hierroom" / "__pycache__").write_bytes(b"")
     return site
 
 
-def run_there(site, temporary, code=TELL, **variables):
+def run_there(site, temporary, code=PRINT_FOLDER, **variables):
     environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
     home = {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null", "TMPDIR": str(temporary), "PYTHONPATH": str(site)}
     environment |= {**home, "MPLCONFIGDIR": str(temporary), **variables}
-    return subprocess.run([sys.executable, "-c", code], env=environment, cwd=site, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-c", code], env=environment, cwd=site, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done
 
 
 def test_the_package_is_imported_where_neither_it_nor_home_can_be_written(unwritable, temporary):
     """Numba raises there: cannot cache function, no locator available."""
     for _ in range(2):
         done = run_there(unwritable, temporary)
-        assert done.returncode == 0, done.stderr
-        expected = temporary / f"hierroom-kernels-{os.getuid()}"
+        place = temporary / f"hierroom-{os.getuid()}"
         assert done.stderr.count("RuntimeWarning: ") == 1
-        assert f"kept in {expected}; set NUMBA_CACHE_DIR" in done.stderr
-        assert Path(done.stdout.strip()).parent == expected
-        assert stat.S_IMODE(expected.stat().st_mode) == 0o700
+        assert f"kept in {place}; set NUMBA_CACHE_DIR" in done.stderr
+        folder = Path(done.stdout.strip()).parent
+        assert folder.parent == place / "hierroom"
+        assert folder.name.endswith(f"-{DIGEST}")
+        assert stat.S_IMODE(place.stat().st_mode) == 0o700
 
 
-def test_children_hear_of_the_folder_and_do_not_warn_again(unwritable, temporary):
-    child = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {TELL!r}], check=True)"
-    done = run_there(unwritable, temporary, code=f"import hierroom.worlds.escape_room.step_kernels; {child}")
-    assert done.returncode == 0, done.stderr
+def test_workers_find_the_same_folder_and_do_not_warn_again(unwritable, temporary):
+    worker = f"multiprocessing.get_context('spawn').Pool(1).apply(exec, ({PRINT_FOLDER!r},))"
+    done = run_there(unwritable, temporary, f"import multiprocessing\n{PRINT_FOLDER}\n{worker}")
     assert done.stderr.count("RuntimeWarning: ") == 1
-    assert str(temporary) in done.stdout
+    ours, theirs = done.stdout.split()
+    assert ours == theirs
 
 
-def test_a_folder_of_ones_own_choice_is_taken_without_a_word(unwritable, temporary, tmp_path):
-    done = run_there(unwritable, temporary, NUMBA_CACHE_DIR=str(tmp_path / "own"))
-    assert (done.returncode, done.stderr) == (0, "")
-    assert Path(done.stdout.strip()).parent == tmp_path / "own"
-    assert not list(temporary.iterdir())
-
-
-def test_the_private_folder_is_found_again(temporary):
-    path = Path(folder.private_folder())
-    assert path.parent == temporary
-    assert stat.S_IMODE(path.stat().st_mode) == 0o700
-    assert folder.private_folder() == str(path)
+def test_the_first_place_that_can_be_written_is_taken_without_a_warning(unwritable, temporary, tmp_path):
+    chosen, cache = {"NUMBA_CACHE_DIR": str(tmp_path / "chosen")}, {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    for variables, place in ((chosen | cache, "chosen"), (cache, "cache")):
+        done = run_there(unwritable, temporary, **variables)
+        assert done.stderr == ""
+        assert Path(done.stdout.strip()).parents[1] == tmp_path / place / "hierroom"
+        assert not list(temporary.glob("hierroom*"))
 
 
 @pytest.mark.parametrize("planted", ["link", "open", "file", "other's"])
 def test_what_others_could_have_planted_is_not_used(temporary, planted, monkeypatch):
     """Compiled code is run when it is read, so a folder in which others may write is a way in."""
-    path = temporary / f"hierroom-kernels-{os.getuid()}"
-    if planted == "link":
-        (temporary / "theirs").mkdir(mode=0o700)
-        path.symlink_to(temporary / "theirs")
-    elif planted == "open":
-        path.mkdir()
+    path = kernel_folder._private_folder()
+    assert path == kernel_folder._private_folder() == temporary / f"hierroom-{os.getuid()}"
+    if planted == "open":
         path.chmod(0o770)
-    elif planted == "file":
-        path.write_bytes(b"")
-    else:
+    elif planted == "other's":
         user = os.getuid()
-        path.mkdir(mode=0o700)
         monkeypatch.setattr(os, "getuid", lambda: user + 1)
-        path.rename(temporary / f"hierroom-kernels-{user + 1}")
-    removed = []
-    monkeypatch.setattr(folder.atexit, "register", lambda function, path, **_: removed.append(path))
-    found = Path(folder.private_folder())
-    assert found.parent == temporary
-    assert found != path
-    assert stat.S_IMODE(found.stat().st_mode) == 0o700
-    assert removed == [str(found)]
+        path.rename(temporary / f"hierroom-{user + 1}")
+    else:
+        path.rename(temporary / "theirs")
+        if planted == "link":
+            path.symlink_to(temporary / "theirs")
+        else:
+            path.write_bytes(b"")
+    assert kernel_folder._private_folder() is None
 
 
-def test_without_any_place_kernels_are_compiled_and_not_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
-    assert folder.private_folder() is None
-    kernel._told_folder.cache_clear()
+def test_without_any_place_kernels_are_compiled_and_not_kept(monkeypatch):
+    monkeypatch.setattr(kernel_folder, "_can_write", lambda folder: False)
+    monkeypatch.setattr(kernel, "kernel_folder", kernel_folder.kernel_folder.__wrapped__)  # not the cached answer
     with pytest.warns(RuntimeWarning, match="is lost at the end of each process.*NUMBA_CACHE_DIR"):
-        assert not kernel._move_cache()
-    kernel._told_folder.cache_clear()
+        twice = kernel.njit(cache=True)(lambda x: 2 * x)
+    assert twice(21) == 42
+    assert twice.stats.cache_path is None
+    kernel.KERNELS.remove(twice)
+
+
+SMALL_PACKAGE = {
+    "__init__.py": "",
+    "support/__init__.py": "",
+    "constants.py": "NUMBER = 1",
+    "plain.py": "",
+    "inner.py": """
+from hierroom.support.compile.kernel import njit
+@njit(cache=True)
+def inner():
+    return 10
+""",
+    "outer.py": """
+import numba
+from hierroom.support.compile.kernel import njit
+from hierroom.constants import NUMBER
+from hierroom.inner import inner
+@njit(cache=True)
+def outer():
+    return inner() + NUMBER
+@numba.njit(cache=True)
+def of_a_user():
+    return 0
+""",
+}
+
+
+def test_a_change_in_any_file_of_kernels_compiles_all_of_them_again(tmp_path, temporary):
+    package = tmp_path / "hierroom"
+    shutil.copytree(PACKAGE / "support" / "compile", package / "support" / "compile")
+    for name, content in SMALL_PACKAGE.items():
+        (package / name).write_text(content)
+    code = (
+        "from hierroom.outer import *; print(outer(), sum(outer.stats.cache_hits.values()), of_a_user.stats.cache_path)"
+    )
+
+    def run():
+        result, hits, of_a_user = run_there(tmp_path, temporary, code).stdout.split()
+        assert Path(of_a_user) == package / "__pycache__"  # Numba's own choice
+        (folder,) = (package / "__pycache__" / "hierroom").iterdir()  # that of earlier source is removed
+        os.utime(folder, (0, 0))
+        return int(result), int(hits), folder.name
+
+    first = run()
+    (package / "plain.py").write_text("NO_KERNEL = 1")
+    again = run()
+    assert (first[:2], again[:2]) == ((11, 0), (11, 1))
+    (package / "constants.py").write_text("NUMBER = 2")
+    number = run()
+    (package / "inner.py").write_text(SMALL_PACKAGE["inner.py"].replace("10", "20"))
+    callee = run()
+    assert (number[:2], callee[:2]) == ((12, 0), (22, 0))
+    assert len({first[2], again[2], number[2], callee[2]}) == 3
+
+
+def test_every_kernel_is_in_the_folder_of_its_source():
+    folder = kernel_folder.kernel_folder()
+    assert Path(folder).name.endswith(f"-{DIGEST}")
+    assert step_kernels.advance in kernel.KERNELS
+    assert {str(Path(one.stats.cache_path).parent) for one in kernel.KERNELS} == {folder}
 
 
 def on_a_terminal(code):
@@ -142,7 +198,7 @@ def on_a_terminal(code):
 def test_compiling_is_told_once_on_a_terminal():
     said, printed = on_a_terminal(COMPILE.format(module="hierroom.worlds.escape_room.step_kernels"))
     assert printed.split() == ["42", "42"]
-    assert said.splitlines() == [kernel.NOTICE_TEXT]
+    assert said.splitlines() == [NOTICE]
 
 
 def test_compiling_is_not_told_of_for_others_or_to_files():
@@ -157,21 +213,6 @@ def test_every_kernel_is_made_by_the_package_s_own_decorator():
         if path != Path(kernel.__file__):
             assert "from numba import njit" not in path.read_text(), path
             assert "numba.njit" not in path.read_text(), path
-
-
-def test_a_change_in_any_file_of_kernels_makes_numba_compile_all_of_them_again(tmp_path):
-    contents = {"a.py": "@njit()\n", "b.py": "@njit()\n#", "c.py": "no kernel", "constants.py": "NUMBER = 1"}
-    digests = []
-    for name, content in [*contents.items(), ("c.py", "none"), ("b.py", "@njit()"), ("constants.py", "NUMBER = 2")]:
-        (tmp_path / name).write_text(content)
-        kernel.digest_of_kernels.cache_clear()
-        digests.append(kernel.digest_of_kernels(tmp_path))
-    before, no_kernel, other, number = digests[-4:]
-    assert before == no_kernel
-    assert len({before, other, number}) == 3
-    kernel.digest_of_kernels.cache_clear()
-    assert step_kernels.advance in kernel.KERNELS
-    assert {one._cache._cache_file._source_stamp[1] for one in kernel.KERNELS} == {kernel.digest_of_kernels(PACKAGE)}
 
 
 def defining_file(module, name):
@@ -200,6 +241,6 @@ def test_every_number_that_a_kernel_takes_from_another_file_is_part_of_the_diges
                     if node.module and node.module.startswith("hierroom"):
                         here = {one.name for one in node.names if one.name.isupper()} & names
                         taken |= {(module, name, defining_file(node.module, name)) for name in here}
-    assert {path.name for _, _, path in taken} >= {*kernel.CONSTANTS}
+    assert {path.name for _, _, path in taken} >= {*kernel_folder.CONSTANTS}
     for module, name, path in taken:
-        assert path.name in kernel.CONSTANTS or "njit(" in path.read_text(), (module, name, path)
+        assert path.name in kernel_folder.CONSTANTS or "njit(" in path.read_text(), (module, name, path)

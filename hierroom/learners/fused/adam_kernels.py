@@ -34,30 +34,20 @@ def sum_gradients(shares: NDArray[np.floating]) -> float:
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def adam_step(
-    parameters: NDArray[np.floating],
-    gradient: NDArray[np.floating],
-    means: NDArray[np.floating],
-    squares: NDArray[np.floating],
-    scale: float,
-    learning_rate: float,
-    epsilon: float,
-    step: int,
+    parameters: NDArray[np.floating],  # [P] updated in place
+    gradient: NDArray[np.floating],  # [P]
+    means: NDArray[np.floating],  # [P] m, updated in place
+    squares: NDArray[np.floating],  # [P] v, updated in place
+    scale: float,  # factor from gradient clipping, 0 to 1
+    learning_rate: float,  # alpha
+    epsilon: float,  # constant in the denominator
+    step: int,  # t, 1 for the first step
 ) -> None:
     r"""Take one step of Adam (Kingma & Ba 2015, algorithm 1) along ``scale`` times the gradient.
 
     .. math::
         m &\leftarrow \beta_1 m + (1 - \beta_1) g, \qquad v \leftarrow \beta_2 v + (1 - \beta_2) g^2 \\
         \theta &\leftarrow \theta - \alpha\, \frac{m / (1 - \beta_1^t)}{\sqrt{v / (1 - \beta_2^t)} + \epsilon}
-
-    Args:
-        parameters: [P] float, updated in place.
-        gradient: [P] float.
-        means: [P] float, m, updated in place.
-        squares: [P] float, v, updated in place.
-        scale: factor from gradient clipping, 0 to 1.
-        learning_rate: alpha.
-        epsilon: constant in the denominator.
-        step: t, 1 for the first step.
     """
     to_float = parameters.dtype.type  # so that float32 parameters are updated in float32 arithmetic
     rate = to_float(learning_rate / (1 - BETA1**step))

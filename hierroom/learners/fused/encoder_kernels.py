@@ -19,21 +19,13 @@ from hierroom.support.compile.kernel import njit
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def encode(
-    features: NDArray[np.uint8],
-    offsets: NDArray[np.int64],
-    table: NDArray[np.floating],
-    bias: NDArray[np.floating],
-    encoded: NDArray[np.floating],
+    features: NDArray[np.uint8],  # [N, K]
+    offsets: NDArray[np.int64],  # [K] the table row of each feature's value 0
+    table: NDArray[np.floating],  # [R, H]
+    bias: NDArray[np.floating],  # [H]
+    encoded: NDArray[np.floating],  # [N, H or more] written
 ) -> None:
-    """Write the ReLU of the bias plus one table row per feature.
-
-    Args:
-        features: [N, K] uint8.
-        offsets: [K] int64, the table row of each feature's value 0.
-        table: [R, H] float.
-        bias: [H] float.
-        encoded: [N, H or more] float, written.
-    """
+    """Write the ReLU of the bias plus one table row per feature."""
     n_samples, n_features = features.shape
     width = len(bias)
     zero = table.dtype.type(0)  # typed: a plain 0 would make Numba compute in float64
@@ -62,30 +54,20 @@ def encode(
             encoded[n, j] = max(encoded[n, j], zero)
 
 
-@njit(cache=True, nogil=True)
 def most_common(features: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """The most common value of each feature in ``features`` [N, K]: [K] uint8."""
-    n_samples, n_features = features.shape
-    counts = np.zeros((n_features, 256), np.int64)
-    for n in range(n_samples):
-        for k in range(n_features):
-            counts[k, features[n, k]] += 1
-    common = np.empty(n_features, np.uint8)
-    for k in range(n_features):
-        common[k] = counts[k].argmax()
-    return common
+    n_features = features.shape[-1]
+    counts = np.bincount((features + 256 * np.arange(n_features)).ravel(), minlength=256 * n_features)
+    return counts.reshape(n_features, 256).argmax(axis=1).astype(np.uint8)
 
 
 def rare_rows(
-    features: NDArray[np.uint8], offsets: NDArray[np.int64], common: NDArray[np.uint8], n_table_rows: int
+    features: NDArray[np.uint8],  # [..., K]
+    offsets: NDArray[np.int64],  # [K] the table row of each feature's value 0
+    common: NDArray[np.uint8],  # [K] one value of each feature; the most common ones are fastest
+    n_table_rows: int,  # number of table rows R
 ) -> tuple[NDArray[np.unsignedinteger], NDArray[np.int64]]:
     """Find the table rows of all values except the common ones.
-
-    Args:
-        features: [..., K] uint8.
-        offsets: [K] int64, the table row of each feature's value 0.
-        common: [K] uint8, one value of each feature; any value is correct, and the most common one is fastest.
-        n_table_rows: number of table rows R.
 
     Returns:
         rows: [..., K rounded up to a multiple of four] uint16 or uint32, the rows of each turn, padded with R to a
@@ -115,23 +97,14 @@ def _write_rare_rows(features, offsets, common, n_table_rows, rows, counts):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def compare_rows(
-    table: NDArray[np.floating],
-    bias: NDArray[np.floating],
-    offsets: NDArray[np.int64],
-    common: NDArray[np.uint8],
-    differences: NDArray[np.floating],
-    base: NDArray[np.floating],
+    table: NDArray[np.floating],  # [R, H]
+    bias: NDArray[np.floating],  # [H]
+    offsets: NDArray[np.int64],  # [K]
+    common: NDArray[np.uint8],  # [K] as given to `rare_rows`
+    differences: NDArray[np.floating],  # [R + 1, H] written: each row minus its feature's common row; then zeros
+    base: NDArray[np.floating],  # [H] written: the bias plus the common rows
 ) -> None:
-    """Write the difference of each table row from its feature's common row, and the sum of the common rows.
-
-    Args:
-        table: [R, H] float.
-        bias: [H] float.
-        offsets: [K] int64.
-        common: [K] uint8, as given to `rare_rows`.
-        differences: [R + 1, H] float, written: each row minus its feature's common row; the last row is zero.
-        base: [H] float, written: the bias plus the common rows.
-    """
+    """Write the difference of each table row from its feature's common row, and the sum of the common rows."""
     n_features, width = len(offsets), len(bias)
     base[:] = bias
     for k in range(n_features):
@@ -147,21 +120,13 @@ def compare_rows(
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def encode_rare(
-    rows: NDArray[np.unsignedinteger],
-    counts: NDArray[np.int64],
-    differences: NDArray[np.floating],
-    base: NDArray[np.floating],
-    encoded: NDArray[np.floating],
+    rows: NDArray[np.unsignedinteger],  # [N, K or more], from `rare_rows`
+    counts: NDArray[np.int64],  # [N] from `rare_rows`
+    differences: NDArray[np.floating],  # [R + 1, H] from `compare_rows`
+    base: NDArray[np.floating],  # [H] from `compare_rows`
+    encoded: NDArray[np.floating],  # [N, H or more] written
 ) -> None:
-    """Compute the same as `encode` from the output of `rare_rows` and `compare_rows`.
-
-    Args:
-        rows: [N, K or more], from `rare_rows`.
-        counts: [N] int64, from `rare_rows`.
-        differences: [R + 1, H] float, from `compare_rows`.
-        base: [H] float, from `compare_rows`.
-        encoded: [N, H or more] float, written.
-    """
+    """Compute the same as `encode` from the output of `rare_rows` and `compare_rows`."""
     width = len(base)
     zero = base.dtype.type(0)
     for n in range(len(counts)):
@@ -179,23 +144,14 @@ def encode_rare(
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def encode_backward(
-    rows: NDArray[np.unsignedinteger],
-    counts: NDArray[np.int64],
-    encoded: NDArray[np.floating],
-    d_encoded: NDArray[np.floating],
-    d_table: NDArray[np.floating],
-    d_bias: NDArray[np.floating],
+    rows: NDArray[np.unsignedinteger],  # [N, K or more], as given to `encode_rare`
+    counts: NDArray[np.int64],  # [N] as given to `encode_rare`
+    encoded: NDArray[np.floating],  # [N, H or more] as written by `encode_rare`
+    d_encoded: NDArray[np.floating],  # [N, H or more] overwritten by the gradient before the ReLU
+    d_table: NDArray[np.floating],  # [R, H] added to
+    d_bias: NDArray[np.floating],  # [H] added to
 ) -> None:
-    """Add the gradients of the bias and of all table rows except those that `complete_table` fills in.
-
-    Args:
-        rows: [N, K or more], as given to `encode_rare`.
-        counts: [N] int64, as given to `encode_rare`.
-        encoded: [N, H or more] float, as written by `encode_rare`.
-        d_encoded: [N, H or more] float, gradient of ``encoded``; overwritten by the gradient before the ReLU.
-        d_table: [R, H] float, added to.
-        d_bias: [H] float, added to.
-    """
+    """Add the gradients of the bias and of all table rows except those that `complete_table` fills in."""
     width = len(d_bias)
     zero = d_bias.dtype.type(0)
     for n in range(len(counts)):
@@ -210,19 +166,12 @@ def encode_backward(
 
 @njit(cache=True, nogil=True, fastmath=True)
 def complete_table(
-    offsets: NDArray[np.int64],
-    common: NDArray[np.uint8],
-    d_bias: NDArray[np.floating],
-    d_table: NDArray[np.floating],
+    offsets: NDArray[np.int64],  # [K] as given to `rare_rows`
+    common: NDArray[np.uint8],  # [K] as given to `rare_rows`
+    d_bias: NDArray[np.floating],  # [H] the bias gradient of exactly these samples
+    d_table: NDArray[np.floating],  # [R, H] the table gradient of exactly these samples; its common rows are written
 ) -> None:
-    """Fill in the rows that `encode_backward` skipped, after it was called with all samples.
-
-    Args:
-        offsets: [K] int64, as given to `rare_rows`.
-        common: [K] uint8, as given to `rare_rows`.
-        d_bias: [H] float, the bias gradient of exactly these samples.
-        d_table: [R, H] float, the table gradient of exactly these samples; its common rows are written.
-    """
+    """Fill in the rows that `encode_backward` skipped, after it was called with all samples."""
     n_features = len(offsets)
     for k in range(n_features):
         stop = offsets[k + 1] if k + 1 < n_features else len(d_table)

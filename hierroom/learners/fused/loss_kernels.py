@@ -33,26 +33,26 @@ def heads(
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def loss_backward(
-    hidden: NDArray[np.floating],
-    logits: NDArray[np.floating],
-    values: NDArray[np.floating],
-    policy_weight: NDArray[np.floating],
-    value_weight: NDArray[np.floating],
-    masks: NDArray[np.bool_],
-    actions: NDArray[np.int64],
-    log_probs: NDArray[np.floating],
-    advantages: NDArray[np.floating],
-    targets: NDArray[np.floating],
-    clip: float,
-    value_scale: float,
-    entropy_scale: float,
-    scale: float,
-    d_hidden: NDArray[np.floating],
-    d_policy_weight: NDArray[np.floating],
-    d_policy_bias: NDArray[np.floating],
-    d_value_weight: NDArray[np.floating],
-    d_value_bias: NDArray[np.floating],
-    sums: NDArray[np.float64],
+    hidden: NDArray[np.floating],  # [N, H]
+    logits: NDArray[np.floating],  # [N, A] from `heads`
+    values: NDArray[np.floating],  # [N] from `heads`
+    policy_weight: NDArray[np.floating],  # [A, H]
+    value_weight: NDArray[np.floating],  # [1, H]
+    masks: NDArray[np.bool_],  # [N, A] the legal actions, at least one True in each row
+    actions: NDArray[np.int64],  # [N]
+    log_probs: NDArray[np.floating],  # [N] log-probabilities of the actions when they were taken
+    advantages: NDArray[np.floating],  # [N] A, already normalised
+    targets: NDArray[np.floating],  # [N] the value targets G
+    clip: float,  # clipping range of the ratio around 1
+    value_scale: float,  # weight of the value loss
+    entropy_scale: float,  # weight of the entropy bonus
+    scale: float,  # one divided by the number of samples of the minibatch
+    d_hidden: NDArray[np.floating],  # [N, H] written
+    d_policy_weight: NDArray[np.floating],  # [A, H] added to
+    d_policy_bias: NDArray[np.floating],  # [A] added to
+    d_value_weight: NDArray[np.floating],  # [1, H] added to
+    d_value_bias: NDArray[np.floating],  # [1] added to
+    sums: NDArray[np.float64],  # [5] added to: ``scale`` times the sums of the first five of `STATISTICS`
 ) -> None:
     r"""Gradients of `torch_backend.ppo_loss`; the mean is computed as ``scale`` times the sum over samples.
 
@@ -61,29 +61,6 @@ def loss_backward(
     .. math::
         \frac{\partial L}{\partial z_j} = -A r\,[\text{not clipped}] (\delta_{ja} - p_j)
             + w_e\, p_j (\log p_j + H), \qquad \frac{\partial L}{\partial V} = w_v (V - G)
-
-    Args:
-        hidden: [N, H] float.
-        logits: [N, A] float, from `heads`.
-        values: [N] float, from `heads`.
-        policy_weight: [A, H] float.
-        value_weight: [1, H] float.
-        masks: [N, A] bool, the legal actions, at least one True in each row.
-        actions: [N] int64.
-        log_probs: [N] float, log-probabilities of the actions when they were taken.
-        advantages: [N] float, A, already normalised.
-        targets: [N] float, the value targets G.
-        clip: clipping range of the ratio around 1.
-        value_scale: weight of the value loss.
-        entropy_scale: weight of the entropy bonus.
-        scale: one divided by the number of samples of the minibatch.
-        d_hidden: [N, H] float, written.
-        d_policy_weight: [A, H] float, added to.
-        d_policy_bias: [A] float, added to.
-        d_value_weight: [1, H] float, added to.
-        d_value_bias: [1] float, added to.
-        sums: [5] float64, added to: ``scale`` times the sums of policy loss, value loss, entropy, approximate KL
-            divergence and number of clipped ratios.
     """
     n_samples, size = hidden.shape
     n_actions = logits.shape[1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -30,10 +31,7 @@ class Parameters:
     @classmethod
     def views(cls, vector: NDArray[np.floating], network: RecurrentActorCritic) -> Parameters:
         """Split ``vector`` [P] into views with the shapes of the parameters of ``network``."""
-        shapes = [tuple(p.shape) for p in network.parameters()]
-        stops = np.cumsum([int(np.prod(shape)) for shape in shapes])
-        parts = np.split(vector, stops[:-1])
-        return cls(*(part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)))
+        return cls(*_views(vector, [tuple(p.shape) for p in network.parameters()]))
 
     def arrays(self) -> list[NDArray[np.floating]]:
         """The views in the module's order."""
@@ -61,11 +59,7 @@ class Tape:
 
 
 class TapeMemory:
-    """Memory for one tape at a time, of any shape; it grows to the largest tape and is never released.
-
-    Args:
-        weights: the parameters, for their sizes and dtype.
-    """
+    """Memory for one tape at a time, of any shape; it grows to the largest tape and is never released."""
 
     def __init__(self, weights: Parameters) -> None:
         self._n_actions, self._hidden_size = weights.policy_weight.shape
@@ -80,79 +74,47 @@ class TapeMemory:
         shapes = [(*turns, 2 * size), (*turns, 4 * size), (n_turns + 1, n_sequences, size)]
         shapes += [(*turns, size), (*turns, size), (n_turns * n_sequences, self._n_actions), (n_turns * n_sequences,)]
         shapes += [(*turns, size), (*turns, 2 * size)]
-        stops = np.cumsum([math.prod(shape) for shape in shapes])
-        if len(self._flat) < stops[-1]:
-            self._flat = np.empty(stops[-1], self._flat.dtype)
-        parts = np.split(self._flat, stops)
-        self._tape = Tape(*(part.reshape(shape) for part, shape in zip(parts[:-1], shapes, strict=True)))
+        n_numbers = sum(math.prod(shape) for shape in shapes)
+        if len(self._flat) < n_numbers:
+            self._flat = np.empty(n_numbers, self._flat.dtype)
+        self._tape = Tape(*_views(self._flat, shapes))
         self._turns = turns
         return self._tape
 
 
-def forward(weights: Parameters, states: NDArray[np.floating], resets: NDArray[np.bool_], tape: Tape) -> None:
-    """Compute logits and values of T turns of M sequences and keep them on the tape with all intermediate results.
+def _views(vector: NDArray[np.floating], shapes: list[tuple[int, ...]]) -> Iterator[NDArray[np.floating]]:
+    """Consecutive parts of a vector, in some shapes."""
+    parts = np.split(vector, np.cumsum([math.prod(shape) for shape in shapes]))
+    return (part.reshape(shape) for part, shape in zip(parts, shapes, strict=False))
 
-    Args:
-        weights: the parameters.
-        states: [M, 2 H] float, the states before turn 0.
-        resets: [T, M] bool, whether the state is set to zero before the turn.
-        tape: a tape for T turns of M sequences that holds the encoded features.
-    """
-    lstm_forward(
-        tape.driven,
-        states,
-        resets,
-        weights.core_weight,
-        weights.core_bias,
-        tape.gates,
-        tape.cells,
-        tape.squashed,
-        tape.hidden,
-    )
-    heads(
-        tape.hidden.reshape(len(tape.encoded), -1),
-        weights.policy_weight,
-        weights.policy_bias,
-        weights.value_weight,
-        weights.value_bias,
-        tape.logits,
-        tape.values,
-    )
+
+def forward(
+    weights: Parameters,
+    states: NDArray[np.floating],  # [M, 2 H] the states before turn 0
+    resets: NDArray[np.bool_],  # [T, M] whether the state is set to zero before the turn
+    tape: Tape,  # for T turns of M sequences; it holds the encoded features
+) -> None:
+    """Compute logits and values of T turns of M sequences and keep them on the tape with all intermediate results."""
+    written = tape.gates, tape.cells, tape.squashed, tape.hidden
+    lstm_forward(tape.driven, states, resets, weights.core_weight, weights.core_bias, *written)
+    policy, value = (weights.policy_weight, weights.policy_bias), (weights.value_weight, weights.value_bias)
+    heads(tape.hidden.reshape(len(tape.encoded), -1), *policy, *value, tape.logits, tape.values)
 
 
 def backward(
     weights: Parameters,
-    rows: NDArray[np.unsignedinteger],
-    counts: NDArray[np.int64],
-    resets: NDArray[np.bool_],
-    tape: Tape,
-    gradient: Parameters,
-    d_table: NDArray[np.floating],
+    rows: NDArray[np.unsignedinteger],  # [T M, K or more], as given to `encode_rare`
+    counts: NDArray[np.int64],  # [T M] as given to `encode_rare`
+    resets: NDArray[np.bool_],  # [T, M] as given to `forward`
+    tape: Tape,  # after `forward`; overwritten
+    gradient: Parameters,  # added to
+    d_table: NDArray[np.floating],  # [R, H] added to
 ) -> None:
     """Add the gradients of core and encoder, given the gradient of the core's outputs in ``tape.d_hidden``.
 
     The gradient of the table is complete only after `encoder_kernels.complete_table`.
-
-    Args:
-        weights: the parameters.
-        rows: [T M, K or more], as given to `encode_rare`.
-        counts: [T M] int64, as given to `encode_rare`.
-        resets: [T, M] bool, as given to `forward`.
-        tape: the tape after `forward`; its contents are overwritten.
-        gradient: added to.
-        d_table: [R, H] float, added to.
     """
-    lstm_backward(
-        tape.driven,
-        resets,
-        weights.core_weight,
-        tape.gates,
-        tape.cells,
-        tape.squashed,
-        tape.d_hidden,
-        tape.d_driven,
-        gradient.core_weight,
-        gradient.core_bias,
-    )
+    written = tape.gates, tape.cells, tape.squashed, tape.d_hidden, tape.d_driven
+    lstm_backward(tape.driven, resets, weights.core_weight, *written, gradient.core_weight, gradient.core_bias)
     d_encoded = tape.d_driven.reshape(tape.encoded.shape)
     encode_backward(rows, counts, tape.encoded, d_encoded, d_table, gradient.encoder_bias)

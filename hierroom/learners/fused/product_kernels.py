@@ -1,43 +1,67 @@
-"""Matrix products inside compiled functions: `tile_kernels` where they work on this machine, else `blas_kernels`.
+"""Matrix products inside compiled functions: `tile_kernels` where they work on this machine, else ``np.dot``.
 
 The tiles are written in LLVM's own language, which another version of llvmlite or another processor may refuse. So they
-are tried whenever this module is imported, before anything is compiled that calls them.
+are tried whenever this module is imported, before anything is compiled that calls them. ``np.dot`` is SciPy's BLAS: it
+starts its own threads, and with a second busy process they can make a training step ten times slower.
 """
 
 from __future__ import annotations
 
 import warnings
-from types import ModuleType
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numba.core import config
 
-from hierroom.learners.fused import blas_kernels
+from hierroom.support.compile.kernel import njit
 
 
-def works(kernels: ModuleType) -> bool:
-    """Whether the products of a module come out right, for sizes with whole tiles and with remainders.
+class Products(NamedTuple):
+    """Kernels for contiguous floats a [M, K] or [K, M], b [K, N] and c [M, N]."""
 
-    Args:
-        kernels: `tile_kernels` or a module with the same functions.
-    """
-    random = np.random.default_rng(0)
-    a, b = random.random((6, 70), np.float32), random.random((70, 150), np.float32)
-    expected = 1 + a @ b
-    product, transposed = np.ones_like(expected), np.ones_like(expected)
-    kernels.add_product(a, kernels.pack(b.T.copy().T), product)
-    kernels.add_transposed_product(a.T.copy(), b, transposed)
-    return np.allclose(product, expected, rtol=1e-4) and np.allclose(transposed, expected, rtol=1e-4)
+    pack: Callable  # returns a matrix [K, N] as `add_product` takes it
+    add_product: Callable  # (a, pack(b), c) adds ``a @ b`` to c
+    add_transposed_product: Callable  # (a, b, c) adds ``a.T @ b`` to c
+
+    def work(self) -> bool:
+        """Whether the products come out right, for sizes with whole tiles and with remainders."""
+        random = np.random.default_rng(0)
+        a, b = random.random((6, 70), np.float32), random.random((70, 150), np.float32)
+        expected = 1 + a @ b
+        product, transposed = np.ones_like(expected), np.ones_like(expected)
+        self.add_product(a, self.pack(b.T.copy().T), product)
+        self.add_transposed_product(a.T.copy(), b, transposed)
+        return np.allclose(product, expected, rtol=1e-4) and np.allclose(transposed, expected, rtol=1e-4)
 
 
-def _working_kernels() -> ModuleType:
+@njit(cache=True, nogil=True)
+def _copy(matrix):
+    return matrix.copy()
+
+
+@njit(cache=True, nogil=True)
+def _add_dot(a, b, c):
+    c += np.dot(a, b)
+
+
+@njit(cache=True, nogil=True)
+def _add_transposed_dot(a, b, c):
+    c += np.dot(a.T, b)
+
+
+BLAS = Products(_copy, _add_dot, _add_transposed_dot)
+
+
+def _working_products() -> Products:
     if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - LLVM cannot run as plain Python
-        return blas_kernels
+        return BLAS
     try:
-        from hierroom.learners.fused import tile_kernels
+        from hierroom.learners.fused.tile_kernels import add_product, add_transposed_product, pack
 
-        if works(tile_kernels):
-            return tile_kernels
+        tiles = Products(pack, add_product, add_transposed_product)
+        if tiles.work():
+            return tiles
         reason = "their results are wrong"
     except Exception as error:  # whatever llvmlite, Numba or LLVM may have against them
         reason = " ".join([type(error).__name__, *str(error).split("\n")[:1]])
@@ -46,8 +70,8 @@ def _working_kernels() -> ModuleType:
         RuntimeWarning,
         stacklevel=2,
     )
-    return blas_kernels
+    return BLAS
 
 
-chosen = _working_kernels()
-pack, add_product, add_transposed_product = chosen.pack, chosen.add_product, chosen.add_transposed_product
+CHOSEN = _working_products()
+pack, add_product, add_transposed_product = CHOSEN

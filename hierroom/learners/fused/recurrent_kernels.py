@@ -41,30 +41,17 @@ def _sigmoid(x):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def lstm_forward(
-    driven: NDArray[np.floating],
-    states: NDArray[np.floating],
-    resets: NDArray[np.bool_],
-    weight: NDArray[np.floating],
-    bias: NDArray[np.floating],
-    gates: NDArray[np.floating],
-    cells: NDArray[np.floating],
-    squashed: NDArray[np.floating],
-    hidden: NDArray[np.floating],
+    driven: NDArray[np.floating],  # [T, M, X + H] inputs, then the hidden state before each step, written
+    states: NDArray[np.floating],  # [M, 2 H] hidden and cell state before step 0
+    resets: NDArray[np.bool_],  # [T, M] whether the state is set to zero before the step
+    weight: NDArray[np.floating],  # [X + H, 4 H]
+    bias: NDArray[np.floating],  # [4 H]
+    gates: NDArray[np.floating],  # [T, M, 4 H] written: input, forget, candidate, output, after nonlinearities
+    cells: NDArray[np.floating],  # [T + 1, M, H] written: before each step, and after the last
+    squashed: NDArray[np.floating],  # [T, M, H] written: tanh of the cell state after each step
+    hidden: NDArray[np.floating],  # [T, M, H] written: the outputs
 ) -> None:
-    """Compute T steps of M sequences; see `ResetLSTM` for the equations.
-
-    Args:
-        driven: [T, M, X + H] float; the first X entries hold the inputs, the hidden state before each step is written
-            into the others.
-        states: [M, 2 H] float, hidden and cell state before step 0.
-        resets: [T, M] bool, whether the state is set to zero before the step.
-        weight: [X + H, 4 H] float.
-        bias: [4 H] float.
-        gates: [T, M, 4 H] float, written: input, forget, candidate and output gates after their nonlinearities.
-        cells: [T + 1, M, H] float, written: the cell state before each step, and last that after the final step.
-        squashed: [T, M, H] float, written: tanh of the cell state after each step.
-        hidden: [T, M, H] float, written: the outputs.
-    """
+    """Compute T steps of M sequences; see `ResetLSTM` for the equations."""
     n_steps, n_rows, size = hidden.shape
     before = driven[:, :, driven.shape[2] - size :]
     panels = pack(weight)
@@ -116,31 +103,18 @@ def _cells_forward(gates, before, after, squashed, hidden):
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def lstm_backward(
-    driven: NDArray[np.floating],
-    resets: NDArray[np.bool_],
-    weight: NDArray[np.floating],
-    gates: NDArray[np.floating],
-    cells: NDArray[np.floating],
-    squashed: NDArray[np.floating],
-    d_hidden: NDArray[np.floating],
-    d_driven: NDArray[np.floating],
-    d_weight: NDArray[np.floating],
-    d_bias: NDArray[np.floating],
+    driven: NDArray[np.floating],  # [T, M, X + H] after `lstm_forward`
+    resets: NDArray[np.bool_],  # [T, M] as given to `lstm_forward`
+    weight: NDArray[np.floating],  # [X + H, 4 H]
+    gates: NDArray[np.floating],  # [T, M, 4 H] overwritten by the gradient before the nonlinearities
+    cells: NDArray[np.floating],  # [T + 1, M, H] after `lstm_forward`
+    squashed: NDArray[np.floating],  # [T, M, H] after `lstm_forward`
+    d_hidden: NDArray[np.floating],  # [T, M, H] gradient of the outputs; the gradient through later steps is added
+    d_driven: NDArray[np.floating],  # [T, M, X + H] written; its first X entries are the gradient of the inputs
+    d_weight: NDArray[np.floating],  # [X + H, 4 H] added to
+    d_bias: NDArray[np.floating],  # [4 H] added to
 ) -> None:
-    """Backpropagate through time after `lstm_forward`; the initial states get no gradient.
-
-    Args:
-        driven: [T, M, X + H] float, after `lstm_forward`.
-        resets: [T, M] bool, as given to `lstm_forward`.
-        weight: [X + H, 4 H] float.
-        gates: [T, M, 4 H] float, after `lstm_forward`; overwritten by the gradient before the nonlinearities.
-        cells: [T + 1, M, H] float, after `lstm_forward`.
-        squashed: [T, M, H] float, after `lstm_forward`.
-        d_hidden: [T, M, H] float, gradient of the outputs; the gradient through later steps is added.
-        d_driven: [T, M, X + H] float, written; its first X entries are the gradient of the inputs.
-        d_weight: [X + H, 4 H] float, added to.
-        d_bias: [4 H] float, added to.
-    """
+    """Backpropagate through time after `lstm_forward`; the initial states get no gradient."""
     n_steps, n_rows, size = d_hidden.shape
     width = driven.shape[2]
     panels = pack(weight.T)

@@ -63,12 +63,7 @@ class ShardWorker:
         self._sums.fill(0)
 
     def add_shard(self, minibatch: Minibatch, shard: NDArray[np.integer]) -> None:
-        """Add the gradient of the loss of some sequences.
-
-        Args:
-            minibatch: the minibatch that the sequences belong to.
-            shard: [at most M] int, the indices of the sequences.
-        """
+        """Add the gradient of the loss of some sequences, by their indices."""
         batch, weights, config = minibatch.batch, minibatch.weights, self._config
         n_turns, n_rows = len(batch.features), len(batch.features) * len(shard)
         tape = self.memory.tape(n_turns, len(shard))
@@ -79,29 +74,17 @@ class ShardWorker:
         rows, counts, resets = of_shard(minibatch.rows), of_shard(minibatch.counts), batch.resets.take(shard, axis=1)
         encode_rare(rows, counts, minibatch.differences, minibatch.base, tape.encoded)
         forward(weights, batch.initial_states[shard], resets, tape)
+        gradient, data = self._gradient, (batch.masks, batch.actions, batch.log_probs)
         loss_backward(
-            tape.hidden.reshape(n_rows, -1),
-            tape.logits,
-            tape.values,
-            weights.policy_weight,
-            weights.value_weight,
-            of_shard(batch.masks),
-            of_shard(batch.actions),
-            of_shard(batch.log_probs),
-            of_shard(minibatch.scores),
-            of_shard(minibatch.targets),
-            config.clip,
-            config.value_weight,
-            config.entropy_weight,
-            minibatch.turn_weight,
+            *(tape.hidden.reshape(n_rows, -1), tape.logits, tape.values),
+            *(weights.policy_weight, weights.value_weight),
+            *(of_shard(array) for array in (*data, minibatch.scores, minibatch.targets)),
+            *(config.clip, config.value_weight, config.entropy_weight, minibatch.turn_weight),
             tape.d_hidden.reshape(n_rows, -1),
-            self._gradient.policy_weight,
-            self._gradient.policy_bias,
-            self._gradient.value_weight,
-            self._gradient.value_bias,
+            *(gradient.policy_weight, gradient.policy_bias, gradient.value_weight, gradient.value_bias),
             self._sums,
         )
-        backward(weights, rows, counts, resets, tape, self._gradient, self._d_table)
+        backward(weights, rows, counts, resets, tape, gradient, self._d_table)
 
     def finish(self, minibatch: Minibatch) -> NDArray[np.float64]:
         """Complete the gradient; returns this worker's part of the first five of `STATISTICS`."""

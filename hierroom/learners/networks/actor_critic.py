@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+import torch
 from numpy.typing import ArrayLike, NDArray
 from torch import Tensor, nn
 
@@ -149,3 +151,20 @@ class RecurrentActorCritic(nn.Module):
         """Compute T consecutive turns; see `PolicyNetwork.sequence`."""
         hidden = self.core.sequence(self.encoder(features), state, resets)  # [T, M, H]
         return self.policy_head(hidden), self.value_head(hidden).squeeze(-1)
+
+
+@contextmanager
+def seeded_weights(seed: np.random.SeedSequence) -> Iterator[None]:
+    """A context in which new weights depend only on ``seed``, not on torch's global generator or number of threads.
+
+    Orthogonal initialisation uses a matrix decomposition that rounds differently with two threads than with one.
+    """
+    n_threads = torch.get_num_threads()
+    with torch.random.fork_rng(devices=[]):
+        # Not torch.manual_seed, which seeds the generators of accelerators, too, and these are not restored.
+        torch.default_generator.manual_seed(int(seed.generate_state(1)[0]))
+        torch.set_num_threads(1)
+        try:
+            yield
+        finally:
+            torch.set_num_threads(n_threads)

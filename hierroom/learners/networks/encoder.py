@@ -58,14 +58,7 @@ class FeatureEncoder(nn.Module):
         return self.weight if self.inputs is None else self.inputs @ self.weight
 
     def forward(self, features: Tensor) -> Tensor:
-        """Encode observations.
-
-        Args:
-            features: [..., K] uint8, each below its cardinality.
-
-        Returns:
-            [..., H] float, at least 0.
-        """
+        """Encode observations [..., K] uint8, each below its cardinality, as [..., H] float, at least 0."""
         rows = features.long() + self.offsets
         flat = rows.reshape(-1, rows.shape[-1])  # [N, K]
         total = functional.embedding_bag(flat, self.table(), mode="sum") + self.bias

@@ -38,31 +38,19 @@ class ResetLSTM(nn.Module):
         return self.weight.new_zeros(n, 2 * self.hidden_size)
 
     def step(self, inputs: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
-        """Compute one step.
-
-        Args:
-            inputs: [N, X] float.
-            state: [N, 2 H] float.
-
-        Returns:
-            the output [N, H], which is the new hidden state, and the new state [N, 2 H].
-        """
+        """Compute the output [N, H], the new hidden state, and the new state [N, 2 H] from inputs [N, X] and state."""
         hidden, cell = state.chunk(2, dim=-1)
         of_inputs, of_hidden = self.split_weight()
         hidden, cell = lstm_cell(torch.addmm(self.bias, hidden, of_hidden) + inputs @ of_inputs, cell)
         return hidden, torch.cat([hidden, cell], dim=-1)
 
-    def sequence(self, inputs: Tensor, state: Tensor, resets: Tensor) -> Tensor:
-        """Compute T consecutive steps.
-
-        Args:
-            inputs: [T, M, X] float.
-            state: [M, 2 H] float, the state before step 0.
-            resets: [T, M] bool, whether the state is set to zero before the step.
-
-        Returns:
-            the outputs [T, M, H].
-        """
+    def sequence(
+        self,
+        inputs: Tensor,  # [T, M, X]
+        state: Tensor,  # [M, 2 H] the state before step 0
+        resets: Tensor,  # [T, M] whether the state is set to zero before the step
+    ) -> Tensor:
+        """Compute the outputs [T, M, H] of T consecutive steps."""
         of_inputs, of_hidden = self.split_weight()
         driven = inputs @ of_inputs  # [T, M, 4 H]: what does not depend on the previous step
         keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]

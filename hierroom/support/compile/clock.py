@@ -1,8 +1,9 @@
-"""How long Numba has compiled, so that compilation does not count as training."""
+"""How long Numba has compiled, so that compilation does not count as training, and a notice that it does."""
 
 from __future__ import annotations
 
-import time
+import multiprocessing
+import sys
 from functools import cache
 from typing import Any
 
@@ -10,6 +11,7 @@ from numba.core import event
 
 COMPILE_EVENT = "numba:compile"
 """What Numba calls the compilation of one function; it is announced only where the function is not on disk."""
+NOTICE = "compiling kernels, once, for up to a minute; python -m hierroom compile does it ahead"
 
 
 def compiling(event: event.Event) -> Any:
@@ -18,29 +20,28 @@ def compiling(event: event.Event) -> Any:
     return event.data["dispatcher"]
 
 
-class CompileClock(event.Listener):
+class CompileClock(event.TimingListener):
     """Adds up the time that this process compiles; what is loaded from the cache on disk is not compiled again.
 
     Attributes:
-        seconds: so far.
+        is_notice_due: whether a user on a terminal does not know yet why nothing seems to happen.
     """
 
-    def __init__(self) -> None:
-        self.seconds = 0.0
-        self._depth = 0
-        self._started = 0.0
+    is_notice_due = True
+
+    @property
+    def seconds(self) -> float:
+        """The time so far."""
+        return self.duration if self.done else 0.0
 
     def on_start(self, event: event.Event) -> None:
-        """Compilation of a function begins, maybe within that of another one."""
-        if self._depth == 0:
-            self._started = time.perf_counter()
-        self._depth += 1
-
-    def on_end(self, event: event.Event) -> None:
-        """Compilation of a function ends."""
-        self._depth -= 1
-        if self._depth == 0:
-            self.seconds += time.perf_counter() - self._started
+        """Start the clock, unless it runs already; print the notice the first time that a kernel is compiled."""
+        super().on_start(event)
+        if self.is_notice_due and compiling(event).py_func.__module__.startswith("hierroom."):
+            self.is_notice_due = False
+            # Where workers compile, their parent does, too.
+            if sys.stderr is not None and sys.stderr.isatty() and multiprocessing.parent_process() is None:
+                print(NOTICE, file=sys.stderr)
 
 
 @cache
