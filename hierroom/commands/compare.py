@@ -15,7 +15,7 @@ from hierroom.lab.compare.metric import METRICS, MetricName
 from hierroom.support.cli import one_line_usage, program, run
 from hierroom.support.errors import InputError, require_number
 from hierroom.support.files import to_json, write_atomically
-from hierroom.support.printed_table import print_table
+from hierroom.support.tables import print_table
 
 if TYPE_CHECKING:
     from hierroom.lab.compare.comparison import Comparison

@@ -20,7 +20,7 @@ from hierroom.runs.config.unread_entries import entries_without_effect
 from hierroom.runs.logs.output import warn
 from hierroom.support.cli import one_line_usage, program, run, words
 from hierroom.support.errors import InputError
-from hierroom.support.printed_table import print_table
+from hierroom.support.tables import print_table
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
 _FLAGS = ("--list", "--markdown", "--help", "-h")

@@ -29,30 +29,27 @@ Measures of the literature, such as the effective horizon and the covering lengt
 """
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes
-from hierroom.complexity.chain import Chain, EdgeSensitivity
-from hierroom.complexity.env_play import measure_env
-from hierroom.complexity.graph_set import GraphSet
-from hierroom.complexity.hitting import (
+from hierroom.complexity.chains.chain import Chain, EdgeSensitivity
+from hierroom.complexity.chains.hitting import (
     expected_visits,
     first_passage_variance,
     hitting_probability,
     mean_first_passage_time,
     passage_time_sensitivity,
 )
-from hierroom.complexity.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
-from hierroom.complexity.played_chain import PlayedChain
-from hierroom.complexity.reach import expected_states, reach_probability
+from hierroom.complexity.chains.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
+from hierroom.complexity.chains.reach import expected_states, reach_probability
+from hierroom.complexity.graph_set import GraphSet
+from hierroom.complexity.played.played_chain import PlayedChain
+from hierroom.complexity.played.trajectories import measure_env, measure_trajectories
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.tables import to_frame
-from hierroom.complexity.trajectories import measure_trajectories
 from hierroom.complexity.walk import Reading, Walk
-from hierroom.turns.graph_sampler import Curriculum
 
 __all__ = [
     "AugmentedGraph",
     "Chain",
     "ComplexityReport",
-    "Curriculum",
     "EdgeSensitivity",
     "GraphSet",
     "Node",

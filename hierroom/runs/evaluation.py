@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.agents.player import Player, play
-from hierroom.complexity.observed import wilson_interval
+from hierroom.complexity.played.observed import wilson_interval
 from hierroom.goals import EXIT_GOAL, N_COLOURS, ROOM_GOAL_NAMES, room_goals
 from hierroom.turns.step import Step
 from hierroom.turns.turns import Turns

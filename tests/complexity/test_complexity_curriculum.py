@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hierroom.complexity import Curriculum, GraphSet
+from hierroom.complexity import GraphSet
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
-from hierroom.turns.graph_sampler import EPISODES_PER_STAGE, GraphSampler
+from hierroom.turns.graph_sampler import EPISODES_PER_STAGE, Curriculum, GraphSampler
 
 EASY = GraphSet("rooms:3")
 N_ENVS = 8

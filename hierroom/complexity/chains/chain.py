@@ -11,19 +11,19 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.exploration_graph import graph_weights, node_index, node_labels, normalized
-from hierroom.complexity.hitting import (
+from hierroom.complexity.chains.exploration_graph import graph_weights, node_index, node_labels, normalized
+from hierroom.complexity.chains.hitting import (
     expected_visits,
     first_passage_variance,
     hitting_probability,
     mean_first_passage_time,
     passage_time_sensitivity,
 )
-from hierroom.complexity.html import html_table
-from hierroom.complexity.laplacian import laplacian_hitting_time, laplacian_sensitivity
-from hierroom.complexity.reach import expected_states, reach_probability
-from hierroom.complexity.weights import Weights, as_moves, as_node, as_weights, n_nodes
+from hierroom.complexity.chains.laplacian import laplacian_hitting_time, laplacian_sensitivity
+from hierroom.complexity.chains.reach import expected_states, reach_probability
+from hierroom.complexity.chains.weights import Weights, as_moves, as_node, as_weights, n_nodes
 from hierroom.support.errors import InputError
+from hierroom.support.tables import html_table
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -132,7 +132,7 @@ class Chain:
         """The paper's hitting time of the exit, b' pinv(D - W) b.
 
         It is not a number of steps. On the paper's walk, whose exit is left with probability 0.01, it saturates near
-        1 / 0.01 = 100; on others it can saturate elsewhere or not at all: see `hierroom.complexity.laplacian`.
+        1 / 0.01 = 100; on others it can saturate elsewhere or not at all: see `hierroom.complexity.chains.laplacian`.
         """
         return self.hitting_time_to(EXIT)
 

@@ -69,16 +69,7 @@ class Elimination:
 def solve_several(
     moves: NDArray[np.float64], leaving: NDArray[np.float64], b: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The solutions x of (D - W) x = b of many small walks at once, by the same elimination.
-
-    Args:
-        moves: [B, n, n] float64, the probability of each move among the nodes of each walk; diagonals are ignored.
-        leaving: [B, n] float64, the probability to leave each node for one outside.
-        b: [B, n] float64, not negative.
-
-    Returns:
-        [B, n] float64.
-    """
+    """The solutions x [B, n] of (D - W) x = b of many small walks: W [B, n, n], and the rates [B, n] out of it."""
     moves, leaving, x, n = moves.copy(), leaving.copy(), b.copy(), b.shape[1]
     rates = np.empty_like(b)
     for k in range(n):
@@ -102,17 +93,7 @@ def _order(moves: sp.csr_array) -> NDArray[np.int64]:
 
 @njit(cache=True)
 def _eliminate(starts, columns, weights, leaving):
-    """Factor row by row.
-
-    Args:
-        starts: [n + 1] int64, where each row of W begins.
-        columns: [K] int64, the column of each entry.
-        weights: [K] float64.
-        leaving: [n] float64, the rate to nodes outside.
-
-    Returns:
-        For F, below the diagonal, its starts, columns and values; for U, above it, likewise; and the rates S [n].
-    """
+    """Factor W [n, n], as CSR, and the rates [n] to nodes outside into F and U, as CSR, and S [n], row by row."""
     n, n_lower, n_upper = len(leaving), 0, 0
     lower_starts, upper_starts = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
     lower_columns, upper_columns = np.empty(2 * len(weights) + n, np.int64), np.empty(2 * len(weights) + n, np.int64)

@@ -1,6 +1,6 @@
 """What a random walk does in the long run and between two sets of nodes.
 
-Every function takes W as described in `hierroom.complexity.weights`; P is W with the probability to stay on its
+Every function takes W as described in `hierroom.complexity.chains.weights`; P is W with the probability to stay on its
 diagonal. Numbers are those of theorems in Levin and Peres, Markov Chains and Mixing Times, 2nd edition, 2017.
 """
 
@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import eigs
 
-from hierroom.complexity.elimination import solve_several
-from hierroom.complexity.hitting import expected_visits, hitting_probability, mean_first_passage_time
-from hierroom.complexity.measures.cover_kernels import sampled_cover_times
-from hierroom.complexity.weights import (
+from hierroom.complexity.chains.elimination import solve_several
+from hierroom.complexity.chains.hitting import expected_visits, hitting_probability, mean_first_passage_time
+from hierroom.complexity.chains.weights import (
     Targets,
     Weights,
     as_moves,
@@ -28,6 +27,7 @@ from hierroom.complexity.weights import (
     row_sums,
     with_staying,
 )
+from hierroom.support.compile.kernel import njit
 from hierroom.support.errors import InputError
 
 MAX_DENSE_NODES = 2000
@@ -37,17 +37,11 @@ MAX_COVER_NODES = 14
 
 
 def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
-    """Long-run fraction of the time that a walk spends at each node: pi P = pi.
+    """Long-run fraction of the time that a walk spends at each node, pi P = pi: [n] float64; 0 at transient nodes.
 
     Between two visits to one node s of the recurrent class a walk spends an expected v_i steps at i, and
-    pi_i = v_i / sum v (proposition 1.14). This needs no eigenvector, and nodes hardly ever visited keep their
+    pi_i = v_i / sum v (proposition 1.14). This needs no eigenvector, and nodes that are seldom visited keep their
     relative precision.
-
-    Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
-
-    Returns:
-        [n] float64, which sums to one; 0 at transient nodes.
     """
     moves = as_moves(weights)
     s, n = int(_recurrent(moves)[0]), n_nodes(moves)
@@ -62,17 +56,11 @@ def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
 
 
 def spectral_gap(weights: Weights) -> float:
-    """Absolute spectral gap: one minus the modulus of the second greatest eigenvalue of P (section 12.2).
+    """Absolute spectral gap in 0..1: one minus the modulus of the second greatest eigenvalue of P (section 12.2).
 
     The eigenvalues of P are those of its parts among nodes that reach each other. Where a walk ends, they are found of
     D^(1/2) P D^(-1/2), with the stationary distribution on the diagonal of D: a symmetric matrix if the walk is
     reversible (lemma 12.1). Those of P itself can be far off by rounding alone, as a corridor's are.
-
-    Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
-
-    Returns:
-        0..1; 0 for a walk that never forgets where it began, 1 for one that does in a single step.
     """
     moves = as_moves(weights)
     n = n_nodes(moves)
@@ -90,15 +78,9 @@ def spectral_gap(weights: Weights) -> float:
 def mixing_time(weights: Weights, distance: float = 0.25) -> float:
     """Steps after which a walk from any node is close to stationary: t_mix (equation 4.30).
 
-    The least t with max over s of |P^t(s, .) - pi|_TV <= distance; the distance never grows with t.
-
-    Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one, of at most `MAX_DENSE_NODES` nodes.
-        distance: total variation distance, between 0 and 1.
-
-    Returns:
-        Number of steps; ``inf`` if the walk is periodic, or not there after 2^60 steps. Powers of P are rounded, so
-        that a time of t steps is off by a few times 10^-16 t of itself: it is exact up to about 10^7 steps.
+    The least t with max over s of |P^t(s, .) - pi|_TV <= distance; the distance never grows with t. ``inf`` if the walk
+    is periodic, or not there after 2^60 steps. Powers of P are rounded, so a time of t steps is off by a few times
+    10^-16 t of itself: it is exact up to about 10^7 steps.
     """
     if not 0 < distance < 1:
         raise InputError(f"a mixing time needs a distance between 0 and 1, not {distance}")
@@ -129,28 +111,15 @@ def commute_time(weights: Weights, source: int, target: int) -> float:
     """Mean number of steps from one node to another and back (section 10.3); ``inf`` if one may never be reached.
 
     C(i, j) = H(i, j) + H(j, i), H being the mean first-passage times.
-
-    Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
-        source: one node.
-        target: the other.
     """
     there, back = (mean_first_passage_time(weights, node) for node in (target, source))
     return float(there[as_node(source, len(there))] + back[target])
 
 
 def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[np.float64]:
-    """Probability to reach the targets before the sources: the harmonic function 0 on one set and 1 on the other.
+    """Probability [n] to reach the targets before the sources: the harmonic function 0 on one set and 1 on the other.
 
     q(i) = sum_j P(i, j) q(j) elsewhere, with q = 0 on the sources and 1 on the targets (chapter 9).
-
-    Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
-        sources: one or several nodes.
-        targets: one or several others.
-
-    Returns:
-        [n] float64 in 0..1.
     """
     moves = as_moves(weights)
     is_source, is_target = as_targets(sources, n_nodes(moves)), as_targets(targets, n_nodes(moves))
@@ -161,17 +130,10 @@ def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[n
 
 
 def cover_time(weights: Weights, source: int) -> float:
-    """Mean number of steps until every node was visited (chapter 11), exactly.
+    """Mean number of steps until every node was visited (chapter 11), exactly, for up to `MAX_COVER_NODES` nodes.
 
     E(V, i), the mean with the nodes V visited and the walk at i in V, solves E(V, i) = 1 + sum_j P_ij E(V + {j}, j), a
-    linear system for each V, the larger sets first.
-
-    Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one, of at most `MAX_COVER_NODES` nodes.
-        source: node where the walk begins.
-
-    Returns:
-        Mean number of steps; ``inf`` if a node cannot be reached from every other.
+    linear system for each V, the larger sets first. ``inf`` if a node cannot be reached from every other.
     """
     moves = as_moves(weights)
     n = n_nodes(moves)
@@ -201,14 +163,7 @@ def cover_time(weights: Weights, source: int) -> float:
 def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed: int = 0) -> tuple[float, float]:
     """Estimate the mean number of steps until every node was visited, for graphs too large for `cover_time`.
 
-    Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
-        source: node where each walk begins.
-        n_walks: number of walks, at least 2.
-        seed: fixes them.
-
-    Returns:
-        (mean, its standard error) in steps; (``inf``, 0) if a node cannot be reached from every other.
+    Return the mean and its standard error; (``inf``, 0) if a node cannot be reached from every other.
     """
     moves = as_moves(weights)
     source = as_node(source, n_nodes(moves))
@@ -217,7 +172,7 @@ def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed:
     if not _is_irreducible(moves):
         return math.inf, 0.0
     rng = np.random.default_rng(seed)
-    times = sampled_cover_times(moves.indptr, moves.indices, moves.data, row_sums(moves), source, n_walks, rng)
+    times = _sampled_cover_times(moves.indptr, moves.indices, moves.data, row_sums(moves), source, n_walks, rng)
     return float(times.mean()), float(times.std(ddof=1) / math.sqrt(n_walks))
 
 
@@ -247,3 +202,31 @@ def _recurrent(moves: sp.csr_array) -> NDArray[np.int64]:
 def _is_irreducible(moves: sp.csr_array) -> bool:
     """Whether every node can be reached from every other."""
     return connected_components(moves, directed=True, connection="strong")[0] == 1
+
+
+@njit(cache=True, nogil=True)
+def _sampled_cover_times(indptr, indices, data, totals, source, n_walks, rng):
+    """Walk [n_walks] times until all nodes were visited: the numbers of steps.
+
+    Each step that moves counts for the mean number of steps that it takes, which makes the variance smaller. W is given
+    as CSR without diagonal, with its row sums ``totals``, all above 0.
+    """
+    n = totals.shape[0]
+    times = np.zeros(n_walks)
+    visited = np.zeros(n, np.bool_)
+    for walk in range(n_walks):
+        visited[:] = False
+        visited[source] = True
+        missing, node = n - 1, source
+        while missing > 0:
+            times[walk] += 1 / totals[node]
+            left = rng.random() * totals[node]
+            edge = indptr[node]
+            while left >= data[edge] and edge < indptr[node + 1] - 1:
+                left -= data[edge]
+                edge += 1
+            node = indices[edge]
+            if not visited[node]:
+                visited[node] = True
+                missing -= 1
+    return times

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse as sp
 
-from hierroom.complexity.weights import as_weights, row_sums
+from hierroom.complexity.chains.weights import as_weights, row_sums
 from hierroom.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,17 +16,9 @@ if TYPE_CHECKING:
 
 
 def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = False) -> sp.csr_array:
-    """W of the random walk on a networkx graph, its nodes in the graph's order.
+    """W of the random walk on a networkx graph, its nodes in the graph's order; arguments as in `Chain.from_networkx`.
 
-    Args:
-        graph: directed or not, with at least one node; an undirected edge leads both ways, and parallel edges add up.
-        weight: attribute of the edges that holds their weight. Where no edge has it, or for None, the walk leaves each
-            node by each of its edges with equal probability.
-        rates: divide each node's weights by their sum, because they are rates or counts; otherwise they are
-            probabilities, and what a node lacks to one is its probability to stay.
-
-    Returns:
-        [n, n] float64 CSR.
+    An undirected edge leads both ways, and parallel edges add up.
     """
     import networkx as nx  # loaded here because it takes its time, and few programs need it
 

@@ -1,12 +1,12 @@
 """First passage of a random walk in discrete time: mean, variance, probability, visits, and sensitivity to each edge.
 
-Every function takes W as described in `hierroom.complexity.weights`, dense or sparse, and returns the exact limit where
+Every function takes W as described in `chains.weights`, dense or sparse, and returns the exact limit where
 an equation has no solution: a node from which the target may never be reached has mean ``inf`` instead of a singular
 matrix.
 
 With Q the transition matrix among the nodes that are not targets, I - Q = D - W on those nodes, whatever the
 probability to stay; N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960, chapter 3).
-Systems are solved without subtraction (`hierroom.complexity.elimination`): means, visits and probabilities have a small
+Systems are solved without subtraction (`chains.elimination`): means, visits and probabilities have a small
 relative error in each entry, however long the walk takes.
 """
 
@@ -18,8 +18,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from hierroom.complexity.elimination import TOO_LONG, Elimination
-from hierroom.complexity.weights import (
+from hierroom.complexity.chains.elimination import TOO_LONG, Elimination
+from hierroom.complexity.chains.weights import (
     Targets,
     Weights,
     as_moves,

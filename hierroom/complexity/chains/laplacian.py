@@ -43,8 +43,8 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
-from hierroom.complexity.elimination import Elimination
-from hierroom.complexity.weights import (
+from hierroom.complexity.chains.elimination import Elimination
+from hierroom.complexity.chains.weights import (
     Weights,
     as_node,
     as_targets,

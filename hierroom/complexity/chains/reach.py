@@ -22,8 +22,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.hitting import hitting_probability
-from hierroom.complexity.weights import (
+from hierroom.complexity.chains.hitting import hitting_probability
+from hierroom.complexity.chains.weights import (
     Targets,
     Weights,
     as_moves,
@@ -94,17 +94,9 @@ def expected_states(
 def later_by_squaring(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Probability to reach each target later than t, by repeated squaring of Q.
+    """Probability [m, k] to reach each of m sets of targets later than t, by repeated squaring of Q.
 
-    Args:
-        moves: [n, n] CSR, probabilities to leave each node.
-        source: index of the start node.
-        targets: [n, m] bool, m separate sets of target nodes.
-        hits: [n, m] float64, the probability to reach each set ever, 0 at its own nodes.
-        times: [k] int64, numbers of steps t.
-
-    Returns:
-        [m, k] float64.
+    ``targets`` is [n, m] bool; ``hits`` [n, m] is the probability to reach each set ever, 0 at its own nodes.
     """
     later = np.empty((targets.shape[1], len(times)))
     chances = with_staying(moves).toarray()
@@ -124,10 +116,7 @@ def later_by_squaring(
 def later_by_stepping(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Probability to reach each target later than t, step by step until the decay is geometric.
-
-    Arguments and result are those of `later_by_squaring`.
-    """
+    """The same as `later_by_squaring`, step by step until the decay is geometric."""
     later = np.empty((targets.shape[1], len(times)))
     order = np.argsort(times, kind="stable")
     chances, killed = with_staying(moves), np.nonzero(targets)

@@ -25,14 +25,7 @@ ROW_SLACK = 1e-9
 
 
 def as_weights(weights: Weights) -> sp.csr_array:
-    """Check a weighted adjacency matrix and convert it to one format.
-
-    Args:
-        weights: [n, n] dense or sparse, finite and not negative; rows need not sum to one.
-
-    Returns:
-        [n, n] float64 CSR without stored zeros, a copy.
-    """
+    """Check a weighted adjacency matrix, rows of any sum: a copy as [n, n] float64 CSR without stored zeros."""
     try:
         given = sp.csr_array(weights) if sp.issparse(weights) else np.atleast_2d(np.asarray(weights))
         if given.dtype.kind == "c":
@@ -56,14 +49,8 @@ def as_weights(weights: Weights) -> sp.csr_array:
 def as_moves(weights: Weights) -> sp.csr_array:
     """The probabilities to leave each node of a walk in discrete time, without the probability to stay.
 
-    D - W is the same with and without a diagonal in W, so the diagonal is omitted. One minus the sum of a row of the
-    result is the probability to stay.
-
-    Args:
-        weights: [n, n] dense or sparse; each row, its diagonal included, sums to at most one.
-
-    Returns:
-        [n, n] float64 CSR with an empty diagonal.
+    D - W is the same with and without a diagonal in W, so the diagonal is omitted: one minus the sum of a row of the
+    result, [n, n] float64 CSR, is the probability to stay. Each given row, its diagonal included, sums to at most one.
     """
     matrix = as_weights(weights)
     totals = row_sums(matrix)
@@ -94,15 +81,7 @@ def row_sums(matrix: sp.csr_array) -> NDArray[np.float64]:
 
 
 def as_targets(targets: Targets, n: int) -> NDArray[np.bool_]:
-    """The set of target nodes as a mask.
-
-    Args:
-        targets: one node or several, each 0..n - 1; an empty set is a target that cannot be reached.
-        n: number of nodes.
-
-    Returns:
-        [n] bool.
-    """
+    """The set of target nodes as a mask [n]; an empty set is a target that cannot be reached."""
     mask = np.zeros(n, bool)
     for node in targets if isinstance(targets, Iterable) else (targets,):
         mask[as_node(node, n)] = True
@@ -128,15 +107,9 @@ def as_times(times: ArrayLike) -> NDArray[np.int64]:
 def can_reach(
     weights: sp.csr_array, targets: NDArray[np.bool_], avoid: NDArray[np.bool_] | None = None
 ) -> NDArray[np.bool_]:
-    """Find the nodes from which a target can be reached along edges of positive weight.
+    """Find the nodes [n] from which a target can be reached along edges of positive weight, targets included.
 
-    Args:
-        weights: [n, n] CSR without stored zeros.
-        targets: [n] bool.
-        avoid: [n] bool, nodes that the path must not visit.
-
-    Returns:
-        [n] bool, the targets included.
+    The path visits no node of ``avoid`` [n].
     """
     into = weights.tocsc()
     found = targets.copy()
@@ -156,12 +129,6 @@ def closed_classes(weights: sp.csr_array) -> list[NDArray[np.int64]]:
     """Find the closed communicating classes: sets of nodes that reach each other and no other node.
 
     A walk ends in one of them with probability one.
-
-    Args:
-        weights: [n, n] CSR without stored zeros.
-
-    Returns:
-        For each class its nodes, ascending, int64.
     """
     n_classes, labels = connected_components(weights, directed=True, connection="strong")
     edges = weights.tocoo()

@@ -15,7 +15,16 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, kinds_of_nodes
-from hierroom.complexity.drawn_places import PADDING, SPACING, Box, Place, Point, limits, place_augmented, place_goals
+from hierroom.complexity.drawing.drawn_places import (
+    PADDING,
+    SPACING,
+    Box,
+    Place,
+    Point,
+    limits,
+    place_augmented,
+    place_goals,
+)
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
@@ -50,13 +59,7 @@ def svg_of(augmented: AugmentedGraph) -> str:
 
 
 def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
-    """Draw a goal graph onto an Axes: the start at the top, and below each node what it makes possible.
-
-    Args:
-        graph: the goal graph.
-        axes: where to draw.
-        scale: size of nodes and letters; 1 suits 0.6 inches per unit of the drawing.
-    """
+    """Draw a goal graph onto an Axes: the start at the top, and below each node what it makes possible."""
     places = place_goals(graph)
     title = f"goal graph {graph.name}\n{graph.n_rooms} rooms, exit depth {graph.exit_depth}, width {graph.width}"
     pen = _Pen(axes, scale, title, list(places.values()))
@@ -69,13 +72,7 @@ def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
 
 
 def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) -> None:
-    """Draw an augmented graph onto an Axes; `caption` explains the drawing.
-
-    Args:
-        augmented: the augmented graph.
-        axes: where to draw.
-        scale: size of nodes and letters; 1 suits 0.6 inches per unit of the drawing.
-    """
+    """Draw an augmented graph onto an Axes; `caption` explains the drawing."""
     boxes = _boxes(augmented)
     drop = "with" if augmented.drop_key else "without"
     size = f"{len(augmented.nodes)} nodes, {len(augmented.edges)} edges"
@@ -113,11 +110,7 @@ def caption(augmented: AugmentedGraph) -> str:
 
 
 def picture_file(path: str | Path) -> Path:
-    """The file into which `save_figure` writes, to be asked for before anything is computed that is to be drawn.
-
-    Args:
-        path: the file; without a suffix .png is added.
-    """
+    """The file into which `save_figure` writes, to be asked for before anything is computed that is to be drawn."""
     path = Path(path)
     if path.is_dir():
         raise InputError(f"a drawing is a file, not the folder {path}")
@@ -131,12 +124,7 @@ def picture_file(path: str | Path) -> Path:
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Write a figure to a file, whole or not at all.
-
-    Args:
-        figure: the figure.
-        path: the file; its suffix selects the format: .png, .pdf or .svg; without a suffix .png is added.
-    """
+    """Write a figure to a file, whole or not at all; see `draw_graph` for its name."""
     path, picture = picture_file(path), io.BytesIO()
     figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150, facecolor="white")
     write_atomically(path, picture.getvalue())

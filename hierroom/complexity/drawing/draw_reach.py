@@ -10,11 +10,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hierroom.complexity.chain import EXIT, Chain
-from hierroom.complexity.draw import save_figure
-from hierroom.complexity.measured import MeasuredReport
-from hierroom.complexity.observed import wilson_interval
-from hierroom.complexity.played_chain import PlayedChain
+from hierroom.complexity.chains.chain import EXIT, Chain
+from hierroom.complexity.drawing.draw import save_figure
+from hierroom.complexity.played.measured import MeasuredReport
+from hierroom.complexity.played.observed import wilson_interval
+from hierroom.complexity.played.played_chain import PlayedChain
 
 POINTS = 200
 
@@ -63,24 +63,13 @@ def draw_played_reach(
 
 
 def draw_measured_reach(axes: Axes, report: MeasuredReport, last: int | None = None) -> None:
-    """Draw the reach curves of the assumed walk beside those of `draw_played_reach`.
-
-    Args:
-        axes: where to draw.
-        report: a chain measured from play on a goal graph.
-        last: the greatest number of steps; None: that of the longest episode.
-    """
-    draw_played_reach(axes, report.played, last, {"assumed walk": report.assumed.chain})
+    """Draw the reach curves of the assumed walk beside those of `draw_played_reach`."""
+    draw_played_reach(axes, report, last, {"assumed walk": report.assumed.chain})
     axes.set_title(f"goal graph {report.assumed.graph.name}", parse_math=False)
 
 
 def save_reach(report: MeasuredReport, path: str | Path) -> None:
-    """Write the picture of `draw_measured_reach` to a file.
-
-    Args:
-        report: a chain measured from play.
-        path: the file; its suffix selects the format: .png, .pdf or .svg; without a suffix .png is added.
-    """
+    """Write the picture of `draw_measured_reach` to a file."""
     figure = Figure(figsize=(6, 4), layout="constrained")
     draw_measured_reach(figure.subplots(), report)
     save_figure(figure, path)

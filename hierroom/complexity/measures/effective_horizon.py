@@ -96,12 +96,7 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
 
 
 def minimum_k(mdp: DeterministicMDP, horizon: int) -> int:
-    """The least k at which an MDP is k-QVI-solvable (definition 5.1): k - 1 backups of Q of the random policy.
-
-    Args:
-        mdp: the MDP.
-        horizon: number of steps T of an episode, at least 1.
-    """
+    """The least k at which an MDP is k-QVI-solvable (definition 5.1): k - 1 backups of Q of the random policy."""
     return _backups_needed(mdp, horizon, mdp.random_values(horizon))
 
 
@@ -111,10 +106,6 @@ def effective_planning_window(mdp: DeterministicMDP, horizon: int) -> int:
     This is the effective planning window of Malik, Pacchiano, Srinivasan and Li (Sample Efficient Reinforcement
     Learning In Continuous State Spaces, ICML 2021) as Laidlaw et al. compute it: Q^1 = r instead of the values of the
     random policy.
-
-    Args:
-        mdp: the MDP.
-        horizon: number of steps T of an episode, at least 1.
     """
     check_horizon(mdp, horizon)
     return _backups_needed(mdp, horizon, np.zeros((horizon + 1, mdp.n_states)))

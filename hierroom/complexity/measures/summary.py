@@ -4,15 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hierroom.complexity.chain import EXIT, Chain
-from hierroom.complexity.measures.covering import covering_length
-from hierroom.complexity.measures.effective_horizon import (
-    effective_horizon,
-    effective_planning_window,
-    minimum_k,
-    samples_of,
-)
-from hierroom.complexity.measures.ergodic import (
+from hierroom.complexity.chains.chain import EXIT, Chain
+from hierroom.complexity.chains.ergodic import (
     MAX_COVER_NODES,
     MAX_DENSE_NODES,
     committor,
@@ -23,10 +16,17 @@ from hierroom.complexity.measures.ergodic import (
     spectral_gap,
     stationary_distribution,
 )
+from hierroom.complexity.chains.weights import as_moves, row_sums
+from hierroom.complexity.measures.covering import covering_length
+from hierroom.complexity.measures.effective_horizon import (
+    effective_horizon,
+    effective_planning_window,
+    minimum_k,
+    samples_of,
+)
 from hierroom.complexity.measures.gorp import Gorp
 from hierroom.complexity.measures.mdp import DeterministicMDP
 from hierroom.complexity.measures.policy_information import mdp_policy_information
-from hierroom.complexity.weights import as_moves, row_sums
 from hierroom.support.errors import InputError
 
 
@@ -65,6 +65,43 @@ class MdpMeasures:
     samples: float
     covering_low: float
     covering_high: float
+    pic: float
+    poic: float
+
+
+@dataclass(frozen=True)
+class SampledMeasures:
+    """Measures of the literature, estimated from rollouts in a deterministic MDP whose return is 0 or 1.
+
+    What is left out of `MdpMeasures` needs the values of all states.
+
+    Args:
+        states: number of states; None if it is not known.
+        actions: number of actions A.
+        horizon: number of steps T of an episode.
+        shortest: steps of a shortest solution.
+        random_success: share of the random policy's episodes that succeed within T steps.
+        random_success_low: lower end of its 95% interval (Wilson 1927).
+        random_success_high: upper end of it.
+        rollouts: least m_1 with which half of the runs of GORP succeed; None if it takes more steps than are allowed.
+        rollouts_tried: the greatest number of rollouts with which less than half of them do; 0 if one is enough.
+        effective_horizon: H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known.
+        samples: GORP's sample bound T^2 A^H; ``inf`` likewise.
+        pic: policy information capacity, in nats.
+        poic: policy-optimal information capacity, in nats.
+    """
+
+    states: int | None
+    actions: int
+    horizon: int
+    shortest: int
+    random_success: float
+    random_success_low: float
+    random_success_high: float
+    rollouts: int | None
+    rollouts_tried: int
+    effective_horizon: float
+    samples: float
     pic: float
     poic: float
 

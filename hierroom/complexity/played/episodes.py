@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.weights import as_times
+from hierroom.complexity.chains.weights import as_times
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,14 +40,7 @@ class EpisodeCounts:
     failed: NDArray[np.bool_] | None = None
 
     def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
-        """Sum the transitions over the episodes.
-
-        Args:
-            multiplicity: [E] number of times each episode counts; once by default.
-
-        Returns:
-            [n, n] float64 CSR.
-        """
+        """Sum the transitions over the episodes: [n, n] CSR. Each counts ``multiplicity`` [E] times, or once."""
         times = np.ones(len(self.lengths)) if multiplicity is None else np.asarray(multiplicity, float)
         shape = (self.n_nodes, self.n_nodes)
         return sp.coo_array((self.counts * times[self.episodes], (self.sources, self.targets)), shape=shape).tocsr()
@@ -68,11 +61,7 @@ class EpisodeCounts:
         return ~self.escaped if self.failed is None else ~(self.escaped | self.failed)
 
     def reach(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit, where nobody knows.
-
-        Args:
-            t: numbers of steps, any shape, each 0, 1, 2, ...
-        """
+        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit, where nobody knows."""
         steps = as_times(t)
         share = np.searchsorted(np.sort(self.lengths[self.escaped]), steps, side="right") / len(self.lengths)
         return np.where(steps > self.step_limit, np.nan, share)
@@ -99,11 +88,8 @@ def counts_of(
     Args:
         keys: [K] int64, for each transition ``(episode * n + source) * n + target``.
         n_nodes: number of nodes n.
-        lengths: [E] int64, number of steps of each episode.
-        escaped: [E] bool, whether it reached the exit.
-        triple_keys: [T] int64, for three nodes one after the other ``(first * n + second) * n + third``; None: not
-            counted.
-        failed: [E] bool, whether the episode ended for good without the exit; None: none did.
+        lengths: as in `EpisodeCounts`, and ``escaped`` and ``failed`` too.
+        triple_keys: [T] int64, for three nodes in a row ``(first * n + second) * n + third``; None: not counted.
     """
     unique, counts = np.unique(keys, return_counts=True)
     episodes, sources, targets = _digits(unique, n_nodes)

@@ -43,13 +43,9 @@ class MarkovTest(NamedTuple):
 
 
 def markov_test(triples: NDArray[np.int64]) -> MarkovTest | None:
-    """Test order one against order two.
+    """Test order one against order two; None if the counts are too few to compare any two predecessors of a node.
 
-    Args:
-        triples: [T, 4] int64, three nodes one after the other, and how often they came.
-
-    Returns:
-        The test; None if the counts are too few to compare any two predecessors of a node.
+    ``triples`` [T, 4] are three nodes in a row, and how often they came.
     """
     from scipy.stats import chi2, chi2_contingency  # loaded here because it takes its time, and few programs need it
 

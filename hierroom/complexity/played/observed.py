@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
-from hierroom.complexity.episodes import EpisodeCounts
+from hierroom.complexity.played.episodes import EpisodeCounts
 
 FEWEST_EPISODES = 10
 """With fewer episodes an interval from resampling them is much too narrow, and none is given."""
@@ -34,13 +34,7 @@ class Interval(NamedTuple):
 
 
 def wilson_interval(share: float, n: int, level: float) -> Interval:
-    """Wilson's score interval of a probability.
-
-    Args:
-        share: the share of successes, 0..1.
-        n: number of trials, at least 1.
-        level: confidence level, above 0 and below 1.
-    """
+    """Wilson's score interval of a share of successes in n trials."""
     z = float(ndtri((1 + level) / 2))
     middle = (share + z**2 / (2 * n)) / (1 + z**2 / n)
     half = z / (1 + z**2 / n) * np.sqrt(share * (1 - share) / n + z**2 / (4 * n**2))
@@ -49,14 +43,7 @@ def wilson_interval(share: float, n: int, level: float) -> Interval:
 
 
 def percentile_interval(value: float, resampled: ArrayLike, n_episodes: int, level: float) -> Interval:
-    """The percentile interval of resampled values; without low and high where it would mislead.
-
-    Args:
-        value: the value itself.
-        resampled: [R], from resampled episodes; may hold ``inf``.
-        n_episodes: how many episodes were resampled.
-        level: confidence level, above 0 and below 1.
-    """
+    """The percentile interval of resampled values; without low and high where it would mislead."""
     low, high = np.quantile(np.asarray(resampled), ((1 - level) / 2, (1 + level) / 2), method="inverted_cdf")
     if n_episodes < FEWEST_EPISODES or not low < high:
         return Interval(value, np.nan, np.nan)
@@ -73,17 +60,9 @@ def observed_steps(counts: EpisodeCounts) -> float:
 def observed(
     counts: EpisodeCounts, times: tuple[int, ...], level: float, n_resamples: int, rng: np.random.Generator
 ) -> dict[str, Interval]:
-    """Mean and deviation of the steps from a start to the next exit, and the probability to have escaped.
+    """Mean and deviation of the steps from a start to the next exit, and the probability to have escaped by ``times``.
 
-    Args:
-        counts: the episodes.
-        times: numbers of steps for the probability.
-        level: confidence level of the intervals, above 0 and below 1.
-        n_resamples: number of bootstrap resamples.
-        rng: source of the resamples.
-
-    Returns:
-        `"expected_steps"`, `"std"` and `"exit within N"`; ``nan`` what was not observed.
+    Return `"expected_steps"`, `"std"` and `"exit within N"`; ``nan`` for what was not observed.
     """
     n = len(counts.lengths)
     # One after the other: all at once are too large for the memory where there are many episodes.

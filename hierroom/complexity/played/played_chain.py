@@ -11,11 +11,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.chain import EXIT, Chain
-from hierroom.complexity.episodes import EpisodeCounts
-from hierroom.complexity.html import html_table
-from hierroom.complexity.markov_order import MarkovTest, markov_test
-from hierroom.complexity.observed import (
+from hierroom.complexity.chains.chain import EXIT, Chain
+from hierroom.complexity.chains.weights import row_sums
+from hierroom.complexity.played.episodes import EpisodeCounts
+from hierroom.complexity.played.markov_order import MarkovTest, markov_test
+from hierroom.complexity.played.observed import (
     Interval,
     observed,
     observed_steps,
@@ -23,10 +23,9 @@ from hierroom.complexity.observed import (
     wilson_interval,
     within,
 )
-from hierroom.complexity.text import text_table
 from hierroom.complexity.walk import PAPER_WALK
-from hierroom.complexity.weights import row_sums
 from hierroom.support.errors import InputError
+from hierroom.support.tables import html_table, text_table
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -214,7 +213,7 @@ class PlayedChain:
         return f"{played}, {self.success_rate:.1%} reached the exit, {exit_label!r}"
 
     def __repr__(self) -> str:
-        return f"<PlayedChain: {self._head}>"
+        return f"<{type(self).__name__}: {self._head}>"
 
     def __str__(self) -> str:
         return text_table(self._head, self.columns, self.rows(), self.notes())

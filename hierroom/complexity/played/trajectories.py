@@ -1,16 +1,19 @@
-"""Measure a chain from trajectories of nodes, whatever environment they come from."""
+"""Measure a chain from trajectories of nodes, or from play in any Gymnasium environment."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Sequence
+import warnings
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from typing import Any
 
+import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.complexity.chain import EXIT
-from hierroom.complexity.episodes import counts_of
-from hierroom.complexity.exploration_graph import node_labels
-from hierroom.complexity.played_chain import PlayedChain
+from hierroom.complexity.chains.chain import EXIT
+from hierroom.complexity.chains.exploration_graph import node_labels
+from hierroom.complexity.played.episodes import counts_of
+from hierroom.complexity.played.played_chain import PlayedChain
 from hierroom.support.errors import InputError
 
 NO_STEP = "a trajectory must have at least one step, from a node that is not the target"
@@ -60,14 +63,62 @@ def measure_trajectories(
     return _measured(walks, np.array(reached), ends, node_labels([*numbers, target]), seed)
 
 
-def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
-    """Check where a trajectory begins.
+def measure_env(
+    env: gymnasium.Env,
+    node: Callable[[Any], Hashable],
+    target: Hashable,
+    policy: Callable[[Any], Any] | None = None,
+    *,
+    episodes: int = 1000,
+    seed: int = 0,
+    max_steps: int | None = None,
+    progress: Callable[[int], object] = lambda done: None,
+) -> PlayedChain:
+    """Play in a Gymnasium environment, and measure the chain of the nodes that it passes through.
 
     Args:
-        node: its first node.
-        first: that of the first trajectory.
-        target: the node to reach.
+        env: the environment.
+        node: the node at which an environment is, called after each reset and step; it returns the target once that is
+            reached.
+        target: the node to reach. An episode that ends elsewhere has missed it: for good
+            if it was terminated, and nobody knows whether it would have if it was truncated.
+        policy: an action for an observation; random actions by default.
+        episodes: number of episodes, at least 1.
+        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is one of its own; it fixes the
+            random actions and the bootstrap too.
+        max_steps: ends an episode after so many steps, if the environment does not do so itself.
+        progress: called with the number of episodes done.
+
+    Returns:
+        The chain and what was observed.
+
+    Warns:
+        UserWarning: if no episode reached the target, which may be a misspelt one.
     """
+    if episodes < 1 or (max_steps is not None and max_steps < 1):
+        raise InputError(f"play at least one episode of at least one step, not {episodes} of {max_steps}")
+    env.action_space.seed(seed)
+    trajectories, failed = [], []
+    for episode in range(episodes):
+        observation, _ = env.reset(seed=seed + episode)
+        nodes, has_ended, terminated = [node(env)], False, False
+        check_start(nodes[0], (trajectories or [nodes])[0][0], target)  # before hours of play
+        while not has_ended:
+            action = env.action_space.sample() if policy is None else policy(observation)
+            observation, _, terminated, truncated, _ = env.step(action)
+            nodes.append(node(env))
+            has_ended = terminated or truncated or nodes[-1] == target or len(nodes) - 1 == max_steps
+        trajectories.append(nodes)
+        failed.append(bool(terminated))
+        progress(episode + 1)
+    played = measure_trajectories(trajectories, target, may_miss=True, failed=failed, seed=seed)
+    if not played.counts.escaped.any():
+        warnings.warn(missed(target, played.labels[:-1]), stacklevel=2)
+    return played
+
+
+def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
+    """Check the first node of a trajectory, with that of the first trajectory and the target."""
     if node == target:
         raise InputError(NO_STEP)
     if node != first:
@@ -78,12 +129,7 @@ def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
 
 
 def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
-    """What to say where no episode reaches the target, which may be a misspelt one.
-
-    Args:
-        target: the target.
-        seen: the nodes that were seen.
-    """
+    """What to say where no episode reaches the target, which may be a misspelt one, with the nodes that were seen."""
     names = ", ".join(map(repr, seen[:5]))
     return f"no episode reaches the target {target!r}; nodes seen are {names}{', ...' if len(seen) > 5 else ''}"
 

@@ -14,7 +14,7 @@ from hierroom.complexity.walk import TABLE_READING, Reading
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.lab.paper.published import PAPER_TABLE_2
 from hierroom.support.errors import InputError
-from hierroom.support.markdown_table import markdown_table
+from hierroom.support.tables import markdown_table
 
 WHAT_IS_OPEN = (
     "Graphs d, e and f differ from the paper in both hitting-time (HT) rows. The paper prints the augmented graph of "
@@ -89,7 +89,7 @@ def _print_beside(cells: list[TableCell]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from hierroom.support.printed_table import print_table
+    from hierroom.support.tables import print_table
 
     graphs = list(dict.fromkeys(cell.graph for cell in cells))
     table = Table(title="Table 2", caption="* differs from the paper's printed digits", caption_justify="left")

@@ -23,8 +23,7 @@ from hierroom.lab.paper.runs import PaperRuns
 from hierroom.lab.sweep.summary import steps_text
 from hierroom.lab.sweep.table import Row
 from hierroom.support.errors import InputError
-from hierroom.support.markdown_table import markdown_table
-from hierroom.support.printed_table import print_table
+from hierroom.support.tables import markdown_table, print_table
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from hierroom.lab.sweep.plan import PlannedRun
 from hierroom.lab.sweep.table import Row
-from hierroom.support.markdown_table import markdown_table
+from hierroom.support.tables import markdown_table
 
 
 @dataclass(frozen=True)

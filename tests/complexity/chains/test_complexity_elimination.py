@@ -18,7 +18,7 @@ from hierroom.complexity import (
     passage_time_sensitivity,
 )
 from hierroom.complexity import elimination as module
-from hierroom.complexity.elimination import Elimination, solve_several
+from hierroom.complexity.chains.elimination import Elimination, solve_several
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 

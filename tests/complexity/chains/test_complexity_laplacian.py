@@ -31,7 +31,7 @@ TO_TWO_DIGITS = {
 
 
 def dense_hitting_time(weights, source, target):
-    """Equation (1) of `hierroom.complexity.laplacian` with numpy alone."""
+    """Equation (1) of `hierroom.complexity.chains.laplacian` with numpy alone."""
     b = np.zeros(len(weights))
     b[source], b[target] = 1, -1
     # D - W is singular: NumPy's own tolerance is so small that its zero is divided by on some machines.
@@ -130,7 +130,7 @@ def by_visits(chain, restart):
 @pytest.mark.parametrize("drop_key", [False, True])
 @pytest.mark.parametrize("n_rooms", [2, 3, 4, 5])
 def test_it_follows_from_the_visits_before_the_exit(n_rooms, drop_key, walk):
-    """Equation (2) of `hierroom.complexity.laplacian`."""
+    """Equation (2) of `hierroom.complexity.chains.laplacian`."""
     for graph in enumerate_graphs(n_rooms):
         report = analyze(graph, drop_key, walk)
         assert report.hitting_time == pytest.approx(by_visits(report.chain, walk.restart), rel=1e-9)

@@ -133,7 +133,7 @@ def test_the_cover_time_of_a_corridor_against_the_stream(n):
 def test_large_graphs_find_the_same_gap(monkeypatch):
     weights = random_chain(1, n=12)
     expected = spectral_gap(weights)
-    monkeypatch.setattr("hierroom.complexity.measures.ergodic.MAX_DENSE_NODES", 5)
+    monkeypatch.setattr("hierroom.complexity.chains.ergodic.MAX_DENSE_NODES", 5)
     assert spectral_gap(weights) == pytest.approx(expected)
     with pytest.raises(InputError, match="up to 5 nodes, not 12"):
         mixing_time(weights)

@@ -7,9 +7,9 @@ import pytest
 from counted_walks import count_transitions
 
 from hierroom.complexity import analyze
-from hierroom.complexity.markov_order import markov_test
-from hierroom.complexity.measured import MeasuredReport
-from hierroom.complexity.observed import observed, wilson_interval
+from hierroom.complexity.played.markov_order import markov_test
+from hierroom.complexity.played.measured import MeasuredReport
+from hierroom.complexity.played.observed import observed, wilson_interval
 from hierroom.support.errors import InputError
 
 
