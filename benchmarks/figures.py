@@ -3,7 +3,7 @@
     python -m benchmarks.figures            # draw what is not as its rows are
     python -m benchmarks.figures --check    # exit code 1 where one differs
 
-A picture is drawn as the command before it on its page says; of those that `hierroom.lab.paper` draws, this command
+A picture is drawn as the command before it on its page says; of those that `hierroom paper` draws, this command
 alone writes the digest of the points. By that a picture is drawn again when the points change, and not when a library
 draws them otherwise.
 """
@@ -34,7 +34,7 @@ from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 
 PLACE = re.compile(
-    r"`python -m (benchmarks\.study\.(?:figure|forest)|hierroom\.paper figure\d) ([^`]+)`[^`]*?!\[[^]]*\]\((\S+)\)"
+    r"`python -m (benchmarks\.study\.(?:figure|forest)|hierroom paper figure\d) ([^`]+)`[^`]*?!\[[^]]*\]\((\S+)\)"
 )
 PAPER = {"figure3": Figure3, "figure4": Figure4, "figure5": Figure5}
 
@@ -56,7 +56,7 @@ class Picture:
 
     Args:
         path: of the file.
-        program: what draws it, such as `hierroom.lab.paper figure3`.
+        program: what draws it, such as `hierroom paper figure3`.
         arguments: of the program.
     """
 
@@ -75,7 +75,7 @@ class Picture:
                 return scatter.figure_of(tyro.cli(scatter.Options, args=self.arguments))
             if self.program == "benchmarks.study.forest":
                 return forest.figure_of(tyro.cli(forest.Options, args=self.arguments))
-            figure = tyro.cli(PAPER[self.program.split()[1]], args=self.arguments)
+            figure = tyro.cli(PAPER[self.program.split()[-1]], args=self.arguments)
             if len(figure.runs.sizes) > 1:
                 raise InputError(f"{self.path.name} is one picture; the command on its page has several sizes")
             sweep = figure.runs.sweep(figure.graphs, figure.methods)

@@ -163,7 +163,7 @@ def _notes(plan: Plan, runs: Sequence[PlannedRun]) -> list[str]:
 
 
 def _list(runs: tuple[PlannedRun, ...], sweep: Sweep, console: Console) -> None:
-    done = {row["digest"] for row in sweep.table.read()}
+    done = {*sweep.table.read()["digest"]}
     for planned in runs:
         state = "done" if planned.digest in done else "begun" if (sweep.out / "runs" / planned.name).exists() else "-"
         console.print(f"{state:<6}{planned.name}", markup=False, highlight=False, soft_wrap=True)

@@ -199,7 +199,7 @@ class ComplexityReport:
         return "\n".join([self._head, *(f"  {name:<16}{value}" for name, value in self._lines())])
 
     def _repr_svg_(self) -> str:
-        """The goal graph and its augmented graph, for notebooks that ask for a picture; see `complexity.draw`."""
+        """The goal graph and its augmented graph, for notebooks that ask for a picture; see `complexity.drawing`."""
         from hierroom.complexity.drawing.draw import svg_of  # matplotlib loads slowly, and few reports are drawn
 
         return svg_of(self.augmented)

@@ -7,6 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # each takes its time to load, and few programs print tables
+    import pandas as pd
     from rich.console import Console
     from rich.table import Table
 
@@ -51,6 +52,16 @@ def csv_text(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] | None = 
     import pandas as pd
 
     return pd.DataFrame([*rows], columns=columns, dtype=object).to_csv(index=False, lineterminator="\n")
+
+
+def telling_columns(table: pd.DataFrame) -> list[str]:
+    """The columns that tell the rows of a table apart: one by one, each that tells more apart than those before it."""
+    kept: list[str] = []
+    n_kinds = 1
+    for name in table.columns:
+        if (n_finer := len(table[[*kept, name]].drop_duplicates())) > n_kinds:
+            kept, n_kinds = [*kept, name], n_finer
+    return kept
 
 
 def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

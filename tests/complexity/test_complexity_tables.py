@@ -1,8 +1,7 @@
 """Lists of reports as CSV, LaTeX, Markdown and pandas; reach curves and pictures for notebooks."""
 
-import builtins
-
 import numpy as np
+import pandas
 import pytest
 from counted_walks import count_transitions
 from matplotlib.figure import Figure
@@ -49,7 +48,6 @@ def test_csv_is_in_full_precision():
 
 
 def test_a_frame():
-    pandas = pytest.importorskip("pandas")
     frame = to_frame(REPORTS)
     assert frame.index.name == "graph"
     assert list(frame.index) == [report.graph.name for report in REPORTS]
@@ -61,7 +59,6 @@ def test_a_frame():
 
 
 def test_a_frame_of_measures_and_one_of_a_played_chain():
-    pytest.importorskip("pandas")
     measured = measure_graphs([GoalGraph.named("a"), GoalGraph.named("c")], 10)
     frame = to_frame(measured)
     assert list(frame.index) == ["a", "c"]
@@ -77,19 +74,6 @@ def test_a_frame_of_measures_and_one_of_a_played_chain():
     for other in ([analyze("a"), *measured], 5):
         with pytest.raises(InputError, match="reports of one kind"):
             to_frame(other)
-
-
-def test_without_pandas_it_is_one_clear_line(monkeypatch):
-    load = builtins.__import__
-
-    def without(name, *args):
-        if name == "pandas":
-            raise ImportError(name)
-        return load(name, *args)
-
-    monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(InputError, match="to_frame needs pandas, which is not installed: pip install pandas"):
-        to_frame(REPORTS)
 
 
 def test_walk_and_reading_on_the_command_line(capsys):

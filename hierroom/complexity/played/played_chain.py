@@ -107,13 +107,13 @@ class PlayedChain:
 
     @cached_property
     def observed(self) -> dict[str, Interval]:
-        """Mean, deviation and reach of the episodes themselves, with intervals; see `complexity.observed.observed`."""
+        """Mean, deviation and reach of the episodes themselves, with intervals; see `played.observed`."""
         rng = np.random.default_rng([self.seed, 1])
         return observed(self.counts, self.times, self.level, 5 * self.n_resamples, rng)
 
     @cached_property
     def markov(self) -> MarkovTest | None:
-        """Whether play is Markov on the nodes; None if the counts do not suffice, see `complexity.markov_order`."""
+        """Whether play is Markov on the nodes; None if the counts do not suffice, see `played.markov_order`."""
         return None if self.counts.triples is None else markov_test(self.counts.triples)
 
     @cached_property

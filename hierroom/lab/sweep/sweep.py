@@ -7,13 +7,17 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from hierroom.lab.sweep.plan import Plan, PlannedRun
-from hierroom.lab.sweep.table import Row, SweepTable
+from hierroom.lab.sweep.table import SweepTable
 from hierroom.runs.folder.own_modules import own_code_digest
 from hierroom.support.errors import InputError, require_number
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,7 @@ class Sweep:
         """The rows of the runs that are done."""
         return SweepTable(self.out)
 
-    def rows(self) -> list[Row]:
+    def rows(self) -> pd.DataFrame:
         """The rows of the plan's runs that are done."""
         return self.table.of(self.plan.runs())
 
@@ -74,7 +78,8 @@ class Sweep:
         A row tells a digest of the files of that code. Rows that tell none are taken as they are, and so is every row
         where the files are not found.
         """
-        told = {row["digest"]: row.get("own_code") for row in self.table.read()}
+        rows = self.table.read()
+        told = dict(zip(rows["digest"], rows.get("own_code", ()), strict=False))
         done = [run for run in self.plan.runs() if told.get(run.digest)]
         now = {run.digest: own_code_digest(run.config, self.plan.metas) for run in done}
         return [run.name for run in done if now[run.digest] and told[run.digest] != now[run.digest]]
@@ -101,7 +106,7 @@ class Sweep:
             require_number("processes", processes, 1, 1024, is_whole=True)
         runs = shard.of(self.plan.runs())
         self.table.complete(runs)
-        have = {row["digest"] for row in self.table.of(runs)}
+        have = {*self.table.of(runs)["digest"]}
         missing = [run for run in runs if run.digest not in have]
         if not missing:
             return SweepOutcome((), (), False)

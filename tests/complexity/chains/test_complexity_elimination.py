@@ -17,7 +17,7 @@ from hierroom.complexity import (
     mean_first_passage_time,
     passage_time_sensitivity,
 )
-from hierroom.complexity import elimination as module
+from hierroom.complexity.chains import elimination as module
 from hierroom.complexity.chains.elimination import Elimination, solve_several
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError

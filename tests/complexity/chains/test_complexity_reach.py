@@ -12,7 +12,7 @@ from hierroom.complexity import (
     hitting_probability,
     reach_probability,
 )
-from hierroom.complexity import reach as reach_module
+from hierroom.complexity.chains import reach as reach_module
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
 

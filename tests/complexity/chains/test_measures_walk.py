@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hierroom.complexity import Chain, analyze
+from hierroom.complexity.chains import ergodic
 from hierroom.complexity.measures import (
     committor,
     commute_time,
     cover_time,
-    ergodic,
     measure_walk,
     mixing_time,
     sampled_cover_time,
