@@ -120,10 +120,7 @@ class ComplexityReport:
         return self.chain.reach_probability(t, goal)
 
     def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Expected number of distinct nodes visited within t steps, as `Chain.expected_states`, which takes longer.
-
-        Of nodes that are alike by symmetry one is computed.
-        """
+        """Expected number of distinct nodes visited within t steps, computed of one of the nodes that are alike."""
         return expected_states(self.chain.weights, self.chain.source, t, *alike_nodes(self.augmented))
 
     def expected_steps_to(self, goal: str) -> float:

@@ -25,12 +25,12 @@ def print_table(table: Table, console: Console | None = None) -> None:
             ``no_wrap``, and their headings.
         console: where it is printed; None: standard output.
     """
+    from rich import get_console
     from rich.cells import cell_len
-    from rich.console import Console
     from rich.measure import Measurement
     from rich.text import Text
 
-    console = console or Console()
+    console = console or get_console()
     for column in table.columns:
         if column.justify == "right" or column.no_wrap:
             texts = [*column.cells, column.header] if column.no_wrap else [*column.cells]

@@ -114,10 +114,10 @@ class Chain:
     def from_networkx(
         cls, graph: nx.Graph, source: Hashable, target: Hashable, weight: str | None = "weight", *, rates: bool = False
     ) -> Chain:
-        """The random walk on a networkx graph.
+        """The random walk on a networkx graph, directed or not; the names of its nodes become labels.
 
         Args:
-            graph: directed or not; the names of its nodes become labels.
+            graph: the graph.
             source: the start node.
             target: the node to reach, the goal ``"exit"``.
             weight: attribute of the edges that holds their probability. Where no edge has it, or for None, the walk
@@ -154,16 +154,14 @@ class Chain:
     def expected_steps_to(self, goal: str) -> float:
         """Mean number of steps until a goal is first achieved; ``inf`` if that may never happen.
 
-        Args:
-            goal: `"key r"`, `"door r"`, `"exit"`, or the label of one node.
+        A goal is `"key r"`, `"door r"`, `"exit"`, or the label of one node.
         """
         return float(mean_first_passage_time(self.weights, self.nodes_of(goal))[self.source])
 
     def hitting_time_to(self, node: str) -> float:
-        """The paper's hitting time of any single node.
+        """The paper's hitting time of any single node, by its label.
 
-        Args:
-            node: label of the node; a goal that is achieved at several nodes has no Laplacian hitting time.
+        A goal that is achieved at several nodes has no Laplacian hitting time.
         """
         nodes = self.nodes_of(node)
         if len(nodes) != 1:
@@ -178,26 +176,11 @@ class Chain:
         return float(hitting_probability(self.weights, self.nodes_of(goal))[self.source])
 
     def reach_probability(self, t: ArrayLike, goal: str = EXIT) -> NDArray[np.float64]:
-        """Probability that a goal has been achieved within t steps.
-
-        Args:
-            t: numbers of steps, any shape, each 0, 1, 2, ...
-            goal: as for `expected_steps_to`.
-
-        Returns:
-            float64 in 0..1, the shape of ``t``.
-        """
+        """Probability in 0..1, the shape of t, that a goal has been achieved within t steps, each 0, 1, 2, ..."""
         return reach_probability(self.weights, self.source, self.nodes_of(goal), t)
 
     def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Expected number of distinct nodes visited within t steps, the start included.
-
-        Args:
-            t: numbers of steps, any shape, each 0, 1, 2, ...
-
-        Returns:
-            float64, the shape of ``t``.
-        """
+        """Expected number, the shape of t, of distinct nodes visited within t steps, the start included."""
         return expected_states(self.weights, self.source, t)
 
     def expected_visits(self, goal: str = EXIT) -> dict[str, float]:
@@ -229,10 +212,8 @@ class Chain:
         """Which goal makes the graph hard: percent change of expected_steps if a goal gets one percent easier.
 
         This is the sum of the elasticities of the edges that achieve the goal, which lead from nodes where it has not
-        been achieved to nodes where it has. The goal with the most negative value is the bottleneck.
-
-        Returns:
-            The elasticity of each goal, the most negative first; empty if the exit may never be reached.
+        been achieved to nodes where it has. The first goal, with the most negative value, is the bottleneck; there is none
+        if the exit may never be reached.
         """
         if np.isinf(self.expected_steps):
             return {}

@@ -141,11 +141,7 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
 
 
 class LaplacianInverse:
-    """pinv(D - W), applied to vectors without forming the matrix; see the module docstring for the derivation.
-
-    Args:
-        weights: W [n, n] CSR without stored zeros.
-    """
+    """pinv(D - W) for W [n, n] as CSR without stored zeros, applied to vectors without forming the matrix."""
 
     def __init__(self, weights: sp.csr_array) -> None:
         classes = closed_classes(weights)
@@ -175,12 +171,7 @@ class LaplacianInverse:
 
 
 class _PinnedSystem:
-    """D - W without the row and the column of one node of each closed class, its pin: a regular matrix.
-
-    Args:
-        weights: W [n, n] CSR without stored zeros.
-        pins: a node of each closed class.
-    """
+    """D - W without the row and the column of one node of each closed class, its pin: a regular matrix."""
 
     def __init__(self, weights: sp.csr_array, pins: list[int]) -> None:
         self._weights, self._pins = weights, pins

@@ -40,9 +40,7 @@ def draw_reach(axes: Axes, chains: Mapping[str, Chain], last: int = 1000, goal: 
 def draw_played_reach(
     axes: Axes, played: PlayedChain, last: int | None = None, beside: Mapping[str, Chain] = MappingProxyType({})
 ) -> None:
-    """Draw the reach curves of a measured chain and of its episodes, with Wilson's interval.
-
-    The curve of the episodes ends at their step limit.
+    """Draw the reach curves of a measured chain and of its episodes, with Wilson's interval, to their step limit.
 
     Args:
         axes: where to draw.

@@ -27,20 +27,19 @@ def measure_trajectories(
     failed: Sequence[bool] | None = None,
     seed: int = 0,
 ) -> PlayedChain:
-    """Measure the chain of one's own trajectories.
+    """Measure the chain of given trajectories.
+
+    Nodes are in the order in which they were first seen, the target last. The probability to have escaped is reported
+    within the median number of steps, and twice and four times as many.
 
     Args:
         trajectories: for each episode its node at every step, that of the start first; all must begin at the same
             node. What follows the first visit of the target is left out.
-        target: the node to reach, whose visit ends an episode; the chain's goal ``"exit"``.
+        target: the node to reach, where an episode ends; the chain's goal ``"exit"``.
         may_miss: accept that no trajectory reaches the target; its times are infinite then.
         failed: for each episode whether it ended for good, as by a fall, and never reaches the target; by default
             those that missed it were truncated, and nobody knows what would have come.
         seed: seed of the bootstrap that gives intervals.
-
-    Returns:
-        The chain and what was observed. Nodes are in the order in which they were first seen, the target last. The
-        probability to have escaped is reported within the median number of steps, and twice and four times as many.
     """
     numbers: dict[Hashable, int] = {}
     walks: list[NDArray[np.int64]] = []
@@ -80,20 +79,14 @@ def measure_env(
         env: the environment.
         node: the node at which an environment is, called after each reset and step; it returns the target once that is
             reached.
-        target: the node to reach. An episode that ends elsewhere has missed it: for good
-            if it was terminated, and nobody knows whether it would have if it was truncated.
+        target: the node to reach. An episode that ends elsewhere has missed it: for good if it was terminated, and
+            nobody knows whether it would have if it was truncated. A warning says that none reached it.
         policy: an action for an observation; random actions by default.
         episodes: number of episodes, at least 1.
-        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is one of its own; it fixes the
-            random actions and the bootstrap too.
+        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is new; it fixes the random actions
+            and the bootstrap too.
         max_steps: ends an episode after so many steps, if the environment does not do so itself.
         progress: called with the number of episodes done.
-
-    Returns:
-        The chain and what was observed.
-
-    Warns:
-        UserWarning: if no episode reached the target, which may be a misspelt one.
     """
     if episodes < 1 or (max_steps is not None and max_steps < 1):
         raise InputError(f"play at least one episode of at least one step, not {episodes} of {max_steps}")

@@ -69,11 +69,7 @@ def probability_of_improvement(ours: Sequence[Scores], theirs: Sequence[Scores])
 def estimate(strata: Strata, statistic: Callable[[Strata], Scores], resamples: int, seed: int) -> Estimate:
     """A statistic of all runs, and the interval between the 2.5% and 97.5% quantiles of its stratified bootstrap.
 
-    Args:
-        strata: the scores, each [R, K, Q].
-        statistic: from strata [..., R, K, Q] to [..., Q].
-        resamples: how often the runs are resampled.
-        seed: fixes the resamples.
+    The strata are [R, K, Q], and the statistic takes them with further axes in front, [..., R, K, Q], to [..., Q].
     """
     values = statistic(strata)
     unknown = np.full_like(values, np.nan)

@@ -53,13 +53,9 @@ class ReportedRun:
 
 
 def read_runs(paths: Iterable[Path]) -> tuple[list[ReportedRun], list[str]]:
-    """Read the runs among some paths.
+    """Read the runs among some paths, each once; and lines on what could not be read.
 
-    Args:
-        paths: folders of runs, or folders that contain them, as that of a sweep.
-
-    Returns:
-        the runs, each once; and lines on what could not be read.
+    Paths are folders of runs, or folders that contain them, as that of a sweep.
     """
     found: dict[Path, Path] = {}
     for path in paths:

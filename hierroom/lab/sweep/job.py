@@ -49,11 +49,7 @@ class Job:
     command: str
 
     def work(self, report: Report) -> dict[str, object] | None:
-        """Train and evaluate; returns the results of the table's row, or None where it was interrupted and saved.
-
-        Raises:
-            DivergenceError: if training diverges.
-        """
+        """Train and evaluate; return the results of the table's row, or None where it was interrupted and saved."""
         torch.set_num_threads(1)  # the processes are the parallel part
         config = self.run.config
         self.check_folder()

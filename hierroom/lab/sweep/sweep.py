@@ -22,12 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shard:
-    """A part of a sweep's runs, for one of several machines.
-
-    Args:
-        number: which, from 1.
-        count: of all parts.
-    """
+    """A part of a sweep's runs, for one of several machines: the ``number``-th of ``count``, from 1."""
 
     number: int = 1
     count: int = 1
@@ -73,10 +68,10 @@ class Sweep:
         return self.table.of(self.plan.runs())
 
     def made_with_other_code(self) -> list[str]:
-        """The names of the runs that are done and whose own code (meta-controller, network, reward) has changed since.
+        """The names of the runs that are done and whose user code (meta-controller, network, reward) has changed since.
 
-        A row tells a digest of the files of that code. Rows that tell none are taken as they are, and so is every row
-        where the files are not found.
+        A row has a digest of the files of that code. Rows without one are taken as they are, and so is every row where
+        the files are not found.
         """
         rows = self.table.read()
         told = dict(zip(rows["digest"], rows.get("own_code", ()), strict=False))
@@ -173,7 +168,7 @@ class SweepOutcome:
 
     Args:
         failures: the runs that could not be done, and why.
-        replaced: the runs whose rows stand in the place of those of other configs.
+        replaced: the runs whose rows replace those of other configs.
         is_interrupted: whether it was stopped before the rest was done.
     """
 

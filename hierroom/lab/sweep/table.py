@@ -47,7 +47,7 @@ class SweepTable:
         rows = self.read().drop_duplicates("digest", keep="last").set_index("digest", drop=False)
         done = [run for run in runs if run.digest in rows.index]
         found = rows.loc[[run.digest for run in done]].reset_index(drop=True)
-        return found.assign(**pd.DataFrame([run.identity for run in done], dtype=object))  # pyright: ignore[reportCallIssue]
+        return found.assign(**pd.DataFrame([run.identity for run in done], dtype=object))
 
     def curves(self) -> dict[str, pd.DataFrame]:
         """The learning curve of each run by its digest: numbers ``steps``, ``episodes``, ``success_rate``, ..."""
@@ -67,7 +67,7 @@ class SweepTable:
             if (told == "").all(axis=None):  # the table has none of these runs
                 return
             given = before.reindex(columns=told.columns, fill_value="")
-            after = before.assign(**given.mask(given == "", told))  # pyright: ignore[reportCallIssue]
+            after = before.assign(**given.mask(given == "", told))
             if not after.equals(before):
                 _write(self.path, after, [*told.columns])
 
