@@ -28,17 +28,11 @@ MAX_NODES = 100_000
 
 
 class Node(NamedTuple):
-    """A node of the augmented graph.
+    """A node of the augmented graph."""
 
-    Attributes:
-        kind: `"room"`, `"key"` or `"exit"`.
-        room: the room where the agent is, the room that the key opens, or the room of the exit.
-        doors: the rooms whose doors are open, ascending; empty for the exit, which is a single node.
-    """
-
-    kind: str
-    room: int
-    doors: tuple[int, ...]
+    kind: str  # `"room"`, `"key"` or `"exit"`
+    room: int  # the room where the agent is, the room that the key opens, or the room of the exit
+    doors: tuple[int, ...]  # the rooms whose doors are open, ascending; empty for the exit, which is a single node
 
     @property
     def label(self) -> str:

@@ -32,23 +32,14 @@ EXIT = "exit"
 
 
 class EdgeSensitivity(NamedTuple):
-    """The effect of one edge on the time to the exit.
+    """The effect of one edge on the time to the exit."""
 
-    Attributes:
-        source: label of the node where the edge begins.
-        target: label of the node where it ends.
-        weight: its weight in W.
-        steps_slope: d expected_steps / d weight.
-        hitting_time_slope: d hitting_time / d weight.
-        elasticity: percent by which expected_steps changes if the weight grows by one percent.
-    """
-
-    source: str
-    target: str
-    weight: float
-    steps_slope: float
-    hitting_time_slope: float
-    elasticity: float
+    source: str  # label of the node where the edge begins
+    target: str  # label of the node where it ends
+    weight: float  # its weight in W
+    steps_slope: float  # d expected_steps / d weight
+    hitting_time_slope: float  # d hitting_time / d weight
+    elasticity: float  # percent by which expected_steps changes if the weight grows by one percent
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -212,8 +203,8 @@ class Chain:
         """Which goal makes the graph hard: percent change of expected_steps if a goal gets one percent easier.
 
         This is the sum of the elasticities of the edges that achieve the goal, which lead from nodes where it has not
-        been achieved to nodes where it has. The first goal, with the most negative value, is the bottleneck; there is none
-        if the exit may never be reached.
+        been achieved to nodes where it has. The first goal, with the most negative value, is the bottleneck; there is
+        none if the exit may never be reached.
         """
         if np.isinf(self.expected_steps):
             return {}

@@ -26,42 +26,25 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Place:
-    """A node of the drawing.
+    """A node of the drawing."""
 
-    Args:
-        node: the first of the nodes that it stands for.
-        count: how many of them the box holds.
-        at: its place.
-    """
-
-    node: Node
-    count: int
-    at: Point
+    node: Node  # the first of the nodes that it stands for
+    count: int  # how many of them the box holds
+    at: Point  # its place
 
 
 @dataclass(frozen=True)
 class Box:
-    """A set of open doors.
+    """A set of open doors."""
 
-    Args:
-        doors: the first of the sets that it stands for.
-        count: how many sets it stands for.
-        rooms: its rooms, that of the exit last.
-        keys: its keys.
-        exit_at: the place of the exit; None if it cannot be reached from here.
-        corner: left and bottom.
-        size: width and height.
-        is_meshed: whether each of several rooms leads to every other.
-    """
-
-    doors: tuple[int, ...]
-    count: int
-    rooms: tuple[Place, ...]
-    keys: tuple[Place, ...]
-    exit_at: Point | None
-    corner: Point
-    size: Point
-    is_meshed: bool
+    doors: tuple[int, ...]  # the first of the sets that it stands for
+    count: int  # how many sets it stands for
+    rooms: tuple[Place, ...]  # its rooms, that of the exit last
+    keys: tuple[Place, ...]  # its keys
+    exit_at: Point | None  # the place of the exit; None if it cannot be reached from here
+    corner: Point  # left and bottom
+    size: Point  # width and height
+    is_meshed: bool  # whether each of several rooms leads to every other
 
 
 def place_augmented(augmented: AugmentedGraph) -> list[Box]:

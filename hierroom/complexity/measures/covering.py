@@ -23,20 +23,13 @@ class CoveringLength:
     absorbing states.
 
     All three bounds are ``inf`` where a pair is less likely than `LEAST_CHANCE`.
-
-    Args:
-        low: no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2.
-        high: so many suffice, by the union bound over the pairs.
-        simple: ln(2 S A) / d, the bound of Laidlaw et al., which is above ``high``.
-        occupancy: d, the least over the pairs of the greatest probability to try it at one fixed step.
-        n_pairs: number of pairs S A.
     """
 
-    low: float
-    high: float
-    simple: float
-    occupancy: float
-    n_pairs: int
+    low: float  # no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2
+    high: float  # so many suffice, by the union bound over the pairs
+    simple: float  # ln(2 S A) / d, the bound of Laidlaw et al., which is above ``high``
+    occupancy: float  # d, the least over the pairs of the greatest probability to try it at one fixed step
+    n_pairs: int  # number of pairs S A
 
 
 def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:

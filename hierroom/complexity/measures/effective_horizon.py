@@ -24,16 +24,12 @@ from hierroom.complexity.measures.mdp import DeterministicMDP, Values, check_hor
 class EffectiveHorizon:
     """The bound of theorem 5.4 on the effective horizon, for each k at which it is finite.
 
-    Args:
-        horizon: number of steps T of an episode.
-        n_actions: number of actions A.
-        rollouts: for each k a number m of rollouts that suffices. Where k is missing no number does by this theorem, or
-            k alone exceeds the bound that a smaller k gives.
+    Where k is missing in ``rollouts`` no number suffices by this theorem, or k alone exceeds the bound of a smaller k.
     """
 
-    horizon: int
-    n_actions: int
-    rollouts: Mapping[int, int]
+    horizon: int  # number of steps T of an episode
+    n_actions: int  # number of actions A
+    rollouts: Mapping[int, int]  # for each k a number m of rollouts that suffices
 
     @property
     def min_k(self) -> int | None:

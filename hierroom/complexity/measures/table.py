@@ -32,17 +32,11 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True)
 class MeasuredGraph:
-    """The measures of one goal graph, or of one of its levels.
+    """The measures of one goal graph, or of one of its levels."""
 
-    Args:
-        name: of the graph or level.
-        mdp: measures of the MDP, estimated for one with too many states.
-        walk: measures of the assumed walk; None for a level.
-    """
-
-    name: str
-    mdp: MdpMeasures | SampledMeasures
-    walk: WalkMeasures | None = None
+    name: str  # of the graph or level
+    mdp: MdpMeasures | SampledMeasures  # measures of the MDP, estimated for one with too many states
+    walk: WalkMeasures | None = None  # measures of the assumed walk; None for a level
 
     def to_dict(self) -> dict[str, Any]:
         """The measures as plain numbers and strings."""

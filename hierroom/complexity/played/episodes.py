@@ -15,29 +15,19 @@ from hierroom.complexity.chains.weights import as_times
 class EpisodeCounts:
     """How often each episode moved from one node to another; staying at a node counts as a transition too.
 
-    Args:
-        n_nodes: number of nodes n.
-        episodes: [K] int64, the episode of each entry, 0 to ``len(lengths) - 1``.
-        sources: [K] int64, the node where the step began.
-        targets: [K] int64, the node where it ended.
-        counts: [K] int64, number of such steps in the episode.
-        lengths: [E] int64, number of steps of each episode.
-        escaped: [E] bool, whether the episode reached the exit.
-        triples: [T, 4] int64, three nodes one after the other within an episode, and how often they came in all
-            episodes; None: not counted.
-        failed: [E] bool, whether the episode ended for good without the exit, so that it never escapes; None: those
-            that did not escape were truncated.
+    Without ``triples``, three nodes in a row within an episode and how often they came, these were not counted. Without
+    ``failed`` the episodes that did not escape were truncated.
     """
 
-    n_nodes: int
-    episodes: NDArray[np.int64]
-    sources: NDArray[np.int64]
-    targets: NDArray[np.int64]
-    counts: NDArray[np.int64]
-    lengths: NDArray[np.int64]
-    escaped: NDArray[np.bool_]
-    triples: NDArray[np.int64] | None = None
-    failed: NDArray[np.bool_] | None = None
+    n_nodes: int  # number of nodes n
+    episodes: NDArray[np.int64]  # [K], the episode of each entry, 0 to ``len(lengths) - 1``
+    sources: NDArray[np.int64]  # [K], the node where the step began
+    targets: NDArray[np.int64]  # [K], the node where it ended
+    counts: NDArray[np.int64]  # [K], number of such steps in the episode
+    lengths: NDArray[np.int64]  # [E], number of steps of each episode
+    escaped: NDArray[np.bool_]  # [E], whether the episode reached the exit
+    triples: NDArray[np.int64] | None = None  # [T, 4]
+    failed: NDArray[np.bool_] | None = None  # [E], whether the episode ended for good without the exit
 
     def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
         """Sum the transitions over the episodes: [n, n] CSR. Each counts ``multiplicity`` [E] times, or once."""

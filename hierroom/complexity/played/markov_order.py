@@ -24,17 +24,11 @@ SIGNIFICANCE = 0.01
 
 
 class MarkovTest(NamedTuple):
-    """Order one against order two.
+    """Order one against order two."""
 
-    Attributes:
-        statistic: Pearson's chi-squared, summed over the nodes.
-        degrees: degrees of freedom.
-        p_value: probability of such a statistic, or a larger one, if play is Markov on the nodes.
-    """
-
-    statistic: float
-    degrees: int
-    p_value: float
+    statistic: float  # Pearson's chi-squared, summed over the nodes
+    degrees: int  # degrees of freedom
+    p_value: float  # probability of such a statistic, or a larger one, if play is Markov on the nodes
 
     @property
     def is_rejected(self) -> bool:

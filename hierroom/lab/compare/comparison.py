@@ -35,32 +35,20 @@ ALL = "all"
 class GroupSummary:
     """What is estimated of a group, on one graph or on all.
 
-    Args:
-        group: the group.
-        graph: the graph, or `ALL`.
-        n_runs: number of its runs that were evaluated there.
-        n_seeds: number of their seeds.
-        n_scores: number of their curves, one for each run and graph.
-        steps: [Q] the steps trained.
-        curve: [Q] the interquartile mean of the metric there.
-        final_mean: [1] the mean of the metric at the last of them.
-        auc: [1] the interquartile mean of the areas under the curves.
-        auc_mean: [1] their mean.
-        steps_to: for each of `SUCCESS_LEVELS` the median of the steps until a curve of the success rate is that high;
-            infinity if half or fewer are.
-        reached: for each of them the fraction of the curves that are that high somewhere.
+    ``steps_to`` has the median of the steps until a curve of the success rate is as high as each of `SUCCESS_LEVELS`,
+    infinity if half or fewer are, and ``reached`` the fraction of the curves that are so high somewhere.
     """
 
     group: Group
-    graph: str
-    n_runs: int
-    n_seeds: int
-    n_scores: int
-    steps: NDArray[np.float64]
-    curve: Estimate
-    final_mean: Estimate
-    auc: Estimate
-    auc_mean: Estimate
+    graph: str  # the graph, or `ALL`
+    n_runs: int  # of its runs that were evaluated there
+    n_seeds: int  # of their seeds
+    n_scores: int  # of their curves, one for each run and graph
+    steps: NDArray[np.float64]  # [Q] the steps trained
+    curve: Estimate  # [Q] the interquartile mean of the metric there
+    final_mean: Estimate  # [1] the mean of the metric at the last of them
+    auc: Estimate  # [1] the interquartile mean of the areas under the curves
+    auc_mean: Estimate  # [1] their mean
     steps_to: Mapping[float, float]
     reached: Mapping[float, float]
 
@@ -77,23 +65,14 @@ class Improvement:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Groups compared by a metric and some entries, on some graphs.
+    """Groups compared by a metric and some entries, on some graphs."""
 
-    Args:
-        metric: the metric.
-        by: the entries compared by.
-        groups: the groups.
-        tasks: what they are compared on.
-        summaries: for each group one over all graphs, then one for each graph.
-        improvements: for each pair of groups, for the final score and the area.
-    """
-
-    metric: MetricName
-    by: tuple[str, ...]
-    groups: tuple[Group, ...]
-    tasks: Tasks
-    summaries: tuple[GroupSummary, ...]
-    improvements: tuple[Improvement, ...]
+    metric: MetricName  # the metric
+    by: tuple[str, ...]  # the entries compared by
+    groups: tuple[Group, ...]  # the groups
+    tasks: Tasks  # what they are compared on
+    summaries: tuple[GroupSummary, ...]  # for each group one over all graphs, then one for each graph
+    improvements: tuple[Improvement, ...]  # for each pair of groups, for the final score and the area
 
     def of_graph(self, graph: str) -> list[GroupSummary]:
         """The summaries for a graph, or for `ALL`, in the order of the groups; groups without a run are left out."""

@@ -26,17 +26,11 @@ _ENTRIES_AT_ONCE = 4_000_000
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimates with their 95% intervals.
+    """Estimates with their 95% intervals."""
 
-    Args:
-        values: [Q] the estimates from all runs; NaN where a run has no score.
-        lows: [Q] lower ends of the intervals; NaN where there is no interval, because a stratum has a single run.
-        highs: [Q] their upper ends.
-    """
-
-    values: Scores
-    lows: Scores
-    highs: Scores
+    values: Scores  # [Q] the estimates from all runs; NaN where a run has no score
+    lows: Scores  # [Q] lower ends of the intervals; NaN where there is no interval, because a stratum has a single run
+    highs: Scores  # [Q] their upper ends
 
 
 def interquartile_mean(strata: Strata) -> Scores:

@@ -29,24 +29,17 @@ _TABLE = "evaluations.csv"
 class EvaluatedRun:
     """A training run and how it fared at its evaluations.
 
-    Args:
-        path: its folder.
-        entries: the entries of its config, named as on the command line; ``meta`` and ``reward`` as they are named in
-            the config, so None where they are those of the method; and ``variant``, what the plan of a sweep called it.
-        meta: its meta-controller.
-        reward: the controller's reward.
-        curves: for each goal graph that it was evaluated on, and each metric, the learning curve.
-        episodes: of each evaluation, over all of its graphs; several numbers where these differ.
-        own_graphs: the goal graphs of the user's own that it names, by their names.
+    ``entries`` are those of its config, named as on the command line, ``meta`` and ``reward`` None where they are those
+    of the method; and ``variant``, what the plan of a sweep called it.
     """
 
-    path: Path
+    path: Path  # its folder
     entries: Mapping[str, Any]
-    meta: str
-    reward: str
-    curves: Mapping[str, Mapping[str, Curve]]
-    episodes: frozenset[int]
-    own_graphs: Mapping[str, GoalGraph]
+    meta: str  # its meta-controller
+    reward: str  # the controller's reward
+    curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric, the learning curve
+    episodes: frozenset[int]  # of each evaluation, over all graphs; several where these differ
+    own_graphs: Mapping[str, GoalGraph]  # the user-defined goal graphs, by their names
 
     @property
     def seed(self) -> int:

@@ -19,15 +19,10 @@ _SHOWN = 6
 
 @dataclass(frozen=True)
 class Group:
-    """Runs that are compared as one.
+    """Runs that are compared as one."""
 
-    Args:
-        choices: what they agree in: for each entry compared by, its value as text.
-        runs: the runs.
-    """
-
-    choices: dict[str, str]
-    runs: tuple[EvaluatedRun, ...]
+    choices: dict[str, str]  # what they agree in: for each entry compared by, its value as text
+    runs: tuple[EvaluatedRun, ...]  # the runs
 
     @property
     def label(self) -> str:

@@ -20,13 +20,9 @@ OWN = "own"
 
 @dataclass(frozen=True)
 class Tasks:
-    """What groups are compared on.
+    """What groups are compared on."""
 
-    Args:
-        graphs: names of the graphs that all groups have, or `OWN` alone.
-    """
-
-    graphs: tuple[str, ...]
+    graphs: tuple[str, ...]  # names of the graphs that all groups have, or `OWN` alone
 
     @classmethod
     def common(cls, groups: Sequence[Group]) -> Tasks:

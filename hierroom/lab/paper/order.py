@@ -20,14 +20,11 @@ LEGEND = "the best first; = the same number, ~ not told apart by our intervals, 
 
 
 class MethodOrder(NamedTuple):
-    """The methods on one goal graph, the best first.
+    """The methods on one goal graph, the best first, by the paper's means and by ours.
 
-    Attributes:
-        graph: a to g.
-        paper: the names by the paper's means, `>` between two, `=` where it prints the same number.
-        ours: the names by our means, `>` where the 95% intervals of two neighbours lie apart (and success differs by
-            more than `LEAST_SUCCESS`), `=` where they have the same mean, else `~`, as always of a single seed, which
-            has no interval.
+    Between two names of the paper's stands `>`, or `=` where it prints the same number. Between two of ours stands `>`
+    where the 95% intervals lie apart (and success differs by more than `LEAST_SUCCESS`), `=` where they have the same
+    mean, else `~`, as always of a single seed, which has no interval.
     """
 
     graph: str
@@ -36,17 +33,11 @@ class MethodOrder(NamedTuple):
 
 
 class PairCounts(NamedTuple):
-    """How many pairs of methods, both on the same goal graph, come in the paper's order; its ties are left out.
+    """How many pairs of methods, both on the same goal graph, come in the paper's order; its ties are left out."""
 
-    Attributes:
-        same: our intervals lie apart, as the paper's means do.
-        opposite: our intervals lie apart, the other way round.
-        open: our intervals overlap, or are those of a single seed, which has none.
-    """
-
-    same: int
-    opposite: int
-    open: int
+    same: int  # our intervals lie apart, as the paper's means do
+    opposite: int  # our intervals lie apart, the other way round
+    open: int  # our intervals overlap, or are those of a single seed, which has none
 
     def __str__(self) -> str:
         return (

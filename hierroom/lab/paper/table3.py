@@ -57,15 +57,10 @@ class Table3:
 
 @dataclass(frozen=True)
 class Compared:
-    """What is told of one grid size.
+    """What is told of one grid size."""
 
-    Args:
-        cells: at the end.
-        reached: where the methods of `REFERENCES` first had the paper's success.
-    """
-
-    cells: pd.DataFrame
-    reached: Mapping[str, pd.DataFrame]
+    cells: pd.DataFrame  # at the end
+    reached: Mapping[str, pd.DataFrame]  # where the methods of `REFERENCES` first had the paper's success
 
     @classmethod
     def of_rows(cls, cells: pd.DataFrame, rows: pd.DataFrame, curves: Curves) -> Compared:
@@ -81,19 +76,12 @@ def markdown(compared: Compared, steps: int) -> str:
 
 @dataclass(frozen=True)
 class _Part:
-    """A table of groups of lines.
+    """A table of groups of lines."""
 
-    Args:
-        title: what it shows.
-        legend: how it is read.
-        headings: of the columns.
-        groups: lines that belong together, each a text for each column.
-    """
-
-    title: str
-    legend: str
-    headings: tuple[str, ...]
-    groups: list[list[tuple[str, ...]]]
+    title: str  # what it shows
+    legend: str  # how it is read
+    headings: tuple[str, ...]  # of the columns
+    groups: list[list[tuple[str, ...]]]  # lines that belong together, each a text for each column
 
     def drawn(self) -> Table:
         """For a terminal."""

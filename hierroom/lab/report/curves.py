@@ -28,20 +28,15 @@ RESAMPLES = 1000
 class Curves:
     """What the report draws of learning.
 
-    Args:
-        labels: the groups' names.
-        group_of: for each run, by its path, the number of its group.
-        by: the entries that make the groups; none where each run is one.
-        comparisons: the groups compared, by each metric: on the graphs that all have, and on each other graph those
-            that have it.
-        notes: lines that go with them.
+    There is a comparison by each metric: of all groups on the graphs that all have, and of those that have it on each other
+    graph.
     """
 
-    labels: list[str]
-    group_of: dict[str, int]
-    by: tuple[str, ...] = ()
+    labels: list[str]  # the groups' names
+    group_of: dict[str, int]  # for each run, by its path, the number of its group
+    by: tuple[str, ...] = ()  # the entries that make the groups; none where each run is one
     comparisons: list[Comparison] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # lines that go with them
 
 
 def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable[[], object] = lambda: None) -> Curves:

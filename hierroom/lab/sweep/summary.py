@@ -23,19 +23,12 @@ SINGLE_RUNS = "; of a single run, in square brackets the 95% interval that its e
 
 @dataclass(frozen=True)
 class Summary:
-    """Medians over seeds, as text.
+    """Medians over seeds, as text."""
 
-    Args:
-        headings: of the columns.
-        n_names: how many columns tell the runs apart; the others hold numbers.
-        lines: the cells of each line.
-        has_single_runs: whether some line is of one run.
-    """
-
-    headings: tuple[str, ...]
-    n_names: int
-    lines: tuple[tuple[str, ...], ...]
-    has_single_runs: bool
+    headings: tuple[str, ...]  # of the columns
+    n_names: int  # how many columns tell the runs apart; the others hold numbers
+    lines: tuple[tuple[str, ...], ...]  # the cells of each line
+    has_single_runs: bool  # whether some line is of one run
 
     def caption(self) -> str:
         """How the numbers are read."""

@@ -42,15 +42,10 @@ class Shard:
 
 @dataclass(frozen=True)
 class Sweep:
-    """The runs of a plan, in a folder with their table ``sweep.csv`` and their folders ``runs/``.
+    """The runs of a plan, in a folder with their table ``sweep.csv`` and their folders ``runs/``."""
 
-    Args:
-        plan: what is trained.
-        out: the folder.
-    """
-
-    plan: Plan
-    out: Path
+    plan: Plan  # what is trained
+    out: Path  # the folder
 
     def __post_init__(self) -> None:
         if self.out.exists() and not self.out.is_dir():
@@ -164,14 +159,8 @@ def _n_cores() -> int:
 
 @dataclass(frozen=True)
 class SweepOutcome:
-    """How an attempt to do the runs of a sweep ended.
+    """How an attempt to do the runs of a sweep ended."""
 
-    Args:
-        failures: the runs that could not be done, and why.
-        replaced: the runs whose rows replace those of other configs.
-        is_interrupted: whether it was stopped before the rest was done.
-    """
-
-    failures: tuple[tuple[PlannedRun, str], ...]
-    replaced: tuple[PlannedRun, ...]
-    is_interrupted: bool
+    failures: tuple[tuple[PlannedRun, str], ...]  # the runs that could not be done, and why
+    replaced: tuple[PlannedRun, ...]  # the runs whose rows replace those of other configs
+    is_interrupted: bool  # whether it was stopped before the rest was done
