@@ -28,8 +28,8 @@ RESAMPLES = 1000
 class Curves:
     """What the report draws of learning.
 
-    There is a comparison by each metric: of all groups on the graphs that all have, and of those that have it on each other
-    graph.
+    There is a comparison by each metric: of all groups on the graphs that all have, and on each other graph of those
+    that have it.
     """
 
     labels: list[str]  # the groups' names
