@@ -18,7 +18,7 @@ def test_no_kernel_leaves_its_arrays(pytestconfig):
     assert done.returncode == 0, done.stderr
     names = "turn_kernels.write_goals frontier.nearest_frontiers features._places oracle.solve observations.write_one"
     names += " recurrent_kernels.lstm_backward loss_kernels.loss_backward encoder_kernels.encode_rare"
-    names += " adam_kernels.adam_step gorp_kernels.sampled_successes cover_kernels.sampled_cover_times"
+    names += " adam_kernels.adam_step gorp_kernels.sampled_successes ergodic._sampled_cover_times"
     names += " rollout_kernels.random_rollouts elimination._solve_transposed"
     for name in names.split():
         paths = [*cache.rglob(f"{name}-*.nbc")]
