@@ -76,11 +76,7 @@ def expected_states(
         source: index of the start node.
         times: numbers of steps t, any shape, each 0, 1, 2, ...
         nodes: the nodes that count; by default all of them.
-        multiplicity: for each of ``nodes`` the number of nodes that it represents, where some are equivalent by
-            symmetry (`hierroom.complexity.augmented.alike_nodes`); by default one each.
-
-    Returns:
-        float64 in 0..n, the shape of ``times``.
+        multiplicity: for each of ``nodes`` the number of nodes that it stands for, as of `augmented.alike_nodes`.
     """
     moves, steps = as_moves(weights), as_times(times)
     n = n_nodes(moves)

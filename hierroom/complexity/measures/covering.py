@@ -36,12 +36,8 @@ def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
     """Bound the covering length by the probabilities of trying each pair.
 
     With d_t(s, a) the probability that step t of the random policy takes action a in state s, a pair is tried in an
-    episode with probability p, max_t d_t <= p <= min(1, sum_t d_t). L is at least ln(1/2) / ln(1 - p) for each pair,
-    and at most the least n with sum over the pairs of (1 - p)^n <= 1/2.
-
-    Args:
-        mdp: the MDP.
-        horizon: number of steps T of an episode, at least 1.
+    episode of ``horizon`` steps with probability p, max_t d_t <= p <= min(1, sum_t d_t). L is at least
+    ln(1/2) / ln(1 - p) for each pair, and at most the least n with sum over the pairs of (1 - p)^n <= 1/2.
     """
     check_horizon(mdp, horizon)
     occupancy = np.zeros(mdp.n_states)

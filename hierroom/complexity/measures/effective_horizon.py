@@ -70,10 +70,6 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
     suffices, where D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action, and
     S_t(s) the greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions, a bound on the variance of a
     return. This is what the authors' program computes for every MDP of their data set.
-
-    Args:
-        mdp: the MDP.
-        horizon: number of steps T of an episode, at least 1.
     """
     values, is_optimal, table = mdp.random_values(horizon), mdp.optimal_actions(horizon), (mdp.transitions, mdp.rewards)
     variances = np.zeros_like(values)

@@ -104,9 +104,6 @@ class DeterministicMDP:
         """Probability that an episode of the uniformly random policy earns the greatest return.
 
         P_h(s) = sum over the optimal actions of P_{h - 1}(s') / A, and P_0 = 1.
-
-        Args:
-            horizon: number of steps T of an episode, at least 1.
         """
         is_optimal, success = self.optimal_actions(horizon), np.ones(self.n_states)
         for h in range(1, horizon + 1):
@@ -148,9 +145,6 @@ def graph_mdp(augmented: AugmentedGraph) -> DeterministicMDP:
     Action i takes the i-th edge of a node, in the order of `AugmentedGraph.edges`; a node with fewer edges stays where
     it is, as illegal goals do nothing in an environment. The step to the exit earns 1 and ends the episode. Staying and
     restarts, which the paper's walk adds, are no part of it.
-
-    Args:
-        augmented: the augmented graph.
     """
     sources, targets = augmented.edges.T
     n = len(augmented.nodes)

@@ -230,12 +230,7 @@ class PlayedChain:
 
 
 def summary(chain: Chain, times: tuple[int, ...]) -> dict[str, float]:
-    """The numbers of a chain that are reported: hitting time, mean, deviation, reach, and the mean to each goal.
-
-    Args:
-        chain: the chain.
-        times: numbers of steps for its reach.
-    """
+    """The numbers of a chain that are reported: its times, its reach by ``times``, and the mean to each goal."""
     reached = chain.reach_probability(times)
     found = {"hitting_time": chain.hitting_time, "expected_steps": chain.expected_steps, "std": chain.std}
     chances = {within(t): float(chance) for t, chance in zip(times, reached, strict=True)}

@@ -47,11 +47,8 @@ def probability_of_improvement(ours: Sequence[Scores], theirs: Sequence[Scores])
     """[..., Q] the probability that a run of ours has a higher score than one of theirs, the mean over the graphs.
 
     ``P(X > Y) = mean over graphs g of mean over pairs (i, j) of [x[g, i] > y[g, j]] + [x[g, i] = y[g, j]] / 2``
-    (Agarwal et al. 2021, section 4.3: the statistic of Mann & Whitney 1947).
-
-    Args:
-        ours: for each graph [..., R, Q] the scores of our runs on it.
-        theirs: for each graph likewise [..., S, Q]; in the same order.
+    (Agarwal et al. 2021, section 4.3: the statistic of Mann & Whitney 1947). Scores are [..., R, Q] and [..., S, Q] for
+    each graph, in the same order.
     """
     by_graph = []
     for x, y in zip(ours, theirs, strict=True):

@@ -89,7 +89,7 @@ class Sweep:
             processes: runs at a time on this machine; None: one for each core that it may use.
             ray: address of a Ray cluster to do them on instead.
             shard: which of them.
-            command: what the rows tell of how they came about.
+            command: what the rows say of how they were made.
             console: where progress is shown; None: on standard error.
         """
         if processes is not None:
