@@ -14,16 +14,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from statistics import median
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from hierroom.lab.paper.published import PAPER_TABLE_3
 from hierroom.lab.paper.runs import cell, mean_and_interval
 from hierroom.runs.logs.learning_curve import first_crossing
 from hierroom.support.errors import InputError
 
-Curves = Mapping[str, pd.DataFrame]
+if TYPE_CHECKING:
+    import pandas as pd
+
+Curves = Mapping[str, "pd.DataFrame"]
 """The evaluations of runs by the digests of their rows."""
 STEPS_ENDS = ("", "_low", "_high")
 """The endings of the columns of steps: the median of our seeds, the fastest and the slowest."""
@@ -37,6 +40,8 @@ REFERENCES = ("hippo", "ppo")
 
 def table_3(rows: pd.DataFrame, curves: Curves, sizes: Sequence[int]) -> pd.DataFrame:
     """Our numbers next to the paper's, of all that was trained on grids of some sizes."""
+    import pandas as pd
+
     cells = []
     for size in sizes:
         for (method, graph), printed in PAPER_TABLE_3.items():

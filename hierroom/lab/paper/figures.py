@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import matplotlib
 import numpy as np
-import pandas as pd
 import tyro
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -22,6 +21,9 @@ from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2
 from hierroom.lab.paper.runs import PaperRuns, cell, mean_and_interval
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.support.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)

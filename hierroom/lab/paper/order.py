@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
-from typing import NamedTuple
-
-import pandas as pd
+from typing import TYPE_CHECKING, NamedTuple
 
 from hierroom.lab.paper.cells import LEAST_SUCCESS
 from hierroom.lab.paper.published import METHODS
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _DIGITS = 9
 """Means of the same numbers in another order agree in so many."""
@@ -95,6 +96,8 @@ def pair_counts(cells: pd.DataFrame, quantity: str) -> PairCounts:
 
 
 def _by_graph(cells: pd.DataFrame, quantity: str) -> list[tuple[str, list[_Method]]]:
+    import pandas as pd
+
     sign, least = (1, LEAST_SUCCESS) if quantity == "success" else (-1, 0.0)
     numbers = pd.DataFrame({
         "name": cells["method"].map(METHODS),

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-import pandas as pd
 from scipy.stats import permutation_test, spearmanr
 
 from hierroom.lab.paper.published import PAPER_TABLE_2, PAPER_TABLE_3
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FEWEST = 4
 """Fewer graphs can be ranked alike by chance."""

@@ -6,15 +6,18 @@ import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 from scipy.stats import t
 
 from hierroom.lab.paper.published import METHODS
 from hierroom.lab.sweep.plan import Plan
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.support.errors import InputError, RunError, require_number
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)

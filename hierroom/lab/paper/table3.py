@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-import pandas as pd
 import tyro
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -21,6 +20,9 @@ from hierroom.lab.paper.runs import PaperRuns
 from hierroom.lab.sweep.summary import steps_text
 from hierroom.support.errors import InputError
 from hierroom.support.tables import markdown_table, print_table
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)

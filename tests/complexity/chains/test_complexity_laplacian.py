@@ -162,12 +162,6 @@ def test_with_symmetric_weights_it_is_the_effective_resistance():
     assert laplacian_hitting_time(complete, 1, 4) == pytest.approx(2 / 6, rel=1e-12)
 
 
-def test_it_is_not_the_mean_first_passage_time():
-    report = analyze("a")
-    assert report.hitting_time == pytest.approx(8.36, abs=0.005)
-    assert report.expected_steps == pytest.approx(28.0, abs=0.05)
-
-
 def test_it_saturates_at_the_inverse_of_the_chance_to_leave_the_exit():
     rows = [analyze(GoalGraph(tuple(range(n_rooms - 1)), n_rooms - 1)) for n_rooms in (8, 20)]
     assert [round(row.hitting_time, 1) for row in rows] == [98.7, 100.0]
