@@ -1,13 +1,12 @@
 """The command line as a new user meets it: commands are listed, explained at once, and refuse what is wrong."""
 
 import re
-import subprocess
-import sys
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 
 import pytest
+from children import run_child, run_python
 from escape_room import FEATURES
 
 import hierroom
@@ -23,7 +22,7 @@ from hierroom.worlds.escape_room.goal_kernels import GOAL_MASKS
 
 
 def run(*arguments):
-    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, timeout=100)
+    return run_python(*arguments)
 
 
 @cache
@@ -188,6 +187,6 @@ def test_a_shell_completes_commands_options_and_choices(tmp_path):
         "complete_it() { COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); COMPREPLY=(); _tyro_hierroom; echo ${COMPREPLY[@]}; }\n"
         f"{asked}\n"
     )
-    done = subprocess.run(["bash", tmp_path / "ask.bash"], capture_output=True, text=True, timeout=100)
+    done = run_child(["bash", tmp_path / "ask.bash"])
     completed = ["--warm-start", "ppo-bonus", "evaluate", "--goal-mask", "table2 table3", "--seeds"]
     assert done.stdout.splitlines() == completed, done.stderr

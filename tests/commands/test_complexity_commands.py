@@ -4,11 +4,11 @@ import csv
 import io
 import json
 import re
-import subprocess
 import sys
 from typing import get_args
 
 import pytest
+from children import run_child
 
 from hierroom.commands.complexity import ComplexityArguments, main, show
 from hierroom.complexity.tables import COLUMNS, ColumnName
@@ -19,7 +19,7 @@ from hierroom.support.errors import InputError
 
 def command(*arguments, name="complexity"):
     words = [sys.executable, "-m", "hierroom", name, *arguments]
-    return subprocess.run(words, capture_output=True, text=True, check=False)
+    return run_child(words)
 
 
 @pytest.fixture

@@ -3,10 +3,9 @@
 import csv
 import io
 import json
-import subprocess
-import sys
 
 import pytest
+from children import run_python
 
 from hierroom.commands.complexity import ComplexityArguments, show
 from hierroom.complexity import Walk, analyze
@@ -96,15 +95,8 @@ def test_options_that_contradict_each_other(options, words):
 
 
 def test_the_command():
-    done = subprocess.run(
-        [sys.executable, "-m", "hierroom", "complexity", "--all", "--measures"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = run_python("-m", "hierroom", "complexity", "--all", "--measures")
     assert done.returncode == 0, done.stderr
     assert "MDPs of 7 goal graphs, without drop, horizon 20" in done.stdout
-    wrong = subprocess.run(
-        [sys.executable, "-m", "hierroom", "complexity", "--measures", "--horizon", "2"], capture_output=True, text=True
-    )
+    wrong = run_python("-m", "hierroom", "complexity", "--measures", "--horizon", "2")
     assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)

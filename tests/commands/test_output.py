@@ -4,12 +4,12 @@ import errno
 import io
 import os
 import signal
-import subprocess
 import sys
 import threading
 import time
 
 import pytest
+from children import run_child
 
 from hierroom.runs.interrupt import Interrupt
 from hierroom.runs.logs.output import LastingStream, lasting_output, warn
@@ -29,7 +29,7 @@ TRAIN += " --sequence-length 16 --steps 512 --evaluations 1 --evaluation-episode
     ],
 )
 def test_training_ends_whoever_reads(command, code, tmp_path):
-    done = subprocess.run(["bash", "-c", command], cwd=tmp_path, capture_output=True, timeout=300, check=False)
+    done = run_child(["bash", "-c", command], cwd=tmp_path, text=False)
     assert done.returncode == code, done.stderr
     assert done.stderr == b""
     assert (tmp_path / "run" / "summary.json").exists() == (code == 0)
@@ -120,7 +120,7 @@ def test_what_nohup_ignores_stays_ignored():
 
 def test_a_command_whose_output_cannot_be_written_says_so(tmp_path):
     command = f"{sys.executable} -m hierroom > /dev/full"
-    done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False)
+    done = run_child(["bash", "-c", command], cwd=tmp_path)
     assert done.stderr == "error: cannot write the output: No space left on device\n"
     assert done.returncode == 2
 

@@ -1,12 +1,12 @@
 """Watching a trained agent: in a window, as text, in files; failures are found or said not to be there."""
 
 import json
-import subprocess
 import sys
 
 import numpy as np
 import pictures
 import pytest
+from children import run_child
 
 import hierroom
 from hierroom.agents.playback import description, film, save_episodes, without_colours
@@ -250,10 +250,10 @@ def test_the_keys_of_the_window(monkeypatch):
 
 def test_the_command_as_a_user_calls_it(run, tmp_path):
     command = [sys.executable, "-m", "hierroom", "watch", str(run), "--text", "--failures", "--most", "20"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    done = run_child(command, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "in the first" in done.stdout
-    done = subprocess.run([*command, "--out", "a.avi"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = run_child([*command, "--out", "a.avi"], cwd=tmp_path)
     assert (done.returncode, done.stderr) == (
         2,
         "error: episodes are written as .gif, .mp4, .txt, .json, not as a.avi\n",

@@ -5,13 +5,12 @@ import dataclasses
 import json
 import pickle
 import re
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from children import run_python
 
 from hierroom import complexity
 from hierroom.complexity import Walk, analyze, mean_first_passage_time
@@ -101,7 +100,7 @@ def test_importing_the_package_draws_in_nothing_heavy():
     code = (
         "import sys, hierroom.complexity.report; print([m for m in ('rich', 'tyro', 'deeptime') if m in sys.modules])"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    run = run_python("-c", code, check=True)
     assert run.stdout.strip() == "[]"
 
 
@@ -113,7 +112,7 @@ def test_no_module_of_the_package_knows_a_learner():
         "learners = ('torch', 'hierroom.agents.player', 'hierroom.learners', 'hierroom.runs.trainer')\n"
         "print([name for name in learners if name in sys.modules])"
     )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    run = run_python("-c", code, check=True)
     assert run.stdout.strip() == "[]"
 
 

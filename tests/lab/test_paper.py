@@ -3,13 +3,13 @@
 import csv
 import io
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from children import run_child
 from PIL import Image
 
 from hierroom.commands.paper import main
@@ -218,7 +218,7 @@ def test_a_failed_run_is_no_wrong_input(tmp_path):
 def test_all_from_nothing_and_nothing_twice(tmp_path):
     words = "all --graphs c --seeds 1 --steps 1000 --evaluations 1 --evaluation-episodes 4 --episodes 4 --out p"
     command = [sys.executable, "-m", "hierroom", "paper", *words.split()]
-    first = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    first = run_child(command, cwd=tmp_path, check=True)
     assert "4/4" in first.stderr
     told = " ".join(first.stdout.split())
     for words in (
@@ -232,7 +232,7 @@ def test_all_from_nothing_and_nothing_twice(tmp_path):
         assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 20
         assert (tmp_path / "p" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
     table = (tmp_path / "p" / "sweep.csv").read_bytes()
-    again = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    again = run_child(command, cwd=tmp_path, check=True)
     assert again.stdout == first.stdout
     assert again.stderr == ""
     assert Path(tmp_path / "p" / "sweep.csv").read_bytes() == table

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+from children import TIMES_QUIET
 from tiny_sweep import plan, tiny_words
 
 from hierroom.commands.sweep import main
@@ -290,7 +291,7 @@ def children(process: subprocess.Popen) -> list[int]:
     return [pid for pid in pids if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
 
 
-def wait_for(condition, process: subprocess.Popen, seconds: float = 120) -> bool:
+def wait_for(condition, process: subprocess.Popen, seconds: float = TIMES_QUIET * 12) -> bool:
     end = time.monotonic() + seconds
     while time.monotonic() < end and process.poll() is None:
         if condition():
@@ -302,7 +303,7 @@ def wait_for(condition, process: subprocess.Popen, seconds: float = 120) -> bool
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory) -> list[dict[str, str]]:
     out = tmp_path_factory.mktemp("undisturbed")
-    assert start(out).wait(300) == 0
+    assert start(out).wait(TIMES_QUIET * 30) == 0
     return results(out / "sweep.csv")
 
 
@@ -314,8 +315,8 @@ def test_killed_workers_and_a_killed_sweep_leave_the_same_table(tmp_path, undist
     os.kill(children(process)[0], signal.SIGKILL)
     assert wait_for((tmp_path / "sweep.csv").exists, process)
     os.killpg(process.pid, signal.SIGKILL)  # the workers with it
-    assert process.wait(60) == -signal.SIGKILL
-    assert start(tmp_path).wait(300) == 0
+    assert process.wait(TIMES_QUIET * 6) == -signal.SIGKILL
+    assert start(tmp_path).wait(TIMES_QUIET * 30) == 0
     assert results(tmp_path / "sweep.csv") == undisturbed
 
 
@@ -326,7 +327,7 @@ def test_a_process_that_alone_is_asked_to_stop_is_replaced(tmp_path, undisturbed
     assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
     for pid in children(process):
         os.kill(pid, signal.SIGTERM)
-    told = process.communicate(timeout=120)[0].decode()
+    told = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
     assert process.returncode == 0, told
     assert results(tmp_path / "sweep.csv") == undisturbed
 
@@ -336,10 +337,10 @@ def test_a_sweep_that_is_stopped_says_how_to_go_on_and_does(tmp_path, undisturbe
     process = start(tmp_path)
     assert wait_for(lambda: [*tmp_path.glob("runs/*/metrics.csv")], process)
     process.send_signal(signal.SIGTERM)
-    told = process.communicate(timeout=120)[0].decode()
+    told = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
     assert process.returncode == 130
     assert "stopped and saved; go on with:\npython -m hierroom sweep" in told
-    assert start(tmp_path).wait(300) == 0
+    assert start(tmp_path).wait(TIMES_QUIET * 30) == 0
     assert results(tmp_path / "sweep.csv") == undisturbed
 
 
@@ -355,9 +356,9 @@ def test_ctrl_c_twice_reaches_the_sweep_and_not_its_processes(tmp_path, undistur
             os.kill(pid, signal.SIGINT)
             os.kill(pid, signal.SIGINT)
     process.send_signal(signal.SIGINT)
-    told = process.communicate(timeout=120)[0].decode()
+    told = process.communicate(timeout=TIMES_QUIET * 12)[0].decode()
     assert process.returncode == 130
     assert "killed" not in told
     assert "Traceback" not in told
-    assert start(tmp_path).wait(300) == 0
+    assert start(tmp_path).wait(TIMES_QUIET * 30) == 0
     assert results(tmp_path / "sweep.csv") == undisturbed

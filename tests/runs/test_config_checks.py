@@ -2,12 +2,12 @@
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from children import run_child, run_python
 
 import hierroom
 from hierroom.complexity.augmented import AugmentedGraph
@@ -166,7 +166,7 @@ def test_ctrl_c_while_a_command_is_imported_is_one_line(module, is_script, tmp_p
     command = [script, "train"] if is_script else [sys.executable, "-m", "hierroom", "train"]
     path = os.pathsep.join([str(tmp_path), str(Path(hierroom.__file__).parents[1])])
     env = {**os.environ, "PYTHONPATH": path}
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=120, env=env)
+    done = run_child(command, cwd=tmp_path, env=env)
     assert (done.returncode, done.stderr) == (130, "stopped\n")
 
 
@@ -174,9 +174,7 @@ def test_ctrl_c_in_a_program_that_imports_the_package_is_its_own(tmp_path):
     (tmp_path / "gymnasium.py").write_text("raise KeyboardInterrupt")
     path = os.pathsep.join([str(tmp_path), str(Path(hierroom.__file__).parents[1])])
     env = {**os.environ, "PYTHONPATH": path}
-    done = subprocess.run(
-        [sys.executable, "-c", "import hierroom"], capture_output=True, text=True, cwd=tmp_path, timeout=120, env=env
-    )
+    done = run_python("-c", "import hierroom", cwd=tmp_path, env=env)
     assert "Traceback" in done.stderr
 
 
@@ -192,12 +190,13 @@ def test_an_error_is_one_line_of_characters_that_can_be_seen(name):
 @pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
 def test_an_unknown_option_is_refused_by_every_command(command, encoding, tmp_path):
     path = {"PYTHONPATH": str(Path(hierroom.__file__).parents[1]), "PYTHONIOENCODING": encoding}
-    done = subprocess.run(
-        [sys.executable, "-m", "hierroom", command, *(["table2"] if command == "paper" else ["run"]), "--nonsense"],
-        capture_output=True,
-        text=True,
+    done = run_python(
+        "-m",
+        "hierroom",
+        command,
+        *(["table2"] if command == "paper" else ["run"]),
+        "--nonsense",
         cwd=tmp_path,
-        timeout=120,
         env={**os.environ, **path},
     )
     assert done.returncode == 2

@@ -5,7 +5,6 @@ import importlib
 import json
 import os
 import re
-import subprocess
 import sys
 from datetime import UTC, datetime
 from importlib.metadata import EntryPoint, version
@@ -14,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from children import run_child
 
 import hierroom
 from hierroom.commands import evaluate
@@ -72,7 +72,7 @@ def names_of(config: TrainConfig) -> list[str]:
 def git(*arguments: str) -> str:
     identity = ["-c", "user.name=a", "-c", "user.email=a@b.c", "-c", "commit.gpgsign=false"]
     env = {name: value for name, value in os.environ.items() if not name.startswith("GIT_")}
-    return subprocess.run(["git", *identity, *arguments], check=True, capture_output=True, text=True, env=env).stdout
+    return run_child(["git", *identity, *arguments], check=True, env=env).stdout
 
 
 def test_a_run_tells_each_command_that_worked_on_it(tmp_path):
@@ -80,9 +80,9 @@ def test_a_run_tells_each_command_that_worked_on_it(tmp_path):
     python = [sys.executable, "-m", "hierroom", "train"]
     before = datetime.now(UTC).replace(microsecond=0)
     first = [*python, *FLAGS, "--meta", "mine:First", "--out", "my run"]
-    subprocess.run(first, check=True, capture_output=True, timeout=120)
+    run_child(first, check=True, text=False)
     then = [*python, "--resume", "my run", "--steps", "1024", "--trust-run"]
-    assert b"warning" not in subprocess.run(then, check=True, capture_output=True, timeout=120).stderr
+    assert b"warning" not in run_child(then, check=True, text=False).stderr
     began, resumed = sessions(Path("my run"))
     assert began["command"].endswith("-m hierroom train " + " ".join(FLAGS) + " --meta mine:First --out 'my run'")
     assert resumed["command"].endswith("-m hierroom train --resume 'my run' --steps 1024 --trust-run")
@@ -145,7 +145,7 @@ def test_a_checkout_names_no_program_that_git_runs(tmp_path):
     (tmp_path / ".git" / "info" / "attributes").write_text("file filter=x\nother filter=y\n")
     for file in ("file", "other"):
         Path(file).write_text("2")  # as long as it was, so that git has to read it
-    subprocess.run(["git", "status"], cwd=tmp_path, check=False, capture_output=True)
+    run_child(["git", "status"], cwd=tmp_path, text=False)
     assert Path("ran").exists()  # git itself runs them
     Path("ran").unlink()
     assert describe_git(tmp_path)["is_dirty"] is True

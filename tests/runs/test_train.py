@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pictures
 import pytest
+from children import run_child
 from run_contents import check_picture, check_run
 from same_state import equal
 
@@ -43,7 +44,7 @@ FLAGS += ["--sequence-length", "16", "--minibatches", "2", "--epochs", "2"]
 
 def run(name: str, *arguments: str, cwd: Path) -> subprocess.CompletedProcess:
     command = [sys.executable, "-m", "hierroom", name, *arguments]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300, check=False)
+    return run_child(command, cwd=cwd)
 
 
 def without_clock(state: dict) -> dict:
@@ -410,7 +411,7 @@ def test_a_broken_run_folder_is_refused_in_one_line(trained, tmp_path, monkeypat
 
 def test_a_reader_that_has_seen_enough_is_no_error(tmp_path):
     command = f"{sys.executable} -m hierroom complexity --graph rooms:6 --csv | head -1"
-    done = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
+    done = run_child(["bash", "-c", command], cwd=tmp_path)
     assert done.stdout.startswith("key_rooms")
     assert done.stderr == ""
 

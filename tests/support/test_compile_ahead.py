@@ -1,11 +1,10 @@
 """After ``python -m hierroom compile`` nothing compiles any more, and a second call sees so at once."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from children import run_python
 
 from hierroom.commands.compile import STAMP, _is_complete
 from hierroom.support.compile.kernel_folder import kernel_folder
@@ -39,7 +38,7 @@ print(sum(len({*kernel.signatures} - called[kernel]) for kernel in KERNELS), clo
 
 
 def run(*arguments, **options):
-    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, **options)
+    return run_python(*arguments, **options)
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ import pty
 import shutil
 import stat
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import pytest
+from children import run_python
 
 import hierroom
 from hierroom.support.compile import kernel, kernel_folder
@@ -56,7 +56,7 @@ def run_there(site, temporary, code=PRINT_FOLDER, **variables):
     environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
     home = {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null", "TMPDIR": str(temporary), "PYTHONPATH": str(site)}
     environment |= {**home, "MPLCONFIGDIR": str(temporary), **variables}
-    done = subprocess.run([sys.executable, "-c", code], env=environment, cwd=site, capture_output=True, text=True)
+    done = run_python("-c", code, env=environment, cwd=site)
     assert done.returncode == 0, done.stderr
     return done
 
@@ -185,7 +185,7 @@ def test_every_kernel_is_in_the_folder_of_its_source():
 def on_a_terminal(code):
     """What a process writes to its standard error, a terminal."""
     ours, theirs = pty.openpty()
-    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=theirs, check=True)
+    done = run_python("-c", code, stdout=subprocess.PIPE, stderr=theirs, check=True, text=False)
     os.write(theirs, b"|")
     said = b""
     while not said.endswith(b"|"):
@@ -204,7 +204,7 @@ def test_compiling_is_told_once_on_a_terminal():
 def test_compiling_is_not_told_of_for_others_or_to_files():
     assert on_a_terminal(COMPILE.format(module="somebody.elses"))[0] == ""
     code = COMPILE.format(module="hierroom.worlds.escape_room.step_kernels")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = run_python("-c", code, check=True)
     assert done.stderr == ""
 
 
