@@ -181,6 +181,23 @@ class Items:
 
 
 @dataclass(frozen=True)
+class Row:
+    """A list with one item for each schema.
+
+    Args:
+        entries: what each item is.
+    """
+
+    entries: tuple[Schema, ...]
+
+    def check(self, value: Any, name: str) -> None:
+        """Check an entry; see `Schema`."""
+        Items(Anything(), len(self.entries), len(self.entries)).check(value, name)
+        for place, (schema, item) in enumerate(zip(self.entries, value, strict=True)):
+            schema.check(item, f"{name}[{place}]")
+
+
+@dataclass(frozen=True)
 class Table:
     """A mapping with certain entries.
 

@@ -168,7 +168,7 @@ def test_an_environment_gets_the_same_goals_alone_and_among_others(spec):
     rng, given = np.random.default_rng(0), set()
     for _ in range(60 if spec == "oracle" else 300):
         actions = rng.integers(5, size=n)
-        together.ask(meta)
+        take_turn(meta, together)
         for k, turns in alone.items():
             take_turn(meta, turns)
             assert turns.goals[0] == together.goals[k]

@@ -30,7 +30,7 @@ MINE = """
         pass
 
     class Forgetful(Mine):
-        def learn(self, transition):
+        def learn(self, step):
             pass
 
         def state_dict(self):
@@ -142,7 +142,7 @@ def test_methods_that_make_one_must_return_one(outside, monkeypatch):
 
 def test_what_awaits_something_is_refused_without_a_warning(outside, recwarn):
     with pytest.raises(InputError, match=r"^later must return a goal of the level, .* not <coroutine"):
-        make("a", 2).ask(make_meta(f"{outside}:later"))
+        take_turn(make_meta(f"{outside}:later"), make("a", 2))
     gc.collect()
     assert not recwarn.list
 
@@ -212,7 +212,7 @@ def test_a_wrong_choice_is_one_clear_line(said, what):
         "(whole numbers, one for each environment whose turn it is), not "
     )
     with pytest.raises(InputError, match=f"^{re.escape(start + what)}$"):
-        make("a", 3).ask(Saying(said))
+        take_turn(Saying(said), make("a", 3))
 
 
 @pytest.mark.parametrize("said", [[0, 1, 2], np.array([0, 1, 2], np.uint8)])
@@ -313,7 +313,7 @@ def test_a_wrong_choice_of_a_plain_function_is_one_clear_line(bad):
     for function in (choose_badly, lambda level: bad):
         said = f"{function.__name__} must return a goal of the level, a goal id (0 to 12) or None, not "
         with pytest.raises(InputError, match=f"^{re.escape(said)}") as caught:
-            make("a", 3).ask(make_meta(function))
+            take_turn(make_meta(function), make("a", 3))
         assert "\n" not in str(caught.value)
 
 
@@ -364,7 +364,7 @@ def test_one_that_watches_sees_every_step_in_play():
         def act(self, observation):
             return np.ones(len(observation), int)
 
-        def record(self, transition, turns):
+        def record(self, step, turns):
             pass
 
     turns, watcher = make("c", 3, size=11, max_steps=9), Watcher()

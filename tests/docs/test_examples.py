@@ -10,7 +10,7 @@ import pytest
 from run_contents import check_picture, check_run, weights
 from turns_helpers import achieve, goal_ids, make
 
-from hierroom.agents.player import Pair, play
+from hierroom.agents.player import Pair, Play
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.meta import choose_goals, make_meta, take_turn
 from hierroom.runs.config.config import TrainConfig
@@ -117,14 +117,14 @@ def test_the_watching_meta_controller_of_ones_own_is_better_in_play_than_one_tha
                 ]
             )
 
-        def record(self, transition, turns):
+        def record(self, step, turns):
             pass
 
     lengths = {}
     for kind in (OthersFirst, Blind):
         turns = Turns(EnvConfig("f", goal_mask="existing", subgoal_horizon=50), 20, seed=0)
         pair = Pair({META: ScriptedAgent(kind(20)), CONTROLLER: Controller()})
-        ended = [step.step.lengths[step.ended] for step in play(turns, pair, 20)]
+        ended = [step.lengths[step.episode_ended] for step in Play(turns, pair, 20)]
         lengths[kind] = np.concatenate(ended).mean()
     assert lengths[OthersFirst] < 0.8 * lengths[Blind]
 
@@ -185,7 +185,7 @@ def test_the_class_of_ones_own_chooses_the_nearest_key(monkeypatch):
 
     alone = make("a")
     for name in ("k1", "d1", "x"):
-        alone.ask(NearestKeyFirst())
+        take_turn(NearestKeyFirst(), alone)
         assert {int(alone.goals[0])} == goal_ids(alone, name)
         if name != "x":
             achieve(alone, name)
@@ -206,7 +206,7 @@ def test_the_function_of_ones_own_chooses_the_nearest_goal(monkeypatch):
 
     alone = make("a")
     for name in ("k1", "d1", "x"):
-        alone.ask(make_meta("own_meta_controller:nearest"))
+        take_turn(make_meta("own_meta_controller:nearest"), alone)
         assert {int(alone.goals[0])} == goal_ids(alone, name)
         if name != "x":
             achieve(alone, name)

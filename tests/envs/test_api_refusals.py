@@ -12,7 +12,7 @@ from hierroom import InputError
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.gym_env import EscapeRoom
 from hierroom.vector_env import EscapeRooms
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 
 
 @pytest.mark.parametrize("api", [hierroom.env, hierroom.raw_env, hierroom.parallel_env, EscapeRoom, EscapeRooms])
@@ -69,8 +69,8 @@ def test_wrong_arguments_are_one_clear_line(api, arguments, said, tmp_path, monk
         (lambda: EscapeRooms(-1), "num_envs must be a whole number from 1 to 2**31 - 1, not -1"),
         (lambda: EscapeRooms(10**20), "num_envs must be a whole number from 1 to 2**31 - 1, not 1000"),
         (lambda: EscapeRooms("2"), "num_envs must be a whole number from 1 to 2**31 - 1, not '2'"),
-        (lambda: World([NAMED_GRAPHS["a"]], first_index=1.7), "first_index must be a whole number from 0 to "),
-        (lambda: World([NAMED_GRAPHS["a"]], first_index=math.nan), "first_index must be a whole number from 0 to "),
+        (lambda: Engine([NAMED_GRAPHS["a"]], first_index=1.7), "first_index must be a whole number from 0 to "),
+        (lambda: Engine([NAMED_GRAPHS["a"]], first_index=math.nan), "first_index must be a whole number from 0 to "),
         (lambda: EscapeRoom(env_index=math.nan), "env_index must be a whole number of at least 0, not nan"),
         (lambda: EscapeRoom(reward=[]), "a reward is a function of a step or has a method rewards(step); the reward l"),
         (lambda: EscapeRoom(reward=""), "a reward is one of extrinsic, bonus, intrinsic, novelty, an entry point"),

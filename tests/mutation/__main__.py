@@ -38,22 +38,23 @@ TARGETS: Mapping[str, tuple[str, str]] = {
     "canonical": ("goals/canonical.py", "goals goals_enumeration complexity_graph_set"),
     "hitting": ("complexity/hitting.py", "complexity_hitting"),
     "elimination": ("complexity/elimination.py", "complexity_elimination"),
-    "options": ("options.py", "options option_ends crafted_states"),
-    "turn_kernels": ("turn_kernels.py", "options option_ends turn_kernels"),
-    "turns": ("turns.py", "turns turns_masks turns_state turns_curriculum"),
-    "step": ("world/step_kernels.py", "world_keys world_minigrid world_batch features novelty"),
-    "view": ("world/view_kernels.py", "world_keys world_minigrid world_batch frontier"),
-    "memory": ("world/memory_kernels.py", "features frontier novelty world_keys"),
-    "generation": ("world/generation_kernels.py", "world_levels"),
-    "random": ("world/random_kernels.py", "world_random"),
-    "batch": ("world/batch_kernels.py", "world_batch"),
-    "observations": ("world/observations.py", "api_equal api_vector"),
-    "state_check": ("world/state_check.py", "state_check"),
-    "rollouts": ("world/rollout_kernels.py", "sampled_level"),
-    "vector_arrays": ("vector_arrays.py", "api_vector api_equal api_contract"),
-    "oracle": ("world/oracle.py", "world_oracle"),
-    "frontier": ("agents/frontier.py", "frontier"),
-    "features": ("agents/features.py", "features feature_values"),
+    "options": ("turns/ledger.py", "options option_ends turn_kernels crafted_states"),
+    "turn_kernels": ("turns/kernels.py", "options option_ends turn_kernels"),
+    "turns": ("turns/turns.py", "turns turns_masks turns_state turns_curriculum"),
+    "step": ("worlds/escape_room/step_kernels.py", "world_keys world_minigrid world_batch features novelty"),
+    "view": ("worlds/escape_room/view_kernels.py", "world_keys world_minigrid world_batch frontier"),
+    "memory": ("worlds/escape_room/memory_kernels.py", "features frontier novelty world_keys"),
+    "generation": ("worlds/escape_room/generation_kernels.py", "world_levels"),
+    "random": ("worlds/escape_room/random_kernels.py", "world_random"),
+    "batch": ("worlds/escape_room/batch_kernels.py", "world_batch"),
+    "observations": ("worlds/escape_room/observations.py", "api_equal api_vector"),
+    "state_check": ("worlds/escape_room/state_check.py", "state_check"),
+    "rollouts": ("worlds/escape_room/rollout_kernels.py", "sampled_level"),
+    "vector_arrays": ("envs/vector_arrays.py", "api_vector api_equal api_contract"),
+    "oracle": ("worlds/escape_room/oracle.py", "world_oracle"),
+    "frontier": ("worlds/escape_room/frontier.py", "frontier"),
+    "features": ("worlds/escape_room/features.py", "features feature_values"),
+    "goal_kernels": ("worlds/escape_room/goal_kernels.py", "turns_masks turn_kernels"),
     "sampling": ("learners/sampling.py", "learner_sampling"),
     "encoder": ("learners/fused/encoder_kernels.py", "learner_kernels"),
     "recurrent": ("learners/fused/recurrent_kernels.py", "learner_kernels"),
@@ -159,7 +160,7 @@ def passes(target: str, source: str, seen: Path) -> bool:
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
         sys.meta_path.insert(0, finder)
-        files = [f"{ROOT}/tests/test_{one}.py" for one in tests.split()]
+        files = [str(next((ROOT / "tests").rglob(f"test_{one}.py"))) for one in tests.split()]
         chosen = ["-k", " and ".join(f"not {one}" for one in LEFT_OUT), *files]
         options = ["-x", "-q", "-p", "no:cacheprovider", f"--rootdir={ROOT}", *chosen]
         os._exit(int(pytest.main(options, plugins=[MostTellingFirst(seen)])))

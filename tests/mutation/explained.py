@@ -103,8 +103,17 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "slots[5] = opposite + 8  ->  slots[5] = opposite - 8": _SECOND_HALF,
     },
     "observations": {
-        "return compiled(write_one, np.zeros(1, OUTCOME), np.zeros(1, LEVEL), 1, TRIPLES, GOAL_VECTORS, *empty_parts())"
+        "arrays = np.empty(IMAGE, _UINT8), np.empty(1, _FLOAT32), np.empty(1, _INT8), np.empty(1, _INT8)": _SAMPLES,
+        "return compiled(write_level, np.zeros(1, OUTCOME), np.zeros(1, LEVEL), 1, TRIPLES, GOAL_VECTORS, *arrays)": (
+            _SAMPLES
+        ),
+        "goals = np.zeros(4, np.int64)[::2]  # a field of records: not contiguous, as an array of one number always is"
         "": _SAMPLES,
+        "return np.zeros(1, OUTCOME), np.zeros(1, LEVEL), goals, TRIPLES, GOAL_VECTORS": _SAMPLES,
+        "images, vectors, bits = np.zeros((1, *IMAGE), _UINT8), np.zeros((1, 1), _FLOAT32), np.zeros((1, 1), _INT8)"
+        "": _SAMPLES,
+        "return compiled(write_batch, *_read(), images, vectors, np.zeros(1, _INT64), bits, bits, bits)": _SAMPLES,
+        "return compiled(write_flat, *_read(), np.zeros((1, 1), _UINT8))": _SAMPLES,
     },
     "state_check": {
         "low, high = bounds.get(name, (0, 2 ** (8 * field.base.itemsize) - 1))"
@@ -129,15 +138,15 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
     },
     "vector_arrays": {
-        "records = np.zeros(1, OUTCOME), np.zeros(1, LEVEL), np.zeros(1, STEP), np.zeros(1, LEDGER)": _SAMPLES,
-        "flags, numbers = [np.zeros(1, _BOOL) for _ in range(3)], [np.zeros(1, _INT64) for _ in range(5)]": _SAMPLES,
-        "numbers = [parts[name].reshape(len(observation), -1) for name in sorted(parts)]"
-        "  ->  numbers = [parts[name].reshape(len(observation), - 2) for name in sorted(parts)]": _NEGATIVE,
+        "flag, numbers = np.zeros(1, _BOOL), [np.zeros(1, _INT64) for _ in range(5)]": _SAMPLES,
+        "write_results, np.zeros(1, STEP), np.zeros(1, LEDGER), True, np.zeros(1), flag, flag, flag, *numbers, flag"
+        "": _SAMPLES,
         "def __init__(self, turns: Turns, *, flat: bool, copy: bool) -> None:": _NAMED,
         "self, step: Step, *, begins_anew: bool": _NAMED,
-        "def rows(observation: Observation, *, flat: bool) -> Iterable[Any]:": _NAMED,
-        "for env, observation in zip(envs, rows(last, flat=self._flat), strict=True):"
-        "  ->  for env, observation in zip(envs, rows(last, flat=self._flat), strict=False):": _STRICT,
+        "for env, observation in zip(envs, rows(last, self._parts if self._flat else None), strict=True):"
+        "  ->  for env, observation in zip(envs, rows(last, self._parts if self._flat else None), strict=False):": (
+            _STRICT
+        ),
         "return (dict(zip(parts, of_one, strict=True)) for of_one in zip(*parts.values(), strict=True))"
         "  ->  return (dict(zip(parts, of_one, strict=False)) for of_one in zip(*parts.values(), strict=True))": (
             _STRICT
@@ -148,10 +157,6 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         ),
         "for name, values in zip(INFOS, infos, strict=True):"
         "  ->  for name, values in zip(INFOS, infos, strict=False):": _STRICT,
-        "return *records, True, np.zeros(1), *flags, *numbers, np.zeros(1, _BOOL), TRIPLES, GOAL_VECTORS": _SAMPLES,
-        "bits = [np.zeros((1, 1), _INT8) for _ in range(3)]": _SAMPLES,
-        "return compiled(write_step_batch, *_read_and_results(), images, goals, np.zeros(1, _INT64), *bits)": _SAMPLES,
-        "return compiled(write_step_flat, *_read_and_results(), np.zeros((1, 1), _UINT8))": _SAMPLES,
         "numbers = (step.events, step.meta_elapsed > 0, step.illegal_actions, step.lengths, step.shortest)": (
             "an episode ends an option, so that some turns have passed since"
         ),
@@ -263,15 +268,17 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "  ->  sums[4] += scale if abs(ratio - 1) >= clip else 0.0": "a ratio at the very bound",
     },
     "features": {
-        "@dataclass(frozen=True)": "nothing assigns to a Feature",
         "return len(CLASS_STARTS) + (classes if distance > 0 else -classes)"
         "  ->  return len(CLASS_STARTS) + (classes if distance >= 0 else -classes)": "0 has the class 0 either way",
         "categories = np.zeros((N_GOALS + 1, 2), np.uint8)"
         "  ->  categories = np.zeros((N_GOALS + 2, 2), np.uint8)": _ROW,
         "tiles = np.full(N_GOALS + 1, N_TILES, np.uint8)  ->  tiles = np.full(N_GOALS + 2, N_TILES, np.uint8)": _ROW,
-        "is_goal = observation.tiles.reshape(-1, N_CELLS) == _GOAL_TILES[observation.goals][:, None]"
-        "  ->  is_goal = observation.tiles.reshape(- 2, N_CELLS) == _GOAL_TILES[observation.goals][:, None]": _NEGATIVE,
-        "return observation.tiles.reshape(-1, N_CELLS)  ->  return observation.tiles.reshape(- 2, N_CELLS)": _NEGATIVE,
+        "is_goal = observation.view.tiles.reshape(-1, N_CELLS) == _GOAL_TILES[observation.goals][:, None]"
+        "  ->  is_goal = observation.view.tiles.reshape(- 2, N_CELLS) == _GOAL_TILES[observation.goals][:, None]": (
+            _NEGATIVE
+        ),
+        "return observation.view.tiles.reshape(-1, N_CELLS)"
+        "  ->  return observation.view.tiles.reshape(- 2, N_CELLS)": _NEGATIVE,
         "if cells[m, c, 0] > 0:  ->  if cells[m, c, 1] > 0:": _NO_CELL,
         "if cells[m, c, 0] > 0:  ->  if cells[m, c, 0] > 1:": _NO_CELL,
     },
@@ -353,9 +360,7 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
             "a matrix of the same pattern, also regular: the order depends on nothing else"
         ),
     },
-    "turn_kernels": {
-        "is_legal = 0 <= action < N_GOALS and goals[np.uint64(action)]"
-        "  ->  is_legal = 0 <= action <= N_GOALS and goals[np.uint64(action)]": "N_GOALS is no goal, and not here",
+    "goal_kernels": {
         "return n_legal > 0  ->  return n_legal >= 0": _ALWAYS,
         "n_legal = 0  ->  n_legal = 1": _ALWAYS,
         "n_legal += 1": "whether it is 0 counts alone",
@@ -366,21 +371,13 @@ EXPLAINED: Mapping[str, Mapping[str, str]] = {
         "self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if isinstance(name, str) else OWN_REWARD"
         "  ->  self._kernel_reward = KERNEL_REWARDS.get(name, OWN_REWARD) if not isinstance(name, str) else OWN_REWARD"
         "": "the same rewards, written by Python and not by the kernel",
-        "self._autoreset, self._has_stages = autoreset, self.world.sampler.n_stages > 1"
-        "  ->  self._autoreset, self._has_stages = autoreset, self.world.sampler.n_stages >= 1": (
-            "a sampler of one stage is told of ends and does nothing"
-        ),
     },
     "options": {
-        '**dict.fromkeys(("meta_turns", "option_steps", "illegal_goals", "illegal_actions"), (0, 2**62)),': _FAR,
-        '"shortest": (-1, 2**62),': _FAR,
-        "@dataclass(frozen=True)": "nobody sets a field of it",
-        "align=True,": "fields lie elsewhere, and kernels are compiled for where they lie",
         "*,  ->  /,": _NAMED,
         "novelty_bonus: float = 0.0,  ->  novelty_bonus: float = 1.0,": "everybody who plays with that reward names it",
-        "arrays = np.zeros(1, OUTCOME), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)": _SAMPLES,
+        "arrays = np.zeros(1, outcome), np.zeros(1, np.int64), np.zeros(1, LEDGER), np.zeros(1, STEP)": _SAMPLES,
         "return compiled(record_turns, *arrays, True, 1, 1, 1, 1.0, True)": _SAMPLES,
-        "return compiled(choose_goals, np.zeros(1, LEVEL), np.zeros(1, LEDGER), 1, np.zeros(1, np.int64))": _SAMPLES,
+        "return compiled(take_goals, np.zeros((1, 1), bool), np.zeros(1, LEDGER), np.zeros(1, np.int64))": _SAMPLES,
     },
     "sampling": {
         "if masks[env, action] and logits[env, action] > highest:"

@@ -11,7 +11,7 @@ from hierroom.runs.assembly import make_turns
 from hierroom.runs.config.config import TrainConfig
 from hierroom.worlds.env_config import NOVELTY_BONUS
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 
@@ -23,7 +23,7 @@ def state_of(level):
 @pytest.mark.parametrize("size", [11, 63])
 def test_novel_is_what_a_set_of_states_does_not_hold(size, drop_key):
     """The agent's cell with the keys it has found and the doors it has opened, kept in a plain set."""
-    world = World([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key, memories=["visited"])
+    world = Engine([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key, memories=["visited"])
     rng = np.random.default_rng(0)
     n_novel = 0
     for _ in range(6 if size == 11 else 2):

@@ -18,7 +18,7 @@ from hierroom.turns.records import Step
 from hierroom.turns.rewards import REWARDS, make_reward
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.level import Level
 
@@ -61,7 +61,7 @@ def test_the_states_are_the_worlds_where_an_ended_episode_stays_as_it_is():
 def test_the_states_are_those_before_and_after_the_step_and_before_a_reset():
     reward = Watching()
     turns = make(n=6, reward=reward, **SETTINGS)
-    slow = World([hierroom.GoalGraph.named("c")], 6, size=11, max_steps=40, drop_key=True, seed=0, memories=MEMORIES)
+    slow = Engine([hierroom.GoalGraph.named("c")], 6, size=11, max_steps=40, drop_key=True, seed=0, memories=MEMORIES)
     play(turns, 100)
     ends = 0
     for step in reward.steps:
