@@ -57,6 +57,7 @@ def test_the_checked_environment_explains_itself():
 
 def test_the_package_tells_its_public_names():
     assert set(hierroom.__all__) <= set(dir(hierroom))
+    assert all(getattr(hierroom, name) for name in hierroom.__all__)
     assert callable(hierroom.parallel_env)
     import hierroom.parallel_env as module_or_class
 
