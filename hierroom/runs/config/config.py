@@ -25,7 +25,7 @@ from hierroom.support.python_numbers import use_python_numbers
 from hierroom.worlds.env_config import EnvConfig
 
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]
-"""What `training.presets.PRESETS` has."""
+"""What `presets.PRESETS` has."""
 
 META_PPO = PPOConfig(sequence_length=8, sequences_per_update=32, gamma=0.998, value_weight=0.5, min_advantage_std=0.05)
 """For learning to choose goals: an update after 256 decisions, as there are few of them; a discount that lets the exit
