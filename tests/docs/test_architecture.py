@@ -75,11 +75,8 @@ def test_no_file_is_long(path):
 
 
 CONTRIBUTING = (architecture.ROOT / "CONTRIBUTING.md").read_text()
-EQUATIONS = [
-    name
-    for row in CONTRIBUTING.split("equation stands")[1].split("\n\n")[0].splitlines()
-    for name in re.findall(r"`([a-z_]+\.[\w.]+)`", row)
-]
+TABLE = [row for row in CONTRIBUTING.split("equation stands")[1].splitlines() if row.startswith("|")]
+EQUATIONS = [name for row in TABLE for name in re.findall(r"`([a-z_]+\.[\w.]+)`", row)]
 
 
 @pytest.mark.parametrize("name", EQUATIONS)
