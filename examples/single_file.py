@@ -184,13 +184,12 @@ class Learner(Actor):
 
     def record(self, step: Step, turns: Turns) -> None:
         """Store what came of its turns that a primitive step ended."""
-        agent = self.features.agent
-        envs, rewards, elapsed, terminated, truncated = step.ended_turns(agent)
+        envs, rewards, elapsed, terminated, truncated = step.ended_turns(self.features.agent)
         self.store(envs, reward=rewards, elapsed=elapsed, terminated=terminated, truncated=truncated)
         self.store(envs, episode_ended=step.episode_ended[envs])
         if truncated.any():  # more would have come: the value of what was observed last, before a reset or next goal
             cut = envs[truncated]
-            self.store(cut, final_value=self.look(turns.final_observation(agent, step, cut))[2])
+            self.store(cut, final_value=self.look(turns.final_observation(self.features.agent, step, cut))[2])
         self.n_turns[envs] += 1
         super().record(step, turns)
 

@@ -57,6 +57,7 @@ class raw_env(AECEnv):
 
     def __init__(
         self,
+        /,
         graph: GraphSpecs = "c",
         *,
         render_mode: str | None = None,

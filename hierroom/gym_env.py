@@ -39,6 +39,7 @@ class EscapeRoom(PlayableEnv, gymnasium.Env):
 
     def __init__(
         self,
+        /,
         graph: GraphSpecs = "c",
         *,
         meta: MetaSpec = "none",

@@ -46,6 +46,7 @@ class parallel_env(ParallelEnv):
 
     def __init__(
         self,
+        /,
         graph: GraphSpecs = "c",
         *,
         render_mode: str | None = None,

@@ -57,6 +57,7 @@ class EscapeRooms(RegisteredEnv, VectorEnv):
 
     def __init__(
         self,
+        /,
         num_envs: int = 1,
         graph: GraphSpecs = "c",
         *,

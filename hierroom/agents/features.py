@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +65,10 @@ class Features:
         require_features("features", self.names, offered(self.world))
         if self.agent == CONTROLLER and "goal-outcome" in self.names:
             raise InputError("goal-outcome is how the last option ended: one of meta_features, not of features")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle what it is made of."""
+        return Features, (self.world, self.names, self.agent)
 
     @cached_property
     def _chosen(self) -> list[Feature]:

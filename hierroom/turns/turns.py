@@ -104,10 +104,11 @@ class Turns:
             seed: one for all of them, or one or None for each of them.
             envs: [M] which; None: all.
         """
+        chosen = self._everywhere if envs is None else envs
+        self.world.reset(seed, chosen)
         if envs is None:
-            self._last_step, self.last_records, envs = None, None, self._everywhere
-        self.world.reset(seed, envs)
-        self._begin(envs)
+            self._last_step, self.last_records = None, None
+        self._begin(chosen)
 
     def _begin(self, envs: NDArray[np.integer]) -> None:
         self.ledger.write_fields(reset_values(self.world.n_actions), envs)

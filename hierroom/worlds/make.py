@@ -16,21 +16,27 @@ class WorldSpec:
     """What agents are made for: it is known before a world is made.
 
     Args:
+        config: what the world is made of.
         goals: its goals.
         n_actions: number of the controller's actions.
         features: the features that it offers, by name.
     """
 
+    config: EnvConfig
     goals: GoalSet
     n_actions: int
     features: Mapping[str, Feature]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copy and pickle the config alone: features are functions without a name."""
+        return world_spec, (self.config,)
 
 
 def world_spec(config: EnvConfig) -> WorldSpec:
     """Return what agents in the world of a config are made for."""
     from hierroom.worlds.escape_room.world import EscapeRoomWorld
 
-    return WorldSpec(EscapeRoomWorld.goals, config.n_actions, EscapeRoomWorld.features)
+    return WorldSpec(config, EscapeRoomWorld.goals, config.n_actions, EscapeRoomWorld.features)
 
 
 def make_world(

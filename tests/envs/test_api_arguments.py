@@ -9,7 +9,6 @@ import gymnasium
 import numpy as np
 import pytest
 from fuzz.apis import ID, NATIVE
-from gymnasium.vector import AutoresetMode
 
 import hierroom
 from hierroom import GoalGraph, InputError
@@ -23,37 +22,21 @@ MADE = {
     "make_vec": partial(gymnasium.make_vec, ID, num_envs=2),
     "make_vec sync": partial(gymnasium.make_vec, ID, num_envs=2, vectorization_mode="sync"),
 }
-OWN = {
-    "EscapeRoom": {"meta": "none", "render_mode": None},
-    "EscapeRooms": {
-        "num_envs": 1,
-        "max_episode_steps": None,
-        "meta": "none",
-        "threads": 1,
-        "autoreset_mode": AutoresetMode.SAME_STEP,
-        "flat": False,
-        "copy": True,
-        "render_mode": None,
-    },
-}
+CONFIG = [field.name for field in fields(EnvConfig)]
 ROW = GoalGraph((0, 1, 2, 3), 4)
 
 
 @pytest.mark.parametrize("api", NATIVE)
-def test_the_signature_lists_every_entry_of_the_config(api):
-    parameters = inspect.signature(NATIVE[api]).parameters
-    kinds = {parameter.kind for parameter in parameters.values()}
-    assert kinds == {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}  # no **settings
-    defaults = {name: parameter.default for name, parameter in parameters.items()}
-    config = {field.name: field.default for field in fields(EnvConfig)}
-    config["reward"] = "extrinsic" if api.startswith("Escape") else "intrinsic"
-    assert defaults == config | OWN.get(api, {"render_mode": None})
+def test_a_reward_that_is_not_given_is_that_of_the_api(api):
+    expected = "extrinsic" if api.startswith("Escape") else "intrinsic"
+    assert turns_of(NATIVE[api]()).config == EnvConfig(reward=expected)
 
 
 @pytest.mark.parametrize("api", MADE)
 def test_an_unknown_keyword_raises_input_error_that_names_the_known_ones(api):
     native = {"make": "EscapeRoom", "make_vec": "EscapeRooms", "make_vec sync": "EscapeRoom"}.get(api, api)
-    known = ", ".join(inspect.signature(NATIVE[native]).parameters)
+    besides = inspect.signature(NATIVE["raw_env" if native == "env" else native]).parameters
+    known = ", ".join([*CONFIG, *(name for name in besides if name not in ("num_envs", "graph", "entries"))])
     for wrong in ({"pay": "bonus"}, {"room_index": 3, "colour": "mauve"}):
         with pytest.raises(InputError) as caught:
             MADE[api](**wrong)
@@ -89,7 +72,7 @@ def test_one_graph_can_be_given_in_every_way(api, row_file):
     for graph, expected in ways:
         env = MADE[api](graph=graph, size=15)
         assert graphs_of(env, 2) == [expected] * 2
-        assert turns_of(env).complexity.graph == expected
+        assert turns_of(env).world.complexity.graph == expected
         env.close()
 
 
@@ -100,7 +83,7 @@ def test_several_graphs_can_be_given_as_a_list_or_a_tuple_less_those_excluded(ap
     for graph, exclude in ((["a", "c", ROW], ()), (("c", "a", str(row_file), "rooms:3"), ["b", GoalGraph((0, 1), 1)])):
         env = MADE[api](graph=graph, exclude=exclude)
         assert graphs_of(env) == expected
-        assert turns_of(env).complexity.graph == ROW  # the hardest
+        assert turns_of(env).world.complexity.graph == ROW  # the hardest
         assert [graph.name for graph in turns_of(env).world.sampler.everything][:2] == ["a", "c"]
         env.close()
 
@@ -130,7 +113,7 @@ def test_an_interval_of_graphs_gives_the_same_levels_everywhere(api, interval):
     spec, n_stages, _, whole, drawn = interval
     env = MADE[api](graph=spec, curriculum_stages=n_stages)
     assert graphs_of(env) == drawn
-    assert turns_of(env).complexity.graph == whole[-1]
+    assert turns_of(env).world.complexity.graph == whole[-1]
     env.close()
 
 

@@ -110,7 +110,9 @@ def test_agents_observe_what_the_world_shows(make):
         space = turns.observation_space(agent)
         assert all(space.contains({name: array[n] for name, array in shown.items()}) for n in range(2))
     assert turns.situation(np.arange(2)).level(0) == "cell 1, goals []"
-    features = Features(WorldSpec(turns.world.goals, 2, turns.world.features), ("cell", "symbol", "previous-action"))
+    features = Features(
+        WorldSpec(turns.config, turns.world.goals, 2, turns.world.features), ("cell", "symbol", "previous-action")
+    )
     assert features.cardinalities == (6, 4, 3)
     assert features.encode(turns.observe("controller_0", np.arange(2))).tolist() == [[1, LAMP, AHEAD], [0, 3, BACK]]
 
