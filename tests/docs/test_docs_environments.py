@@ -13,6 +13,7 @@ from PIL import Image
 
 import hierroom
 from hierroom.gym_env import EscapeRoom
+from hierroom.worlds.env_config import EnvConfig
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "environments.md").read_text()
@@ -59,9 +60,11 @@ def test_spaces_equal_the_page_s_table():
 
 def test_arguments_and_their_defaults():
     told = dict(re.findall(r"^\| `(\w+)` \| `([^`]*)`", PAGE.split("## Arguments")[1], re.MULTILINE))
-    arguments = {}
-    for kind in (EscapeRoom, hierroom.parallel_env, hierroom.raw_env):
-        parameters = inspect.signature(kind.__init__).parameters
-        arguments |= {name: repr(one.default) for name, one in parameters.items() if name != "self"}
+    arguments = {name: repr(default) for name, default in vars(EnvConfig(reward="intrinsic")).items()}
+    parameters = inspect.signature(EscapeRoom.__init__).parameters
+    arguments |= {name: repr(parameters[name].default) for name in ("meta", "render_mode")}
     assert told == arguments
-    assert inspect.signature(EscapeRoom.__init__).parameters["reward"].default == "extrinsic"
+    assert (hierroom.parallel_env().unwrapped.single.turns.config.reward, EscapeRoom().config.reward) == (
+        "intrinsic",
+        "extrinsic",
+    )

@@ -40,20 +40,18 @@ ROW = GoalGraph((0, 1, 2, 3), 4)
 
 
 @pytest.mark.parametrize("api", NATIVE)
-def test_the_signature_lists_every_entry_of_the_config(api):
+def test_defaults_are_those_of_the_config_and_of_the_signature(api):
     parameters = inspect.signature(NATIVE[api]).parameters
-    kinds = {parameter.kind for parameter in parameters.values()}
-    assert kinds == {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}  # no **settings
-    defaults = {name: parameter.default for name, parameter in parameters.items()}
-    config = {field.name: field.default for field in fields(EnvConfig)}
-    config["reward"] = "extrinsic" if api.startswith("Escape") else "intrinsic"
-    assert defaults == config | OWN.get(api, {"render_mode": None})
+    defaults = {name: parameter.default for name, parameter in parameters.items() if name != "entries"}
+    assert defaults == {"graph": "c", **OWN.get(api, {"render_mode": None})}
+    reward = "extrinsic" if api.startswith("Escape") else "intrinsic"
+    assert turns_of(NATIVE[api]()).config == EnvConfig(reward=reward)
 
 
 @pytest.mark.parametrize("api", MADE)
 def test_an_unknown_keyword_raises_input_error_that_names_the_known_ones(api):
     native = {"make": "EscapeRoom", "make_vec": "EscapeRooms", "make_vec sync": "EscapeRoom"}.get(api, api)
-    known = ", ".join(inspect.signature(NATIVE[native]).parameters)
+    known = ", ".join([field.name for field in fields(EnvConfig)] + [*OWN.get(native, {"render_mode": None})])
     for wrong in ({"pay": "bonus"}, {"room_index": 3, "colour": "mauve"}):
         with pytest.raises(InputError) as caught:
             MADE[api](**wrong)
