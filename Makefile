@@ -35,7 +35,7 @@ test-random: $(VENV)/.installed ## the tests in random order and in parallel; th
 # Whose kernels no other test runs as plain Python, in which alone their lines are seen. Those of the measures are left
 # out: they take longer than all of these together.
 OF_KERNELS := tests/worlds/escape_room/test_state_check.py tests/worlds/escape_room/test_sampled_level.py tests/worlds/escape_room/test_features.py \
-	tests/complexity/test_complexity_elimination.py tests/learners/test_learner_gae.py tests/learners/test_learner_kernels.py
+	tests/complexity/chains/test_complexity_elimination.py tests/learners/test_learner_gae.py tests/learners/test_learner_kernels.py
 
 coverage: $(VENV)/.installed ## which branches the tests take, of kernels as plain Python too; fails below 95%
 	$(BIN)/coverage erase

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import pandas as pd
+
 from hierroom.lab.sweep.plan import Plan, PlannedRun, read_plan
-from hierroom.lab.sweep.table import Row, SweepTable
+from hierroom.lab.sweep.table import SweepTable
 from hierroom.support.errors import InputError
 
 ROOT = Path(__file__).parents[1]
@@ -22,7 +24,7 @@ def plan_of(name: str) -> Plan:
     return read_plan(ROOT / "benchmarks" / "sweeps" / f"{name}.toml")
 
 
-def done_rows(name: str, runs: Sequence[PlannedRun]) -> list[Row]:
+def done_rows(name: str, runs: Sequence[PlannedRun]) -> pd.DataFrame:
     """The rows of a sweep's runs.
 
     Raises:

@@ -26,6 +26,7 @@ from rich.progress import track
 from rich.table import Table
 
 from hierroom.complexity import GraphSet, analyze
+from hierroom.complexity.chains.ergodic import MAX_COVER_NODES
 from hierroom.complexity.measures import (
     DeterministicMDP,
     Gorp,
@@ -43,7 +44,6 @@ from hierroom.complexity.measures import (
     spectral_gap,
     stationary_distribution,
 )
-from hierroom.complexity.measures.ergodic import MAX_COVER_NODES
 from hierroom.complexity.report import ComplexityReport
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.worlds.escape_room.measured_levels import GORP_RUNS, LEVEL_POLICIES, level_mdp

@@ -42,7 +42,7 @@ def shown_correlations() -> list[tuple[str, Milestone | None]]:
 def n_whole_seeds(name: str) -> int:
     """How many of a sweep's first seeds are whole."""
     runs = plan_of(name).runs()
-    done = {row["digest"] for row in SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)}
+    done = {*SweepTable(ROOT / "benchmarks" / "results" / name).of(runs)["digest"]}
     unfinished = [run.config.seed for run in runs if run.digest not in done]
     return min(unfinished, default=1 + max(run.config.seed for run in runs))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
-from hierroom.support.markdown_table import markdown_table
+from hierroom.support.tables import markdown_table
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,8 @@ from scipy.stats import ttest_ind
 
 from benchmarks.committed import ROOT, done_rows, plan_of
 from benchmarks.result_table import ResultTable
-from hierroom.lab.paper.cells import table_3
+from hierroom.lab.paper.cells import table_3, values_at
 from hierroom.lab.paper.published import PAPER_TABLE_3
-from hierroom.lab.paper.reached import values_at
 from hierroom.lab.paper.runs import PaperRuns, cell
 from hierroom.lab.sweep.table import SweepTable
 from hierroom.support.cli import run
@@ -92,7 +91,7 @@ def steps_to_the_papers_success() -> dict[str, float]:
     paper = PaperRuns(ROOT / "benchmarks" / "results" / "paper", seeds=3, sizes=(SIZE,))
     sweep = paper.sweep("abde", ["ppo"])
     rows = done_rows("paper", sweep.plan.runs())
-    return {one.graph: one.steps_to_paper for one in table_3(rows, sweep.table.curves(), paper.sizes)}
+    return dict(table_3(rows, sweep.table.curves(), paper.sizes).set_index("graph")["steps_to_paper"])
 
 
 def table() -> ResultTable:

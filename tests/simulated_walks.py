@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.complexity.weights import Targets, Weights, as_moves, as_node, as_targets, n_nodes, row_sums
+from hierroom.complexity.chains.weights import Targets, Weights, as_moves, as_node, as_targets, n_nodes, row_sums
 from hierroom.support.errors import InputError
 
 NEVER = -1

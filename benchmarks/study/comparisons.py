@@ -26,7 +26,7 @@ from benchmarks.study.trained import Milestone, milestone_of
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.files import read_toml
-from hierroom.support.markdown_table import markdown_table
+from hierroom.support.tables import markdown_table
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from benchmarks.study.tables import MEASURES_PATH, Row, first_seeds, known_measu
 from benchmarks.study.trained import Milestone, method_names
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
-from hierroom.support.markdown_table import markdown_table
+from hierroom.support.tables import markdown_table
 
 RATIO_HEADER = ("compared by", "steps / reference's", "verdict", "slower on")
 HEADER = ("method", *RATIO_HEADER, "success", f"above {ENOUGH:.0%} on")

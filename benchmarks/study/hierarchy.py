@@ -31,7 +31,7 @@ from hierroom.lab.sweep.summary import steps_text
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
-from hierroom.support.markdown_table import markdown_table
+from hierroom.support.tables import markdown_table
 
 Grouping = Literal["exit_depth", "width", "rooms"]
 QUARTILES: tuple[tuple[float, Literal["lower"]], tuple[float, Literal["higher"]]] = ((0.25, "lower"), (0.75, "higher"))

@@ -19,7 +19,7 @@ from benchmarks.study.factors import Factor
 from benchmarks.study.tables import Row, known_measures, read_rows
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
-from hierroom.support.markdown_table import markdown_table
+from hierroom.support.tables import markdown_table
 
 
 @dataclass(frozen=True)

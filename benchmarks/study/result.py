@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.study.correlations import Estimate, ceiling
 from benchmarks.study.tables import Row
 from hierroom.support.errors import InputError
-from hierroom.support.markdown_table import markdown_table
+from hierroom.support.tables import markdown_table
 
 PRINTED = (
     "spearman",

@@ -18,7 +18,7 @@ import tyro
 from benchmarks.study.tables import Row, read_rows
 from hierroom.support.cli import run
 from hierroom.support.errors import InputError
-from hierroom.support.markdown_table import markdown_table
+from hierroom.support.tables import markdown_table
 
 TUNED = ("learning_rate", "novelty_bonus", "curiosity_weight", "gamma")
 """What may be tuned, columns of the tables."""

@@ -17,7 +17,7 @@ from PIL import Image
 
 import hierroom
 from hierroom.complexity import analyze
-from hierroom.complexity.draw import draw_graph
+from hierroom.complexity.drawing.draw import draw_graph
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.support.files import write_atomically
 from hierroom.worlds.escape_room.render import draw_level

@@ -15,7 +15,7 @@ from hierroom.lab.compare.metric import METRICS, MetricName
 from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError, require_number
 from hierroom.support.files import to_json, write_atomically
-from hierroom.support.printed_table import print_table
+from hierroom.support.tables import csv_text, print_table
 
 if TYPE_CHECKING:
     from hierroom.lab.compare.comparison import Comparison
@@ -133,7 +133,7 @@ def _report(comparison: Comparison, notes: Sequence[str], arguments: CompareArgu
 
 def _write(comparison: Comparison, report: dict[str, Any], out: Path) -> list[Path]:
     from hierroom.lab.compare.figure import draw_comparison
-    from hierroom.lab.compare.tables import curve_rows, improvement_rows, summary_rows, to_csv
+    from hierroom.lab.compare.tables import curve_rows, improvement_rows, summary_rows
 
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -141,12 +141,12 @@ def _write(comparison: Comparison, report: dict[str, Any], out: Path) -> list[Pa
         raise InputError(f"cannot create the folder {out}: {error.strerror}") from error
     files = {
         out / REPORT: to_json(report).encode(),  # first: it marks the folder as one that may be replaced
-        out / "curves.csv": to_csv(curve_rows(comparison)),
-        out / "summary.csv": to_csv(summary_rows(comparison)),
-        out / "improvement.csv": to_csv(
+        out / "curves.csv": csv_text(curve_rows(comparison)).encode(),
+        out / "summary.csv": csv_text(summary_rows(comparison)).encode(),
+        out / "improvement.csv": csv_text(
             improvement_rows(comparison),
             ("group", "other", "score", "probability", "probability_low", "probability_high"),
-        ),
+        ).encode(),
     }
     for path, content in files.items():
         write_atomically(path, content)

@@ -95,7 +95,7 @@ def _plays() -> Iterator[Callable[[], object]]:
 
     import hierroom
     from hierroom.complexity.measures import sampled_cover_time
-    from hierroom.complexity.measures.graphs import measure_graphs
+    from hierroom.complexity.measures.table import measure_graphs
     from hierroom.complexity.report import analyze
     from hierroom.gym_env import EscapeRoom
     from hierroom.lab.measure import measure_named

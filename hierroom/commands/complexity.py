@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Annotated
@@ -12,32 +12,18 @@ import tyro
 
 from hierroom.complexity.graph_set import GraphSet
 from hierroom.complexity.report import ComplexityReport, analyze
-from hierroom.complexity.tables import (
-    COLUMNS,
-    ColumnName,
-    csv_text,
-    latex_table,
-    latex_text,
-    markdown_text,
-    report_cells,
-)
+from hierroom.complexity.tables import COLUMNS, ColumnName, list_text, report_cells, value_of
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, graph_specs, is_graph_set
 from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
-from hierroom.support.markdown_table import markdown_table
 from hierroom.worlds.env_config import GRAPHS
 
 MAX_LISTED_ROOMS = 8
 """There are 612 goal graphs of 8 rooms. The 1,747 of 9 rooms would take most of a minute."""
 
 FORMATS = ("json", "csv", "latex", "markdown")
-TEXTS: Mapping[str, Callable[[list[ComplexityReport]], str]] = {
-    "csv": csv_text,
-    "latex": latex_text,
-    "markdown": markdown_text,
-}
 OF_PLAY = ("episodes", "size", "max_steps", "trust_run")
 """Options of --from-play alone."""
 
@@ -111,7 +97,7 @@ def show(options: ComplexityArguments) -> None:
         raise InputError(f"choose one of {', '.join(f'--{name}' for name in FORMATS)}, not {len(formats)}")
     walk, reading = Walk(*options.walk), Reading(*options.reading)
     if options.draw is not None:
-        from hierroom.complexity.draw import picture_file  # matplotlib loads slowly, and few commands draw
+        from hierroom.complexity.drawing.draw import picture_file  # matplotlib loads slowly, and few commands draw
 
         picture_file(options.draw)  # before long play or computation
     if options.from_play is not None:
@@ -134,8 +120,8 @@ def show(options: ComplexityArguments) -> None:
         _show_measures(options, graphs, walk, reading)
         return
     reports = [analyze(graph, options.drop, walk, reading) for graph in graphs]
-    if options.sort is not None:
-        reports.sort(key=COLUMNS[options.sort].value)
+    if (column := options.sort) is not None:
+        reports.sort(key=lambda report: value_of(report, column))
     is_list = len(specs) > 1 or any(map(is_graph_set, specs))
     if options.draw is not None:
         _draw(reports, options.draw)
@@ -143,7 +129,7 @@ def show(options: ComplexityArguments) -> None:
         tables = [report.to_dict() for report in reports]
         print(to_json(tables if is_list else tables[0]))
     elif formats:
-        print(TEXTS[formats[0]](reports), end="")
+        print(list_text(reports, formats[0]), end="")
     elif is_list:
         _print_table(reports)
     else:
@@ -167,7 +153,7 @@ def _specs(options: ComplexityArguments) -> tuple[GoalGraph | str, ...]:
 def _draw(reports: list[ComplexityReport], path: Path) -> None:
     if len(reports) != 1:
         raise InputError(f"--draw draws one graph, named by --graph, not {len(reports)}")
-    from hierroom.complexity.draw import draw_graph  # matplotlib loads slowly, and few commands draw
+    from hierroom.complexity.drawing.draw import draw_graph  # matplotlib loads slowly, and few commands draw
 
     draw_graph(reports[0].augmented, path)
 
@@ -197,7 +183,7 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
         trust=options.trust_run,
     )
     if options.draw is not None:
-        from hierroom.complexity.draw_reach import save_reach
+        from hierroom.complexity.drawing.draw_reach import save_reach
 
         save_reach(report, options.draw)
     if options.json:
@@ -212,8 +198,11 @@ def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...], 
     is_assumed = (options.walk, options.reading) != (ComplexityArguments.walk, ComplexityArguments.reading)
     if is_assumed and options.levels:
         raise InputError("--levels measures the levels themselves, which no --walk and no --reading describe")
-    from hierroom.complexity.measures.graphs import measure_graphs
-    from hierroom.complexity.measures.table import measures_table, print_measures, print_measures_csv  # rich loads
+    from hierroom.complexity.measures.table import (  # rich loads
+        measure_graphs,
+        measures_text,
+        print_measures,
+    )
 
     horizon = options.horizon if options.horizon is not None else 1000 if options.levels else 20
     drop = "with" if options.drop else "without"
@@ -228,10 +217,9 @@ def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...], 
         title = f"MDPs of {what}"
     if options.json:
         print(to_json([graph.to_dict() for graph in measured]))
-    elif options.csv:
-        print_measures_csv(measured)
-    elif options.latex or options.markdown:
-        print(measures_table(measured, latex_table if options.latex else markdown_table))
+    elif options.csv or options.latex or options.markdown:
+        form = "csv" if options.csv else "latex" if options.latex else "markdown"
+        print(measures_text(measured, form), end="")
     else:
         print_measures(measured, title)
 
@@ -245,15 +233,15 @@ def _print_table(reports: list[ComplexityReport]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    from hierroom.support.printed_table import print_table
+    from hierroom.support.tables import print_table
 
     table = Table(
         title=f"{_counted(reports)}, {'with' if reports[0].drop_key else 'without'} drop",
         box=SIMPLE_HEAD,
         padding=0,  # graphs of 8 rooms have long names, and the table must fit into 80 columns
     )
-    for name, column in COLUMNS.items():
-        table.add_column(column.heading, justify="left" if name == "graph" else "right", no_wrap=name == "graph")
+    for name, (heading, _) in COLUMNS.items():
+        table.add_column(heading, justify="left" if name == "graph" else "right", no_wrap=name == "graph")
     for report in reports:
         table.add_row(*map(escape, report_cells(report)))
     print_table(table)

@@ -19,7 +19,7 @@ from hierroom.goals import GraphSpecs
 from hierroom.support.cli import read_arguments
 from hierroom.support.errors import require_number
 from hierroom.support.files import to_json
-from hierroom.support.printed_table import print_table
+from hierroom.support.tables import print_table
 from hierroom.worlds.env_config import GRAPHS
 
 if TYPE_CHECKING:

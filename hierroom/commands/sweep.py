@@ -19,7 +19,7 @@ from hierroom.runs.config.unread_entries import entries_without_effect
 from hierroom.runs.logs.output import warn
 from hierroom.support.cli import read_arguments
 from hierroom.support.errors import InputError
-from hierroom.support.printed_table import print_table
+from hierroom.support.tables import print_table
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
 _FLAGS = ("--list", "--markdown", "--help", "-h")
@@ -160,7 +160,7 @@ def _notes(plan: Plan, runs: Sequence[PlannedRun]) -> list[str]:
 
 
 def _list(runs: tuple[PlannedRun, ...], sweep: Sweep, console: Console) -> None:
-    done = {row["digest"] for row in sweep.table.read()}
+    done = {*sweep.table.read()["digest"]}
     for planned in runs:
         state = "done" if planned.digest in done else "begun" if (sweep.out / "runs" / planned.name).exists() else "-"
         console.print(f"{state:<6}{planned.name}", markup=False, highlight=False, soft_wrap=True)

@@ -131,7 +131,7 @@ def _play(agent: TrainedAgent, arguments: WatchArguments) -> tuple[list[Episode]
 
 
 def _count(n_failures: int, n_played: int) -> str:
-    from hierroom.complexity.observed import wilson_interval
+    from hierroom.complexity.played.observed import wilson_interval
 
     interval = wilson_interval(1 - n_failures / n_played, n_played, level=0.95)
     rate = f"95% interval of success {interval.low:.1%} to {interval.high:.1%}"

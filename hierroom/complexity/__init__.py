@@ -12,13 +12,13 @@ target node t, b = e_s - e_t.
 | its variance (2 N - I) m - m^2 | `first_passage_variance` | Kemeny and Snell, 3.3.3 |
 | hitting probability h: ((D - W) h)_i = 0, 1 at targets | `hitting_probability` | Norris, 1.3.2 |
 | expected visits v = e_s' N | `expected_visits` | Kemeny and Snell, chapter 3 |
-| reach probability P(T <= t) = h_s - (Q^t h)_s | `reach_probability` | derived in `complexity.reach` |
-| expected distinct states: sum over i of P(T_i <= t) | `expected_states` | derived in `complexity.reach` |
+| reach probability P(T <= t) = h_s - (Q^t h)_s | `reach_probability` | derived in `chains.reach` |
+| expected distinct states: sum over i of P(T_i <= t) | `expected_states` | derived in `chains.reach` |
 | sensitivity dm_s / dW_ij = v_i (m_j - m_i) | `passage_time_sensitivity` | from dN = N dQ N |
 | sensitivity d(b' pinv(D - W) b) / dW_ij | `laplacian_sensitivity` | Golub and Pereyra, 4.3 |
 
-Systems for m, v and h are solved without subtraction (`elimination.Elimination`; Grassmann, Taksar and Heyman, 1985).
-`markov_order.markov_test` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
+Systems for m, v and h are solved without subtraction (`chains.elimination`; Grassmann, Taksar and Heyman, 1985).
+`played.markov_order` tests whether play is Markov on its nodes (Anderson and Goodman, 1957).
 
 `AugmentedGraph` is the paper's augmented graph with its weights W (appendix A). Numbers after a textbook are those of
 its theorems: Norris, Markov Chains, 1997; Kemeny and Snell, Finite Markov Chains, 1960; Golub and Pereyra, The
@@ -29,23 +29,22 @@ Measures of the literature, such as the effective horizon and the covering lengt
 """
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes
-from hierroom.complexity.chain import Chain, EdgeSensitivity
-from hierroom.complexity.curriculum import Curriculum
-from hierroom.complexity.env_play import measure_env
-from hierroom.complexity.graph_set import GraphSet
-from hierroom.complexity.hitting import (
+from hierroom.complexity.chains.chain import Chain, EdgeSensitivity
+from hierroom.complexity.chains.hitting import (
     expected_visits,
     first_passage_variance,
     hitting_probability,
     mean_first_passage_time,
     passage_time_sensitivity,
 )
-from hierroom.complexity.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
-from hierroom.complexity.played_chain import PlayedChain
-from hierroom.complexity.reach import expected_states, reach_probability
+from hierroom.complexity.chains.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
+from hierroom.complexity.chains.reach import expected_states, reach_probability
+from hierroom.complexity.curriculum import Curriculum
+from hierroom.complexity.graph_set import GraphSet
+from hierroom.complexity.played.played_chain import PlayedChain
+from hierroom.complexity.played.trajectories import measure_env, measure_trajectories
 from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.tables import to_frame
-from hierroom.complexity.trajectories import measure_trajectories
 from hierroom.complexity.walk import Reading, Walk
 
 __all__ = [

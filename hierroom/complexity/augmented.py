@@ -28,17 +28,11 @@ MAX_NODES = 100_000
 
 
 class Node(NamedTuple):
-    """A node of the augmented graph.
+    """A node of the augmented graph."""
 
-    Attributes:
-        kind: `"room"`, `"key"` or `"exit"`.
-        room: the room where the agent is, the room that the key opens, or the room of the exit.
-        doors: the rooms whose doors are open, ascending; empty for the exit, which is a single node.
-    """
-
-    kind: str
-    room: int
-    doors: tuple[int, ...]
+    kind: str  # `"room"`, `"key"` or `"exit"`
+    room: int  # the room where the agent is, the room that the key opens, or the room of the exit
+    doors: tuple[int, ...]  # the rooms whose doors are open, ascending; empty for the exit, which is a single node
 
     @property
     def label(self) -> str:
@@ -230,13 +224,7 @@ def count_nodes(graph: GoalGraph) -> int:
     A set of open doors corresponds to a subtree of the tree of keys that contains room 0. Let c(r) be the number of
     subtrees with root r in the tree below r: c(r) = prod over its children of (1 + c(child)). By the product rule this
     also gives the sum over these subtrees of their rooms (one room node each) and of the children just outside them
-    (one key node each).
-
-    Args:
-        graph: the goal graph.
-
-    Returns:
-        The number of room and key nodes over all sets of open doors, plus one for the exit.
+    (one key node each). The exit is one more.
     """
     subtrees = [(1, 1)] * graph.n_rooms  # their number, and the nodes they give; at first of each room alone
     depths = graph.depths
@@ -252,16 +240,10 @@ def count_nodes(graph: GoalGraph) -> int:
 
 
 def kinds_of_nodes(augmented: AugmentedGraph) -> list[tuple[int, ...]]:
-    """The classes of equivalent nodes.
+    """The classes of equivalent nodes, each ascending, in order of first appearance.
 
     Two nodes are equivalent if an automorphism of the goal graph (a renaming of rooms that preserves the tree of keys
     and the exit room) maps the room and the open doors of one to those of the other. It then maps the walk to itself.
-
-    Args:
-        augmented: the augmented graph, in any reading.
-
-    Returns:
-        For each class its nodes, ascending; the classes in order of first appearance.
     """
     graph = augmented.graph
 
@@ -276,16 +258,10 @@ def kinds_of_nodes(augmented: AugmentedGraph) -> list[tuple[int, ...]]:
 
 
 def alike_nodes(augmented: AugmentedGraph) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Find one node of each class of equivalent nodes, and the size of each class.
+    """Find one node of each class of equivalent nodes [k], and the size of each class [k].
 
     A walk from the start reaches equivalent nodes with the same probabilities, so a sum over nodes needs only one node
     of each class: a star of ten rooms has 5,121 nodes in 69 classes.
-
-    Args:
-        augmented: the augmented graph, in any reading.
-
-    Returns:
-        ([k] int64 node indices, [k] int64 class sizes), in order of first appearance.
     """
     kinds = kinds_of_nodes(augmented)
     return np.array([alike[0] for alike in kinds]), np.array([len(alike) for alike in kinds])

@@ -110,15 +110,9 @@ class GraphSet:
         return _ranked(self.graphs, self._interval.quantity if self._interval else "expected_steps", self._assumed)
 
     def stages(self, n_stages: int) -> tuple[tuple[GoalGraph, ...], ...]:
-        """Cut the set into parts of equal width in difficulty; parts without a graph are left out.
+        """Cut the set into parts of equal width in difficulty, from the easiest on; parts without a graph are left out.
 
         A single interval is cut from its low to its high end, any other set from its easiest to its hardest graph.
-
-        Args:
-            n_stages: number of parts, at least 1.
-
-        Returns:
-            The graphs of each part from the easiest on; together they are all graphs, each once.
         """
         if len(self.graphs) == 1:
             return (self.graphs,)  # however large its augmented graph would be

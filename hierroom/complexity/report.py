@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph, alike_nodes
-from hierroom.complexity.chain import Chain, EdgeSensitivity
-from hierroom.complexity.html import html_table
-from hierroom.complexity.reach import expected_states
+from hierroom.complexity.chains.chain import Chain, EdgeSensitivity
+from hierroom.complexity.chains.reach import expected_states
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph, as_goal_graph
+from hierroom.support.tables import html_table
 
 REPORT_TIMES = (10, 100, 1000)
 """Numbers of steps at which `to_dict` and `str` evaluate the curves; an episode is truncated after 1000."""
@@ -120,10 +120,7 @@ class ComplexityReport:
         return self.chain.reach_probability(t, goal)
 
     def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
-        """Expected number of distinct nodes visited within t steps, as `Chain.expected_states`, which takes longer.
-
-        Of nodes that are alike by symmetry one is computed.
-        """
+        """Expected number of distinct nodes visited within t steps, computed of one of the nodes that are alike."""
         return expected_states(self.chain.weights, self.chain.source, t, *alike_nodes(self.augmented))
 
     def expected_steps_to(self, goal: str) -> float:
@@ -199,8 +196,8 @@ class ComplexityReport:
         return "\n".join([self._head, *(f"  {name:<16}{value}" for name, value in self._lines())])
 
     def _repr_svg_(self) -> str:
-        """The goal graph and its augmented graph, for notebooks that ask for a picture; see `complexity.draw`."""
-        from hierroom.complexity.draw import svg_of  # matplotlib loads slowly, and few reports are drawn
+        """The goal graph and its augmented graph, for notebooks that ask for a picture; see `complexity.drawing`."""
+        from hierroom.complexity.drawing.draw import svg_of  # matplotlib loads slowly, and few reports are drawn
 
         return svg_of(self.augmented)
 

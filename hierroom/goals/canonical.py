@@ -4,11 +4,7 @@ from __future__ import annotations
 
 
 def child_rooms(key_rooms: tuple[int, ...]) -> tuple[tuple[int, ...], ...]:
-    """For each room the rooms whose keys lie in it, ascending.
-
-    Args:
-        key_rooms: the room in which the key of room 1, 2, ... lies.
-    """
+    """For each room the rooms whose keys lie in it, ascending."""
     children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
     for room, parent in enumerate(key_rooms, start=1):
         children[parent].append(room)
@@ -19,14 +15,8 @@ def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[
     """Renumber rooms breadth first, with the children of a room ordered by the shape of their subtrees.
 
     Subtrees are ranked floor by floor, the deepest first, by whether their root holds the exit and by the ranks of its
-    children (Aho, Hopcroft & Ullman 1974), so that no depth is too deep for Python's stack.
-
-    Args:
-        key_rooms: the room in which the key of room 1, 2, ... lies, a tree rooted at room 0.
-        exit_room: the room that holds the exit; None where there is none.
-
-    Returns:
-        the key rooms and the exit room with the new numbers; an exit room of 0 where there is none.
+    children (Aho, Hopcroft & Ullman 1974), so that no depth is too deep for Python's stack. Return the new key rooms
+    and exit room, which is 0 where None is given.
     """
     children = child_rooms(key_rooms)
     floors = [[0]]

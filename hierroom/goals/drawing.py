@@ -11,16 +11,7 @@ INK, PAPER, START, EXIT = "#333333", "#ffffff", "#d9d9d9", "#35a853"
 
 
 def tree_svg(key_rooms: Sequence[int], exit_room: int, title: str) -> str:
-    """Draw rooms below the room that holds their key; the exit's has a second ring.
-
-    Args:
-        key_rooms: where the keys of rooms 1, 2, ... lie.
-        exit_room: the room of the exit.
-        title: written above.
-
-    Returns:
-        an SVG document.
-    """
+    """Draw rooms below the room that holds their key, as an SVG document; the exit's room has a second ring."""
     places = tree_places(key_rooms)
     width = max(int(COLUMN * (1 + max(column for column, _ in places))), 8 * len(title) + 20)
     height = TOP + ROW * max(depth for _, depth in places) + 2 * RADIUS + 24
@@ -52,11 +43,7 @@ def _text(x: float, y: float, words: str, size: int, colour: str = INK, behind: 
 
 
 def tree_places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
-    """(column, depth) of each room: leaves side by side, every other room in the middle above its first and last.
-
-    Args:
-        key_rooms: where the keys of rooms 1, 2, ... lie.
-    """
+    """(column, depth) of each room: leaves side by side, every other room in the middle above its first and last."""
     below: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
     for room, home in enumerate(key_rooms, start=1):
         below[home].append(room)

@@ -12,16 +12,13 @@ def open_goals(
     keys: NDArray[np.bool_],
     doors: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
-    """Find the goals that can be achieved now for many graphs at once.
+    """Find the goals that can be achieved now, [..., 2 B + 1] keys, doors, exit, for many graphs at once.
 
     Args:
         key_rooms: int, broadcast to the shape of ``doors``: the room in which the key of branch room 1, 2, ... B lies.
-        exit_rooms: int, likewise without the last dimension: the room that holds the exit.
+        exit_rooms: int, without the last dimension: the room that holds the exit.
         keys: [..., B] bool, whether the agent holds the key.
         doors: [..., B] bool, whether the door is open.
-
-    Returns:
-        [..., 2 B + 1] bool: keys, doors, exit.
     """
     enterable = np.concatenate([np.ones((*doors.shape[:-1], 1), bool), doors], axis=-1)
     homes = np.broadcast_to(key_rooms, doors.shape)

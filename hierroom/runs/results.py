@@ -20,7 +20,7 @@ from hierroom.runs.logs.plots import plot_learning_curve
 from hierroom.runs.rollout import rollout
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.runs.trainer import Trainer
-from hierroom.support.printed_table import print_table
+from hierroom.support.tables import print_table
 from hierroom.turns.records import META
 
 MANY_ILLEGAL = 0.1

@@ -34,7 +34,7 @@ def test_a_seed_is_whole_when_all_its_runs_are_done(monkeypatch):
     monkeypatch.setattr(
         page_statistics.SweepTable,
         "of",
-        lambda self, runs: [r for r in rows_of(self, runs) if r["seed"] not in missing],
+        lambda self, runs: (rows := rows_of(self, runs))[~rows["seed"].isin(missing)],
     )
     assert page_statistics.n_whole_seeds("hippo") == 5
     missing.append("3")

@@ -10,7 +10,7 @@ from pictures import has_colour, pixels
 
 from hierroom.complexity import AugmentedGraph
 from hierroom.complexity.augmented import kinds_of_nodes
-from hierroom.complexity.draw import (
+from hierroom.complexity.drawing.draw import (
     EXIT_COLOUR,
     INK,
     ROOM_COLOURS,
@@ -19,7 +19,7 @@ from hierroom.complexity.draw import (
     draw_goal_graph,
     draw_graph,
 )
-from hierroom.complexity.drawn_places import place_augmented, place_goals
+from hierroom.complexity.drawing.drawn_places import place_augmented, place_goals
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
 from hierroom.support.errors import InputError
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from hierroom import GoalGraph
 from hierroom.complexity import analyze, measure_trajectories
-from hierroom.complexity.html import html_table
-from hierroom.complexity.measured import MeasuredReport
+from hierroom.complexity.played.measured import MeasuredReport
+from hierroom.support.tables import html_table
 
 SVG = "{http://www.w3.org/2000/svg}"
 

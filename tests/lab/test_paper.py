@@ -4,21 +4,20 @@ import csv
 import io
 import shutil
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from children import run_child
 from PIL import Image
 
 from hierroom.commands.paper import main
 from hierroom.lab.paper import PAPER_TABLE_3
-from hierroom.lab.paper.cells import ComparedCell, table_3
+from hierroom.lab.paper.cells import cells_where_reached, table_3
 from hierroom.lab.paper.figures import _limited
 from hierroom.lab.paper.order import PairCounts, method_orders, pair_counts
 from hierroom.lab.paper.prediction import prediction
-from hierroom.lab.paper.reached import cells_where_reached
 from hierroom.lab.paper.runs import PaperRuns, mean_and_interval
 from hierroom.lab.paper.table3 import Compared, Table3, markdown
 from hierroom.support.errors import InputError, RunError
@@ -36,14 +35,18 @@ def test_a_mean_has_the_interval_of_student():
     assert np.isnan(mean_and_interval(np.array([[1.0, 2.0]]))[1]).all(), "one seed tells of no spread"
 
 
-def curve(*points: tuple[int, float]) -> list[dict[str, str]]:
-    return [{"steps": str(steps), "success_rate": str(rate), "length": "500"} for steps, rate in points]
+def curve(*points: tuple[int, float]) -> pd.DataFrame:
+    return pd.DataFrame([{"steps": float(steps), "success_rate": rate, "length": 500.0} for steps, rate in points])
+
+
+def cells_of(rows: list[dict[str, str]], curves: dict[str, pd.DataFrame]) -> pd.DataFrame:
+    return table_3(pd.DataFrame(rows), curves, (19,))
 
 
 def test_our_cells_stand_beside_those_of_the_paper():
     rows = [row("hippo", "a", seed, success, 300) for seed, success in enumerate((0.5, 0.7))]
     curves = {"hippoa0": curve((0, 0), (1000, 1)), "hippoa1": curve((0, 0), (1000, 0.749), (2000, 0.9))}
-    (cell,) = table_3([*rows, row("hippo", "a", 5, 0.1, 9) | {"size": "31"}], curves, (19,))
+    (cell,) = cells_of([*rows, row("hippo", "a", 5, 0.1, 9) | {"size": "31"}], curves).itertuples()
     assert (cell.paper_success, cell.paper_length) == (74.9, 48.2)
     assert (cell.success, cell.length, cell.seeds) == (pytest.approx(60), pytest.approx(30), 2)
     assert cell.success_half_width == pytest.approx(12.7062 * 10, rel=1e-4)
@@ -55,12 +58,12 @@ def test_our_cells_stand_beside_those_of_the_paper():
 
 
 def test_a_success_below_one_percent_is_not_waited_for_and_a_curve_must_be_there():
-    (cell,) = table_3([row("ppo", "c", 0, 0, 1000)], {"ppoc0": curve((0, 0), (1000, 0.99))}, (19,))
+    (cell,) = cells_of([row("ppo", "c", 0, 0, 1000)], {"ppoc0": curve((0, 0), (1000, 0.99))}).itertuples()
     assert PAPER_TABLE_3["ppo", "c"].success == 0.2
     assert np.isnan(cell.steps_to_paper)
     assert cell.steps_to_95 == pytest.approx(0.95 / 0.99 * 1000)
     with pytest.raises(InputError, match=r"curves\.csv has no learning curve of ppo on c with seed 0; delete its row"):
-        table_3([row("ppo", "c", 0, 0, 1000)], {}, (19,))
+        cells_of([row("ppo", "c", 0, 0, 1000)], {})
 
 
 def test_what_the_paper_prints_is_in_the_table():
@@ -69,20 +72,24 @@ def test_what_the_paper_prints_is_in_the_table():
     assert [PAPER_TABLE_3["hippo", graph].success for graph in "abcdefg"] == [74.9, 57.0, 60.8, 48.0, 29.9, 11.2, 19.0]
 
 
-def compared(method: str, success: float, half_width: float, length: float = 50) -> ComparedCell:
-    """Graph f, where the paper has HiPPO 11.2, PPO+Bonus 0.5, PPO+Sketch 0.1 and PPO 0.0% success."""
-    printed = PAPER_TABLE_3[method, "f"]
-    numbers = (printed.success, success, half_width, printed.length, length, half_width)
-    return ComparedCell(method, "f", 19, 3, *numbers, *(1000,) * 3, *(np.inf,) * 3)
+def compared(*ours: tuple[str, float, float] | tuple[str, float, float, float]) -> pd.DataFrame:
+    """Graph f, where the paper has HiPPO 11.2, PPO+Bonus 0.5, PPO+Sketch 0.1 and PPO 0.0% success.
+
+    Each of ours is a method, its success, the half-width of both intervals, and its length.
+    """
+    cells = []
+    for method, success, half_width, *length in ours:
+        printed = PAPER_TABLE_3[method, "f"]
+        numbers = {"seeds": 3, "size": 19, "paper_success": printed.success, "paper_length": printed.length}
+        numbers |= {"success": success, "length": (length or [50])[0]}
+        numbers |= {"success_half_width": half_width, "length_half_width": half_width}
+        steps = {f"{name}{end}": 1000.0 for name in ("steps_to_paper", "steps_to_95") for end in ("", "_low", "_high")}
+        cells.append({"method": method, "graph": "f", **numbers, **steps})
+    return pd.DataFrame(cells).astype({"paper_length": float})
 
 
 def test_the_order_of_the_methods_is_that_of_the_means_and_intervals_tell_them_apart():
-    cells = [
-        compared("ppo", 40, 6),
-        compared("ppo-bonus", 90, 1),
-        compared("ppo-sketch", 50, 5),
-        compared("hippo", 80, 2),
-    ]
+    cells = compared(("ppo", 40, 6), ("ppo-bonus", 90, 1), ("ppo-sketch", 50, 5), ("hippo", 80, 2))
     (by_success,), (by_length,) = (method_orders(cells, quantity) for quantity in ("success", "length"))
     assert by_success.paper == "HiPPO > PPO+Bonus > PPO+Sketch > PPO"
     assert by_success.ours == "PPO+Bonus > HiPPO > PPO+Sketch ~ PPO", "88 to 92 is apart from 78 to 82, 45 touches 46"
@@ -92,31 +99,31 @@ def test_the_order_of_the_methods_is_that_of_the_means_and_intervals_tell_them_a
     assert "Of 6 pairs of methods on the same graph, 4 come in the paper's order, 1 in the opp" in markdown(
         Compared(cells, {}), 20
     )
-    lengths = [compared("ppo", 0, 1, 90), compared("ppo-sketch", 0, 1, 20), compared("hippo", 0, 1, 80)]
+    lengths = compared(("ppo", 0, 1, 90), ("ppo-sketch", 0, 1, 20), ("hippo", 0, 1, 80))
     assert pair_counts(lengths, "length") == PairCounts(same=1, opposite=1, open=0), (
         "PPO and PPO+Sketch tie in the paper"
     )
 
 
 def test_methods_of_the_same_mean_have_the_same_number():
-    cells = [compared("ppo", 10, 1), compared("hippo", 10, np.nan), compared("ppo-bonus", 10.5, 1)]
+    cells = compared(("ppo", 10, 1), ("hippo", 10, np.nan), ("ppo-bonus", 10.5, 1))
     assert method_orders(cells, "success")[0].ours == "PPO+Bonus ~ PPO = HiPPO"
 
 
 def test_seeds_that_all_end_alike_tell_no_more_than_their_episodes():
-    cells = [compared("hippo", 100, 0), compared("ppo", 99.9, 0), compared("ppo-sketch", 0, 0)]
+    cells = compared(("hippo", 100, 0), ("ppo", 99.9, 0), ("ppo-sketch", 0, 0))
     assert method_orders(cells, "success")[0].ours == "HiPPO ~ PPO > PPO+Sketch"
 
 
 def test_the_order_of_the_seeds_does_not_matter():
     means = [float(np.mean(values)) for values in ((99, 99.9, 95.8), (99, 95.8, 99.9))]
     assert means[0] != means[1]
-    cells = [compared(method, mean, 1) for method, mean in zip(("hippo", "ppo"), means, strict=True)]
+    cells = compared(("hippo", means[0], 1), ("ppo", means[1], 1))
     assert method_orders(cells, "success")[0].ours in ("HiPPO = PPO", "PPO = HiPPO")
 
 
 def test_one_seed_tells_no_order():
-    cells = [compared("ppo", 10, np.nan), compared("hippo", 90, np.nan)]
+    cells = compared(("ppo", 10, np.nan), ("hippo", 90, np.nan))
     assert method_orders(cells, "success")[0].ours == "HiPPO ~ PPO"
     assert pair_counts(cells, "success") == PairCounts(0, 0, 1)
     told = markdown(Compared(cells, {}), 2_000_000)
@@ -128,10 +135,9 @@ def test_one_seed_tells_no_order():
 def test_the_hitting_time_is_ranked_against_what_was_learned():
     """Times of c, f, g, a in this order of difficulty: 15.1, 29.2, 27.5, 8.4."""
     learned = {"a": (90, 10, 1e6), "c": (70, 20, 2e6), "g": (80, 30, 3e6), "f": (60, 40, np.inf)}
-    cells = [
-        ComparedCell("hippo", graph, 19, 1, 0, success, np.nan, None, length, np.nan, *(np.nan,) * 3, *(steps,) * 3)
-        for graph, (success, length, steps) in learned.items()
-    ]
+    cells = pd.DataFrame(
+        [(graph, *numbers) for graph, numbers in learned.items()], columns=["graph", "success", "length", "steps_to_95"]
+    ).assign(method="hippo")
     told = prediction(cells)
     assert told.startswith(
         "Rank correlation of the paper's hitting time over 4 graphs (p by an exact permutation test), HiPPO: "
@@ -140,7 +146,7 @@ def test_the_hitting_time_is_ranked_against_what_was_learned():
     one = "1.00 (p = 0.08)"  # 2 of 24 orders
     assert f"with length ours {one}, the paper's {one}; with our training steps until 95% {one}." in told
     assert prediction(cells[:3]) == ""
-    assert "until 95% none (all are equal)." in prediction([replace(cell, steps_to_95=np.inf) for cell in cells])
+    assert "until 95% none (all are equal)." in prediction(cells.assign(steps_to_95=np.inf))
 
 
 def test_the_methods_are_compared_where_one_of_them_has_the_papers_success():
@@ -149,16 +155,16 @@ def test_the_methods_are_compared_where_one_of_them_has_the_papers_success():
     rows += [row(method, "f", 0, 0, 1000) for method in ("ppo", "hippo")]
     points = {"ppoa0": 0.2, "ppoa1": 0.4, "hippoa0": 1.0, "hippoa1": 0.5, "ppof0": 0.1, "hippof0": 0.0}
     curves = {digest: curve((0, 0), (1000, rate), (2000, 2 * rate)) for digest, rate in points.items()}
-    curves["hippoa0"][-1]["success_rate"] = "1"
-    cells = table_3(rows, curves, (19,))
-    ppo, hippo = cells_where_reached(cells, rows, curves, "hippo")
+    curves["hippoa0"] = curve((0, 0), (1000, 1), (2000, 1))
+    table, cells = pd.DataFrame(rows), cells_of(rows, curves)
+    ppo, hippo = cells_where_reached(cells, table, curves, "hippo").itertuples()
     assert hippo.steps_to_paper == pytest.approx((749 + 1498) / 2)
     assert (ppo.success, ppo.success_half_width) == (pytest.approx(33.705), pytest.approx(12.7062 * 11.235, rel=1e-4))
     assert hippo.success == pytest.approx((100 + 56.175) / 2)
     assert (ppo.length, ppo.length_half_width) == (pytest.approx(50), 0)
     assert ppo.paper_success == 56.1
-    assert cells_where_reached(cells, rows, curves, "ppo") == [], "one of its two seeds never had the paper's 56.1%"
-    told = markdown(Compared.of_rows(cells, rows, curves), 2000)
+    assert cells_where_reached(cells, table, curves, "ppo").empty, "one of its two seeds never had the paper's 56.1%"
+    told = markdown(Compared.of_rows(cells, table, curves), 2000)
     assert "Success where our HiPPO first has the paper's (after the steps that the median" in " ".join(told.split())
     assert "| our steps |  | 1k |" in told
     assert "By success where HiPPO first has the paper's: Of 1 pairs of methods" in told
@@ -182,9 +188,8 @@ def test_its_csv_is_empty_where_nothing_is_known(tmp_path, capsys):
 
 
 def test_an_episode_that_misses_a_goal_counts_as_the_limit():
-    points = [{"achieved_key_1": "0.25", "steps_to_key_1": "100"}, {"achieved_key_1": "0", "steps_to_key_1": ""}]
-    steps = [float(point["steps_to_key_1"]) for point in _limited({"d": points}, "key_1")["d"]]
-    assert steps == [0.25 * 100 + 0.75 * 1000, 1000]
+    points = pd.DataFrame({"achieved_key_1": [0.25, 0, np.nan], "steps_to_key_1": [100, np.nan, np.nan]})
+    assert [*_limited({"d": points}, "key_1")["d"]["steps_to_key_1"]] == [0.25 * 100 + 0.75 * 1000, 1000]
 
 
 def test_what_the_paper_has_not_is_refused(tmp_path):

@@ -37,7 +37,7 @@ def results(path: Path) -> list[dict[str, str]]:
 def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
     sweep = Sweep(plan("method=hippo,ppo", seeds=1, metas=("random",)), tmp_path / "out")
     assert sweep.fill(processes=2, command="made so").failures == ()
-    rows = sweep.rows()
+    rows = sweep.rows().to_dict("records")
     assert [row["method"] for row in rows] == ["hippo", "ppo"]
     assert [bool(row["random_success_rate"]) for row in rows] == [True, False], "ppo sees no goals"
     for row, run in zip(rows, sweep.plan.runs(), strict=True):
@@ -54,8 +54,8 @@ def test_a_sweep_trains_what_is_missing_and_each_folder_is_complete(tmp_path):
     curves = sweep.table.curves()
     for row in rows:
         points = curves[row["digest"]]
-        assert [point["steps"] for point in points][::2] == ["0", row["steps"]]
-        assert {"success_rate", "length", "achieved_key_1", "steps_to_exit"} <= points[0].keys()
+        assert [*points["steps"]][::2] == [0, int(row["steps"])]
+        assert {"success_rate", "length", "achieved_key_1", "steps_to_exit"} <= {*points}
     before = (tmp_path / "out" / "sweep.csv").read_bytes()
     assert sweep.fill(processes=2).failures == ()
     assert (tmp_path / "out" / "sweep.csv").read_bytes() == before, "there was nothing to do"
@@ -69,14 +69,14 @@ def test_graphs_that_are_excluded_are_evaluated_too(tmp_path):
     of_some = plan('graph=[["rooms:2", "rooms:3"]]', 'exclude=[["b", "c"]]', "method=hippo", "max_steps=500", seeds=1)
     sweep = Sweep(of_some, tmp_path / "out")
     assert sweep.fill(processes=1).failures == ()
-    (row,), (run,) = sweep.rows(), of_some.runs()
+    rows, (run,) = sweep.rows(), of_some.runs()
     trainer, _ = resume(run.config, tmp_path / "out" / "runs" / run.name)
     told = trainer.evaluate(of_some.episodes, graph=["b", "c"])
     assert told.graphs.keys() == {"b", "c"}
-    assert f"{told.length:.6g}" == row["excluded_length"] != row["length"]
+    assert f"{told.length:.6g}" == rows["excluded_length"][0] != rows["length"][0]
     assert trainer.evaluate(of_some.episodes).graphs.keys().isdisjoint({"b", "c"})
-    assert "excluded graphs" in summarise(of_some.runs(), [row]).headings
-    assert "excluded graphs" not in summarise(plan("seed=0").runs(), []).headings
+    assert "excluded graphs" in summarise(of_some.runs(), rows).headings
+    assert "excluded graphs" not in summarise(plan("seed=0").runs(), rows[:0]).headings
 
 
 def test_a_run_that_fails_is_reported_and_the_rest_goes_on(tmp_path):
@@ -87,7 +87,7 @@ def test_a_run_that_fails_is_reported_and_the_rest_goes_on(tmp_path):
     (failure,) = sweep.fill(processes=1).failures
     assert failure[0].identity["meta"] == "fixed-dfs"
     assert failure[1].startswith(str(config))
-    assert [row["meta"] for row in sweep.rows()] == ["none"]
+    assert [*sweep.rows()["meta"]] == ["none"]
 
 
 @pytest.mark.slow
@@ -160,7 +160,7 @@ def test_own_code_of_other_meta_controllers_is_told_too(tmp_path, monkeypatch):
     Path("a_meta_of_a_sweep.py").write_text("def first(level):\n    return level.goals[0] if level.goals else None\n")
     sweep = Sweep(plan(metas=("a_meta_of_a_sweep:first",), seeds=1), tmp_path / "out")
     assert not sweep.fill(processes=1).failures
-    assert [len(row["own_code"]) for row in sweep.rows()] == [16]
+    assert [*sweep.rows()["own_code"].str.len()] == [16]
     assert sweep.made_with_other_code() == []
     with Path("a_meta_of_a_sweep.py").open("a") as file:
         file.write("# changed\n")
@@ -243,7 +243,7 @@ def test_rows_tell_an_entry_that_a_sweep_had_one_value_of_when_it_grows(tmp_path
     Sweep(plan("gamma=0.9", "method=ppo", seeds=1), tmp_path).fill(processes=1)
     grown = Sweep(plan("gamma=0.9,0.99", "method=ppo", seeds=1), tmp_path)
     grown.fill(processes=1)
-    assert [row["gamma"] for row in grown.table.read()] == ["0.9", "0.99"]
+    assert [*grown.table.read()["gamma"]] == ["0.9", "0.99"]
 
 
 def test_entries_may_stand_behind_options(monkeypatch, capsys, tmp_path):

@@ -3,6 +3,7 @@
 from contextlib import suppress
 from dataclasses import replace
 
+import pandas as pd
 import pytest
 from tiny_sweep import plan
 
@@ -18,12 +19,12 @@ def test_a_row_of_an_older_preset_is_made_again_and_others_stay(tmp_path):
     (other,) = plan("gamma=0.9", "seed=1").runs()
     for run in (old, other):
         table.add(run, {"success_rate": 0.123456789, "length": 40.0, "steps_to_95": float("inf")})
-    assert [row["success_rate"] for row in table.of((old, other))] == ["0.123457"] * 2
-    assert table.of((new,)) == []
+    assert [*table.of((old, other))["success_rate"]] == ["0.123457"] * 2
+    assert len(table.of((new,))) == 0
     table.add(new, {"success_rate": 1.0, "more": 'it, "quoted"'})
-    assert [row["digest"] for row in table.read()] == [other.digest, new.digest]
-    assert [row["more"] for row in table.read()] == ["", 'it, "quoted"']
-    assert table.read()[0]["steps_to_95"] == ""
+    assert [*table.read()["digest"]] == [other.digest, new.digest]
+    assert [*table.read()["more"]] == ["", 'it, "quoted"']
+    assert table.read()["steps_to_95"][0] == ""
 
 
 NUMBERS = {"success_rate": 0.5, "length": 40.0, "length_over_shortest": 2.0, "greedy_success_rate": 0.5}
@@ -38,11 +39,11 @@ def test_more_values_add_to_what_is_there(tmp_path, entry):
     for run in rest[1:]:
         table.add(run, NUMBERS, points)
     rows = table.of(rest)
-    assert [row["digest"] for row in rows] == [run.digest for run in rest]
+    assert [*rows["digest"]] == [run.digest for run in rest]
     assert table.curves().keys() == {run.digest for run in rest}
     column = {"gamma": "gamma", "steps": "planned_steps"}[entry.partition("=")[0]]
     assert [line[0] for line in summarise(rest, rows).lines] == entry.partition("=")[2].split("{}")
-    assert [row[column] for row in rows] == entry.partition("=")[2].split("{}")
+    assert [*rows[column]] == entry.partition("=")[2].split("{}")
 
 
 def test_rows_of_other_values_stay(tmp_path):
@@ -50,15 +51,15 @@ def test_rows_of_other_values_stay(tmp_path):
     several, (single,) = plan("gamma=0.9,0.99", "seed=0").runs(), plan("gamma=0.95", "seed=0").runs()
     for run in (*several, single):
         table.add(run, NUMBERS)
-    assert [row["digest"] for row in table.read()] == [run.digest for run in (*several, single)]
+    assert [*table.read()["digest"]] == [run.digest for run in (*several, single)]
 
 
 def test_a_row_tells_the_value_of_a_column_that_another_sweep_made(tmp_path):
     table = SweepTable(tmp_path)
     several, (single,) = plan("gamma=0.9,0.99", "seed=0").runs(), plan("gamma=0.95", "seed=0").runs()
     assert [table.add(run, NUMBERS) for run in (*several, single)] == [False] * 3
-    assert [row["gamma"] for row in table.read()] == ["0.9", "0.99", "0.95"]
-    assert "learning_rate" not in table.read()[0]
+    assert [*table.read()["gamma"]] == ["0.9", "0.99", "0.95"]
+    assert "learning_rate" not in table.read()
 
 
 def test_whether_a_row_stands_in_the_place_of_another_is_told(tmp_path):
@@ -74,7 +75,7 @@ def test_a_row_without_exclusions_stays_beside_one_with(tmp_path):
         table.add(run, {"steps": 1})
     (other,) = plan("graph=rooms:3", "method=ppo", 'exclude=[["b"]]', "gamma=0.5", "seed=0").runs()
     table.add(other, {"steps": 1})
-    assert {row["digest"] for row in table.read()} == {of_several[0].digest, other.digest}
+    assert {*table.read()["digest"]} == {of_several[0].digest, other.digest}
 
 
 def test_only_what_is_empty_is_filled(tmp_path):
@@ -82,7 +83,7 @@ def test_only_what_is_empty_is_filled(tmp_path):
     (run,), grown = plan("gamma=0.9", "seed=0").runs(), plan("gamma=0.9,0.99", "seed=0").runs()
     table.add(replace(run, identity={**run.identity, "variant": "mine"}), NUMBERS)
     table.complete(grown)
-    (row,) = table.read()
+    (row,) = table.read().to_dict("records")
     assert (row["variant"], row["gamma"], row["digest"]) == ("mine", "0.9", run.digest)
     before = table.path.stat().st_mtime_ns
     table.complete(grown)
@@ -92,7 +93,7 @@ def test_only_what_is_empty_is_filled(tmp_path):
 def test_a_run_without_evaluations_has_no_milestones():
     (run,) = plan("seed=0", "evaluations=0").runs()
     row = {**run.identity, **{name: str(number) for name, number in NUMBERS.items()}, "digest": run.digest}
-    assert summarise([run], [row]).lines[0][-6:-3] == ("-", "-", "50.0%")
+    assert summarise([run], pd.DataFrame([row])).lines[0][-6:-3] == ("-", "-", "50.0%")
 
 
 @pytest.mark.parametrize("n_written", [0, 1, 2])
@@ -114,9 +115,9 @@ def test_a_row_is_never_without_its_learning_curve(tmp_path, monkeypatch, n_writ
         patch.setattr("hierroom.lab.sweep.table.write_atomically", write_then_crash)
         table.add(new, {"success_rate": 0.5}, points)
     for run in (other, new):
-        assert {row["digest"] for row in table.read()} <= table.curves().keys()
+        assert {*table.read()["digest"]} <= table.curves().keys()
         table.add(run, {"success_rate": 0.5}, points)
-    assert {row["digest"] for row in table.read()} == table.curves().keys()
+    assert {*table.read()["digest"]} == table.curves().keys()
     assert table.curves().keys() == {run.digest for run in (other, new, *([] if replaces else [old]))}
     assert {len(curve) for curve in table.curves().values()} == {1}
 
@@ -137,7 +138,7 @@ def test_a_summary_has_medians_and_their_spread():
         success, to_95 = found[run.config.agents.method]
         steps = "900000" if run.config.seed == 1 and to_95 else to_95
         rows.append({**run.identity, **numbers, "success_rate": success, "steps_to_95": steps, "digest": run.digest})
-    summary = summarise(runs, rows[:-1])
+    summary = summarise(runs, pd.DataFrame(rows[:-1]))
     assert "single" not in summary.caption()
     assert summary.markdown().splitlines() == [
         "| method | runs | steps to 50% | steps to 95% | success | length | / shortest | greedy |",
@@ -154,7 +155,7 @@ def test_a_single_run_has_the_interval_of_its_evaluations():
     numbers |= {"steps_to_95": "200000", "steps_to_95_low": "190000", "steps_to_95_high": "", "success_low": "0.5"}
     numbers |= {"success_high": "0.7", "length": "40", "length_over_shortest": "", "greedy_success_rate": "0.2"}
     row = {**run.identity, **numbers, "digest": run.digest}
-    summary = summarise([run], [row])
+    summary = summarise([run], pd.DataFrame([row]))
     assert summary.caption().endswith(
         "; of a single run, in square brackets the 95% interval that its evaluations leave"
     )
@@ -165,4 +166,4 @@ def test_a_single_run_has_the_interval_of_its_evaluations():
 def test_a_name_with_a_bar_is_one_cell_in_markdown():
     settings = {"variants": {"a|b": {"gamma": [0.5]}, "c": {"gamma": [0.6]}}, "seeds": 1}
     runs = plan(**settings).runs()
-    assert summarise(runs, []).markdown().splitlines()[2].startswith(r"| a\|b | - | - |")
+    assert summarise(runs, pd.DataFrame()).markdown().splitlines()[2].startswith(r"| a\|b | - | - |")

@@ -21,7 +21,7 @@ from hierroom.commands import evaluate
 from hierroom.learners.config import PPOConfig
 from hierroom.runs import results
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.folder.checkpoint import CHECKPOINT_FORMAT
+from hierroom.runs.folder.checkpoint import CHECKPOINT_FORMAT, TABLES
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.runs.trainer import Trainer
@@ -86,6 +86,9 @@ def test_each_checkpoint_is_how_the_run_stood_after_its_steps(trained):
             names.remove(name)
             saved = folder.load_checkpoint(trainer.steps)
             assert saved.pop("format") == CHECKPOINT_FORMAT
+            n_rows = {table: len(getattr(folder, table).read()) for table in TABLES}
+            assert (saved["tables"] == n_rows) == trainer.is_done
+            assert saved.pop("tables")["metrics"] == sum(steps <= trainer.steps for steps in rows)
             assert equal(without_clock(saved), without_clock(trainer.state_dict()))
         if names:
             assert not trainer.is_done
@@ -181,7 +184,7 @@ def test_a_meta_controller_whose_memory_cannot_be_saved_is_warned_of_at_the_star
             "cannot hold agents.meta_0.s, which is object",
         ),
         ("    state_dict = None\n", "state_dict of a meta-controller is a method"),
-        ("    def state_dict(self):\n        return [1]\n", "its state.agents.meta_0 must be a mapping, not a list"),
+        ("    def state_dict(self):\n        return [1]\n", "Expected `object`, got `array` - at `\\$.agents.meta_0`"),
         (
             "    def state_dict(self):\n        return {}\n"
             "    def load_state_dict(self, state):\n        self.mean = state['mean']\n",

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 from rich.table import Table
 
-from hierroom.support.printed_table import print_table
+from hierroom.support.tables import print_table
 
 
 def printed(width: int) -> str:

@@ -16,19 +16,11 @@
 | committor | `committor` | Norris, 1.3.2 |
 
 The first six are of a `DeterministicMDP`: of a goal graph (`graph_mdp`), of a Gymnasium environment (`enumerate_env`),
-or of a level (`hierroom.worlds.escape_room.measured_levels.level_mdp`). The others are of W, as `hierroom.complexity` has it. Levin and
-Peres is Markov Chains and Mixing Times, 2nd edition, 2017; Norris is Markov Chains, 1997.
+or of a level (`hierroom.worlds.escape_room.measured_levels.level_mdp`). The others are of W, as `hierroom.complexity`
+has it. Levin and Peres is Markov Chains and Mixing Times, 2nd edition, 2017; Norris is Markov Chains, 1997.
 """
 
-from hierroom.complexity.measures.covering import CoveringLength, covering_length
-from hierroom.complexity.measures.effective_horizon import (
-    EffectiveHorizon,
-    effective_horizon,
-    effective_planning_window,
-    minimum_k,
-)
-from hierroom.complexity.measures.enumerate import enumerate_env
-from hierroom.complexity.measures.ergodic import (
+from hierroom.complexity.chains.ergodic import (
     committor,
     commute_time,
     cover_time,
@@ -37,9 +29,16 @@ from hierroom.complexity.measures.ergodic import (
     spectral_gap,
     stationary_distribution,
 )
+from hierroom.complexity.measures.covering import CoveringLength, covering_length
+from hierroom.complexity.measures.effective_horizon import (
+    EffectiveHorizon,
+    effective_horizon,
+    effective_planning_window,
+    minimum_k,
+)
+from hierroom.complexity.measures.enumerate import enumerate_env
 from hierroom.complexity.measures.gorp import Gorp, GorpRollouts
-from hierroom.complexity.measures.graph_mdp import graph_mdp
-from hierroom.complexity.measures.mdp import DeterministicMDP
+from hierroom.complexity.measures.mdp import DeterministicMDP, graph_mdp
 from hierroom.complexity.measures.policy_information import (
     PolicyInformation,
     mdp_policy_information,

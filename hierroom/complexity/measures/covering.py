@@ -23,32 +23,21 @@ class CoveringLength:
     absorbing states.
 
     All three bounds are ``inf`` where a pair is less likely than `LEAST_CHANCE`.
-
-    Args:
-        low: no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2.
-        high: so many suffice, by the union bound over the pairs.
-        simple: ln(2 S A) / d, the bound of Laidlaw et al., which is above ``high``.
-        occupancy: d, the least over the pairs of the greatest probability to try it at one fixed step.
-        n_pairs: number of pairs S A.
     """
 
-    low: float
-    high: float
-    simple: float
-    occupancy: float
-    n_pairs: int
+    low: float  # no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2
+    high: float  # so many suffice, by the union bound over the pairs
+    simple: float  # ln(2 S A) / d, the bound of Laidlaw et al., which is above ``high``
+    occupancy: float  # d, the least over the pairs of the greatest probability to try it at one fixed step
+    n_pairs: int  # number of pairs S A
 
 
 def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
     """Bound the covering length by the probabilities of trying each pair.
 
     With d_t(s, a) the probability that step t of the random policy takes action a in state s, a pair is tried in an
-    episode with probability p, max_t d_t <= p <= min(1, sum_t d_t). L is at least ln(1/2) / ln(1 - p) for each pair,
-    and at most the least n with sum over the pairs of (1 - p)^n <= 1/2.
-
-    Args:
-        mdp: the MDP.
-        horizon: number of steps T of an episode, at least 1.
+    episode of ``horizon`` steps with probability p, max_t d_t <= p <= min(1, sum_t d_t). L is at least
+    ln(1/2) / ln(1 - p) for each pair, and at most the least n with sum over the pairs of (1 - p)^n <= 1/2.
     """
     check_horizon(mdp, horizon)
     occupancy = np.zeros(mdp.n_states)

@@ -24,16 +24,12 @@ from hierroom.complexity.measures.mdp import DeterministicMDP, Values, check_hor
 class EffectiveHorizon:
     """The bound of theorem 5.4 on the effective horizon, for each k at which it is finite.
 
-    Args:
-        horizon: number of steps T of an episode.
-        n_actions: number of actions A.
-        rollouts: for each k a number m of rollouts that suffices. Where k is missing no number does by this theorem, or
-            k alone exceeds the bound that a smaller k gives.
+    Where k is missing in ``rollouts`` no number suffices by this theorem, or k alone exceeds the bound of a smaller k.
     """
 
-    horizon: int
-    n_actions: int
-    rollouts: Mapping[int, int]
+    horizon: int  # number of steps T of an episode
+    n_actions: int  # number of actions A
+    rollouts: Mapping[int, int]  # for each k a number m of rollouts that suffices
 
     @property
     def min_k(self) -> int | None:
@@ -74,10 +70,6 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
     suffices, where D_t(s) is the gap of Q^k between its greatest value and that of the best suboptimal action, and
     S_t(s) the greatest (Q - Q_worst) (Q_best - Q_worst) after k - 1 further actions, a bound on the variance of a
     return. This is what the authors' program computes for every MDP of their data set.
-
-    Args:
-        mdp: the MDP.
-        horizon: number of steps T of an episode, at least 1.
     """
     values, is_optimal, table = mdp.random_values(horizon), mdp.optimal_actions(horizon), (mdp.transitions, mdp.rewards)
     variances = np.zeros_like(values)
@@ -96,12 +88,7 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
 
 
 def minimum_k(mdp: DeterministicMDP, horizon: int) -> int:
-    """The least k at which an MDP is k-QVI-solvable (definition 5.1): k - 1 backups of Q of the random policy.
-
-    Args:
-        mdp: the MDP.
-        horizon: number of steps T of an episode, at least 1.
-    """
+    """The least k at which an MDP is k-QVI-solvable (definition 5.1): k - 1 backups of Q of the random policy."""
     return _backups_needed(mdp, horizon, mdp.random_values(horizon))
 
 
@@ -111,10 +98,6 @@ def effective_planning_window(mdp: DeterministicMDP, horizon: int) -> int:
     This is the effective planning window of Malik, Pacchiano, Srinivasan and Li (Sample Efficient Reinforcement
     Learning In Continuous State Spaces, ICML 2021) as Laidlaw et al. compute it: Q^1 = r instead of the values of the
     random policy.
-
-    Args:
-        mdp: the MDP.
-        horizon: number of steps T of an episode, at least 1.
     """
     check_horizon(mdp, horizon)
     return _backups_needed(mdp, horizon, np.zeros((horizon + 1, mdp.n_states)))

@@ -28,21 +28,13 @@ NEVER = 2**62
 
 @dataclass(frozen=True)
 class GorpRollouts:
-    """The number of rollouts with which GORP finds an optimal policy with probability 1/2.
+    """The number of rollouts with which GORP finds an optimal policy with probability 1/2."""
 
-    Args:
-        k: number of actions of a sequence.
-        rollouts: m_k; None if it is more than `MAX_ROLLOUTS`.
-        horizon: number of steps T of an episode.
-        n_actions: number of actions A.
-        is_exact: whether the probability was computed; else it is the share of runs drawn.
-    """
-
-    k: int
-    rollouts: int | None
-    horizon: int
-    n_actions: int
-    is_exact: bool
+    k: int  # number of actions of a sequence
+    rollouts: int | None  # m_k; None if it is more than `MAX_ROLLOUTS`
+    horizon: int  # number of steps T of an episode
+    n_actions: int  # number of actions A
+    is_exact: bool  # whether the probability was computed; else it is the share of runs drawn
 
     @property
     def effective_horizon(self) -> float:

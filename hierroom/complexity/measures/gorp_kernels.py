@@ -21,24 +21,17 @@ def binomial_mass(x, m, chance):
 
 @njit(cache=True)
 def choice_probabilities(chances, n_actions, m, nodes, node_weights):
-    """Probability that each action has the greatest of its leaves' estimates, ties being broken at random.
+    """Probability [A] that each action has the greatest of its leaves' estimates, ties being broken at random.
 
     The estimate of a leaf is the mean of m returns that are 0 or 1, so a binomial number over m; leaves are
     independent. With F_b the distribution function of the greatest number of action b's leaves,
 
         P(a) = integral over u in 0..1 of sum over x of f_a(x) prod over b != a of (F_b(x - 1) + u f_b(x)),
 
-    a polynomial in u of degree A - 1, for which Gauss and Legendre's rule with enough nodes is exact.
+    a polynomial in u of degree A - 1, for which Gauss and Legendre's rule with K >= A / 2 nodes is exact.
 
-    Args:
-        chances: [A * L] float64, the probability of return 1 after each leaf, the leaves of an action side by side.
-        n_actions: number of actions A.
-        m: number of rollouts of each leaf.
-        nodes: [K] float64 nodes of the rule in 0..1, K >= A / 2.
-        node_weights: [K] float64 its weights.
-
-    Returns:
-        [A] float64, which sum to one up to rounding.
+    ``chances`` [A * L] are the probabilities of return 1 after each leaf, those of one action in a row; ``nodes`` and
+    ``node_weights`` [K] are the rule's on 0..1.
     """
     n_leaves = chances.shape[0] // n_actions
     low, high = np.int64(0), np.int64(0)
@@ -112,23 +105,18 @@ def leaf_chances(leaves, leaf_steps, random_values, state, h, k, chances):
 
 @njit(cache=True, nogil=True)
 def success_values(transitions, leaves, leaf_steps, random_values, is_optimal, visited, k, m, nodes, node_weights):
-    """Probability that GORP takes optimal actions only, from every state that it may visit on such a way.
+    """Probability [T + 1, S] that GORP takes optimal actions only, from every state that it may visit on such a way.
 
     Args:
         transitions: [S, A] int64.
-        leaves: [S, A ** k] int64, the state after each sequence of k actions, those with the same first action side by
-            side.
+        leaves: [S, A ** k] int64, the state after each sequence of k actions, those with one first action in a row.
         leaf_steps: [S, A ** k] int64, the step of the sequence that earns the reward, or a great number.
         random_values: [T + 1, S] float64, the probability of return 1 of the random policy.
         is_optimal: [T + 1, S, A] bool.
-        visited: [T + 1, S] bool, the states to compute.
+        visited: [T + 1, S] bool, the states to compute; others get 0.
         k: number of steps of a sequence.
         m: number of rollouts after each sequence.
-        nodes: see `choice_probabilities`.
-        node_weights: see `choice_probabilities`.
-
-    Returns:
-        [T + 1, S] float64; 0 where it is not computed.
+        nodes: as in `choice_probabilities`, and ``node_weights`` too.
     """
     horizon, n_states, n_actions = random_values.shape[0] - 1, transitions.shape[0], transitions.shape[1]
     success = np.zeros((horizon + 1, n_states))

@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from hierroom.complexity.augmented import AugmentedGraph
 from hierroom.complexity.measures import horizon_kernels as kernels
 from hierroom.support.errors import InputError
 
@@ -103,9 +104,6 @@ class DeterministicMDP:
         """Probability that an episode of the uniformly random policy earns the greatest return.
 
         P_h(s) = sum over the optimal actions of P_{h - 1}(s') / A, and P_0 = 1.
-
-        Args:
-            horizon: number of steps T of an episode, at least 1.
         """
         is_optimal, success = self.optimal_actions(horizon), np.ones(self.n_states)
         for h in range(1, horizon + 1):
@@ -139,3 +137,21 @@ def check_horizon(mdp: DeterministicMDP, horizon: int) -> None:
             f"{mdp.n_states:,} states over a horizon of {horizon:,} have more than the {MAX_VALUES:,} values that can "
             "be held; choose a shorter horizon"
         )
+
+
+def graph_mdp(augmented: AugmentedGraph) -> DeterministicMDP:
+    """The MDP of an agent that chooses the next node of an augmented goal graph.
+
+    Action i takes the i-th edge of a node, in the order of `AugmentedGraph.edges`; a node with fewer edges stays where
+    it is, as illegal goals do nothing in an environment. The step to the exit earns 1 and ends the episode. Staying and
+    restarts, which the paper's walk adds, are no part of it.
+    """
+    sources, targets = augmented.edges.T
+    n = len(augmented.nodes)
+    out_degree = np.bincount(sources, minlength=n)
+    transitions = np.repeat(np.arange(n)[:, None], out_degree.max(), axis=1)
+    order = np.argsort(sources, kind="stable")
+    ranks = np.arange(len(sources)) - (np.cumsum(out_degree) - out_degree)[sources[order]]
+    transitions[sources[order], ranks] = targets[order]
+    rewards = ((transitions == augmented.exit) & (np.arange(n) != augmented.exit)[:, None]).astype(float)
+    return DeterministicMDP(transitions, rewards, augmented.start)

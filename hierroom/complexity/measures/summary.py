@@ -4,15 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hierroom.complexity.chain import EXIT, Chain
-from hierroom.complexity.measures.covering import covering_length
-from hierroom.complexity.measures.effective_horizon import (
-    effective_horizon,
-    effective_planning_window,
-    minimum_k,
-    samples_of,
-)
-from hierroom.complexity.measures.ergodic import (
+from hierroom.complexity.chains.chain import EXIT, Chain
+from hierroom.complexity.chains.ergodic import (
     MAX_COVER_NODES,
     MAX_DENSE_NODES,
     committor,
@@ -23,50 +16,61 @@ from hierroom.complexity.measures.ergodic import (
     spectral_gap,
     stationary_distribution,
 )
+from hierroom.complexity.chains.weights import as_moves, row_sums
+from hierroom.complexity.measures.covering import covering_length
+from hierroom.complexity.measures.effective_horizon import (
+    effective_horizon,
+    effective_planning_window,
+    minimum_k,
+    samples_of,
+)
 from hierroom.complexity.measures.gorp import Gorp
 from hierroom.complexity.measures.mdp import DeterministicMDP
 from hierroom.complexity.measures.policy_information import mdp_policy_information
-from hierroom.complexity.weights import as_moves, row_sums
 from hierroom.support.errors import InputError
 
 
 @dataclass(frozen=True)
 class MdpMeasures:
-    """The measures of the literature on a deterministic MDP whose return is 0 or 1.
+    """The measures of the literature on a deterministic MDP whose return is 0 or 1."""
 
-    Args:
-        states: number of states.
-        actions: number of actions A.
-        horizon: number of steps T of an episode.
-        shortest: steps of a shortest solution.
-        random_success: probability that the random policy succeeds within T steps.
-        k: least k at which the MDP is k-QVI-solvable.
-        planning_window: the effective planning window W.
-        horizon_bound: upper bound on the effective horizon by theorem 5.4.
-        rollouts: m_1 of GORP; None if it is above a million.
-        effective_horizon: H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known.
-        samples: GORP's sample bound T^2 A^H with the lesser of H_1 and the bound; ``inf`` if no float is so large.
-        covering_low: lower bound on the covering length, in episodes.
-        covering_high: upper bound on it.
-        pic: policy information capacity, in nats.
-        poic: policy-optimal information capacity, in nats.
+    states: int  # number of states
+    actions: int  # number of actions A
+    horizon: int  # number of steps T of an episode
+    shortest: int  # steps of a shortest solution
+    random_success: float  # probability that the random policy succeeds within T steps
+    k: int  # least k at which the MDP is k-QVI-solvable
+    planning_window: int  # the effective planning window W
+    horizon_bound: float  # upper bound on the effective horizon by theorem 5.4
+    rollouts: int | None  # m_1 of GORP; None if it is above a million
+    effective_horizon: float  # H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known
+    samples: float  # GORP's sample bound T^2 A^H with the lesser of H_1 and the bound; ``inf`` if no float is so large
+    covering_low: float  # lower bound on the covering length, in episodes
+    covering_high: float  # upper bound on it
+    pic: float  # policy information capacity, in nats
+    poic: float  # policy-optimal information capacity, in nats
+
+
+@dataclass(frozen=True)
+class SampledMeasures:
+    """Measures of the literature, estimated from rollouts in a deterministic MDP whose return is 0 or 1.
+
+    What is left out of `MdpMeasures` needs the values of all states.
     """
 
-    states: int
-    actions: int
-    horizon: int
-    shortest: int
-    random_success: float
-    k: int
-    planning_window: int
-    horizon_bound: float
-    rollouts: int | None
-    effective_horizon: float
-    samples: float
-    covering_low: float
-    covering_high: float
-    pic: float
-    poic: float
+    states: int | None  # number of states; None if it is not known
+    actions: int  # number of actions A
+    horizon: int  # number of steps T of an episode
+    shortest: int  # steps of a shortest solution
+    random_success: float  # share of the random policy's episodes that succeed within T steps
+    random_success_low: float  # lower end of its 95% interval (Wilson 1927)
+    random_success_high: float  # upper end of it
+    rollouts: int | None  # least m_1 with which half of the runs of GORP succeed; None if it takes too many steps
+    rollouts_tried: int  # the most rollouts with which less than half of them do; 0 if one is enough
+    effective_horizon: float  # H_1 = 1 + log_A m_1; ``inf`` if m_1 is not known
+    samples: float  # GORP's sample bound T^2 A^H; ``inf`` likewise
+    pic: float  # policy information capacity, in nats
+    poic: float  # policy-optimal information capacity, in nats
 
 
 def measure_mdp(
@@ -111,27 +115,16 @@ def measure_mdp(
 
 @dataclass(frozen=True)
 class WalkMeasures:
-    """Measures of the long run of a walk.
+    """Measures of the long run of a walk."""
 
-    Args:
-        nodes: number of nodes.
-        at_exit: long-run fraction of the time at the exit.
-        escape: committor of the start, left once: the probability to reach the exit before the start again.
-        spectral_gap: absolute spectral gap.
-        mixing: mixing time in steps, to a total variation distance of 1/4; ``nan`` for a graph too large.
-        commute: commute time between start and exit, in steps.
-        cover: cover time from the start, in steps.
-        cover_error: standard error of the cover time, where it was sampled; 0 where it is exact.
-    """
-
-    nodes: int
-    at_exit: float
-    escape: float
-    spectral_gap: float
-    mixing: float
-    commute: float
-    cover: float
-    cover_error: float
+    nodes: int  # number of nodes
+    at_exit: float  # long-run fraction of the time at the exit
+    escape: float  # committor of the start, left once: the probability to reach the exit before the start again
+    spectral_gap: float  # absolute spectral gap
+    mixing: float  # mixing time in steps, to a total variation distance of 1/4; ``nan`` for a graph too large
+    commute: float  # commute time between start and exit, in steps
+    cover: float  # cover time from the start, in steps
+    cover_error: float  # standard error of the cover time, where it was sampled; 0 where it is exact
 
 
 def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasures:

@@ -2,36 +2,41 @@
 
 from __future__ import annotations
 
-import csv
 import math
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from rich.box import SIMPLE_HEAD
+from rich.console import Console
 from rich.markup import escape
+from rich.progress import track
 from rich.table import Table
 
 from hierroom.complexity.measures.effective_horizon import horizon_of
-from hierroom.complexity.measures.sampled import SampledMeasures
-from hierroom.complexity.measures.summary import MdpMeasures, WalkMeasures
-from hierroom.support.printed_table import print_table
+from hierroom.complexity.measures.mdp import graph_mdp
+from hierroom.complexity.measures.summary import (
+    MdpMeasures,
+    SampledMeasures,
+    WalkMeasures,
+    measure_mdp,
+    measure_walk,
+)
+from hierroom.complexity.report import analyze
+from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
+from hierroom.goals import GoalGraph
+from hierroom.support.tables import csv_text, latex_table, markdown_table, print_table
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
 class MeasuredGraph:
-    """The measures of one goal graph, or of one of its levels.
+    """The measures of one goal graph, or of one of its levels."""
 
-    Args:
-        name: of the graph or level.
-        mdp: measures of the MDP, estimated for one with too many states.
-        walk: measures of the assumed walk; None for a level.
-    """
-
-    name: str
-    mdp: MdpMeasures | SampledMeasures
-    walk: WalkMeasures | None = None
+    name: str  # of the graph or level
+    mdp: MdpMeasures | SampledMeasures  # measures of the MDP, estimated for one with too many states
+    walk: WalkMeasures | None = None  # measures of the assumed walk; None for a level
 
     def to_dict(self) -> dict[str, Any]:
         """The measures as plain numbers and strings."""
@@ -62,7 +67,9 @@ SAMPLED_COLUMNS: Mapping[str, Callable[[Any], str]] = {
     "states": lambda m: "over 1e6" if m.states is None else str(m.states),
     "steps": MDP_COLUMNS["steps"],
     "random": lambda m: f"~{m.random_success:.2g}" if m.random_success else f"<{m.random_success_high:.1g}",
-    "H_1": lambda m: f">{horizon_of(1, m.rollouts_tried, m.actions):.1f}" if m.rollouts is None else _estimate(m),
+    "H_1": lambda m: (
+        f">{horizon_of(1, m.rollouts_tried, m.actions):.1f}" if m.rollouts is None else f"~{m.effective_horizon:.1f}"
+    ),
     "samples": lambda m: "-" if math.isinf(m.samples) else f"~{m.samples:.0e}",
     "PIC": lambda m: f"~{m.pic:.1g}" if m.pic else "-",
     "POIC": lambda m: f"~{m.poic:.1g}" if m.poic else "-",
@@ -104,28 +111,15 @@ def print_measures(measured: Sequence[MeasuredGraph], title: str) -> None:
         print(WALK_NOTES)
 
 
-def print_measures_csv(measured: Sequence[MeasuredGraph]) -> None:
-    """Print the measures as CSV, a line for each graph."""
-    rows = [graph.to_dict() for graph in measured]
-    fields = list(dict.fromkeys(key for row in rows for key in row))
-    writer = csv.DictWriter(sys.stdout, fields, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-
-
-def measures_table(
-    measured: Sequence[MeasuredGraph], table: Callable[[Sequence[str], Iterable[Sequence[str]]], str]
-) -> str:
-    """The measures as one table for a paper, rounded as they are printed.
-
-    Args:
-        measured: the measures.
-        table: `tables.latex_table` or `markdown_table`.
-    """
+def measures_text(measured: Sequence[MeasuredGraph], form: str) -> str:
+    """The measures as ``csv`` in full precision, or as a ``latex`` or ``markdown`` table, rounded as printed."""
+    if form == "csv":
+        return csv_text(graph.to_dict() for graph in measured)
     has_walk = all(graph.walk is not None for graph in measured)
     heads = ["graph", *MDP_COLUMNS, *(WALK_COLUMNS if has_walk else ())]
     rows = [[graph.name, *graph.cells, *(_walk_cells(graph.walk) if graph.walk else ())] for graph in measured]
-    return table([head.replace("\n", " ") for head in heads], rows)
+    table = latex_table if form == "latex" else markdown_table
+    return table([head.replace("\n", " ") for head in heads], rows) + "\n"
 
 
 def _walk_cells(walk: WalkMeasures) -> list[str]:
@@ -142,9 +136,42 @@ def _print(title: str, columns: Sequence[str], rows: Sequence[tuple[str, list[st
     print_table(table)
 
 
-def _estimate(measures: SampledMeasures) -> str:
-    return f"~{measures.effective_horizon:.1f}"
-
-
 def _short(number: float) -> str:
     return f"{number:.0f}" if number < 10_000 else f"{number:.0e}".replace("e+0", "e").replace("e+", "e")
+
+
+def measure_graphs(
+    graphs: Sequence[GoalGraph],
+    horizon: int = 20,
+    drop_key: bool = False,
+    walk: Walk = PAPER_WALK,
+    reading: Reading = TABLE_READING,
+) -> list[MeasuredGraph]:
+    """Measure goal graphs, each as an MDP over its nodes and as the assumed walk.
+
+    Rooms are numbered in one way whatever their numbers are, as policies and walks that are drawn would differ.
+
+    Args:
+        graphs: the goal graphs.
+        horizon: steps of an episode on the MDP, at least as many as a shortest solution has.
+        drop_key: whether keys can be dropped.
+        walk: the probabilities of one step of the walk; policies on the MDP choose among the moves themselves.
+        reading: of the augmented graph, whose nodes are the states of both.
+    """
+
+    def measure(graph: GoalGraph) -> MeasuredGraph:
+        report = analyze(graph.canonical(), drop_key, walk, reading)
+        mdp = graph_mdp(report.augmented)
+        return MeasuredGraph(graph.name, measure_mdp(mdp, horizon), measure_walk(report.chain))
+
+    return with_progress(measure, graphs, "measuring")
+
+
+def with_progress(
+    measure: Callable[[Item], MeasuredGraph], items: Iterable[Item], description: str
+) -> list[MeasuredGraph]:
+    """Measure each item, with a progress bar that disappears."""
+    console = Console(stderr=True)
+    is_hidden = not console.is_terminal  # in a file it would leave an empty line
+    tracked = track(list(items), description, console=console, transient=True, disable=is_hidden)
+    return [measure(item) for item in tracked]

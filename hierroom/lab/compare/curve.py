@@ -13,15 +13,10 @@ from hierroom.runs.logs.learning_curve import first_crossing
 
 @dataclass(frozen=True)
 class Curve:
-    """A metric over the steps trained, linear between the evaluations.
+    """A metric over the steps trained, linear between the evaluations."""
 
-    Args:
-        steps: [P] float, steps trained at each evaluation, increasing.
-        values: [P] float, the metric there; NaN where it has no value.
-    """
-
-    steps: NDArray[np.float64]
-    values: NDArray[np.float64]
+    steps: NDArray[np.float64]  # [P] float, steps trained at each evaluation, increasing
+    values: NDArray[np.float64]  # [P] float, the metric there; NaN where it has no value
 
     def at(self, steps: NDArray[np.float64]) -> NDArray[np.float64]:
         """[Q] the values after some numbers of steps [Q], which lie between the first evaluation and the last."""

@@ -26,17 +26,11 @@ _ENTRIES_AT_ONCE = 4_000_000
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimates with their 95% intervals.
+    """Estimates with their 95% intervals."""
 
-    Args:
-        values: [Q] the estimates from all runs; NaN where a run has no score.
-        lows: [Q] lower ends of the intervals; NaN where there is no interval, because a stratum has a single run.
-        highs: [Q] their upper ends.
-    """
-
-    values: Scores
-    lows: Scores
-    highs: Scores
+    values: Scores  # [Q] the estimates from all runs; NaN where a run has no score
+    lows: Scores  # [Q] lower ends of the intervals; NaN where there is no interval, because a stratum has a single run
+    highs: Scores  # [Q] their upper ends
 
 
 def interquartile_mean(strata: Strata) -> Scores:
@@ -53,11 +47,8 @@ def probability_of_improvement(ours: Sequence[Scores], theirs: Sequence[Scores])
     """[..., Q] the probability that a run of ours has a higher score than one of theirs, the mean over the graphs.
 
     ``P(X > Y) = mean over graphs g of mean over pairs (i, j) of [x[g, i] > y[g, j]] + [x[g, i] = y[g, j]] / 2``
-    (Agarwal et al. 2021, section 4.3: the statistic of Mann & Whitney 1947).
-
-    Args:
-        ours: for each graph [..., R, Q] the scores of our runs on it.
-        theirs: for each graph likewise [..., S, Q]; in the same order.
+    (Agarwal et al. 2021, section 4.3: the statistic of Mann & Whitney 1947). Scores are [..., R, Q] and [..., S, Q] for
+    each graph, in the same order.
     """
     by_graph = []
     for x, y in zip(ours, theirs, strict=True):
@@ -69,11 +60,7 @@ def probability_of_improvement(ours: Sequence[Scores], theirs: Sequence[Scores])
 def estimate(strata: Strata, statistic: Callable[[Strata], Scores], resamples: int, seed: int) -> Estimate:
     """A statistic of all runs, and the interval between the 2.5% and 97.5% quantiles of its stratified bootstrap.
 
-    Args:
-        strata: the scores, each [R, K, Q].
-        statistic: from strata [..., R, K, Q] to [..., Q].
-        resamples: how often the runs are resampled.
-        seed: fixes the resamples.
+    The strata are [R, K, Q], and the statistic takes them with further axes in front, [..., R, K, Q], to [..., Q].
     """
     values = statistic(strata)
     unknown = np.full_like(values, np.nan)

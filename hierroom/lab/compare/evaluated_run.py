@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from hierroom.goals import GoalGraph, graph_specs, spec_names
 from hierroom.lab.compare.curve import Curve
@@ -28,24 +29,17 @@ _TABLE = "evaluations.csv"
 class EvaluatedRun:
     """A training run and how it fared at its evaluations.
 
-    Args:
-        path: its folder.
-        entries: the entries of its config, named as on the command line; ``meta`` and ``reward`` as they are named in
-            the config, so None where they are those of the method; and ``variant``, what the plan of a sweep called it.
-        meta: its meta-controller.
-        reward: the controller's reward.
-        curves: for each goal graph that it was evaluated on, and each metric, the learning curve.
-        episodes: of each evaluation, over all of its graphs; several numbers where these differ.
-        own_graphs: the goal graphs of the user's own that it names, by their names.
+    ``entries`` are those of its config, named as on the command line, ``meta`` and ``reward`` None where they are those
+    of the method; and ``variant``, what the plan of a sweep called it.
     """
 
-    path: Path
+    path: Path  # its folder
     entries: Mapping[str, Any]
-    meta: str
-    reward: str
-    curves: Mapping[str, Mapping[str, Curve]]
-    episodes: frozenset[int]
-    own_graphs: Mapping[str, GoalGraph]
+    meta: str  # its meta-controller
+    reward: str  # the controller's reward
+    curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric, the learning curve
+    episodes: frozenset[int]  # of each evaluation, over all graphs; several where these differ
+    own_graphs: Mapping[str, GoalGraph]  # the user-defined goal graphs, by their names
 
     @property
     def seed(self) -> int:
@@ -65,9 +59,8 @@ class EvaluatedRun:
     def choice(self, name: str) -> str:
         """What was chosen for an entry of the config, as text.
 
-        Args:
-            name: of the entry. ``meta`` and ``reward`` are the method's where the config names none; ``warm_start`` is
-                the name of that run without its seed.
+        ``meta`` and ``reward`` are the method's where the config names none; ``warm_start`` is the name of that run
+        without its seed.
         """
         if name not in self.entries:
             near = get_close_matches(name, self.entries, n=1)
@@ -89,14 +82,10 @@ def _without_seed(name: str) -> str:
 
 
 def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
-    """The folders of runs among some paths.
+    """The folders of runs among some paths, each once; and the runs without evaluations after the first step.
 
-    Args:
-        paths: folders of runs, or folders that contain them: see `runs_inside`.
-
-    Returns:
-        The folders of runs, each once; and the runs without evaluations after the first step that lay in a
-            folder, which are left out.
+    Paths are folders of runs, or folders that contain them: see `runs_inside`. Only of these last ones some are left
+    out.
     """
     found: dict[Path, Path] = {}
     left_out = []
@@ -151,37 +140,44 @@ def _has_curve(path: Path) -> bool:
 def read_run(path: Path) -> EvaluatedRun:
     """Read the config and the evaluations of a run."""
     folder = RunFolder.open(path)
-    config = folder.config()
-    try:
-        rows = folder.evaluations.read()
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"cannot read {path / _TABLE}: {error}") from error
-    if not rows:
-        raise InputError(f"{path} has no {_TABLE}; the run was made without evaluations, or none has been written yet")
-    missing = [name for name in ("steps", "graph", "episodes", *METRICS) if name not in rows[0]]
-    if missing:
-        raise InputError(f"{path / _TABLE} is broken: it has no column {', '.join(missing)}")
-    number = _reader(path / _TABLE)
-    steps: dict[str, list[float]] = {}
-    episodes: dict[float, float] = {}
-    for row in rows:
-        at, graph, count = number(row, "steps"), row["graph"], number(row, "episodes")
-        if not (np.isfinite(count) and count >= 1):
-            raise InputError(f"{path / _TABLE} is broken: episodes is a number of at least 1, not {row['episodes']!r}")
-        steps.setdefault(graph, []).append(at)
-        episodes[at] = episodes.get(at, 0) + count
+    config, table = folder.config(), _evaluations(folder)
     curves = {}
-    for graph, points in steps.items():
-        if not (np.diff(points) > 0).all() or not np.isfinite(points).all():
+    for graph, own in table.groupby("graph", sort=False):
+        steps = own["steps"].to_numpy()
+        if not (np.diff(steps) > 0).all() or not np.isfinite(steps).all():
             raise InputError(f"{path / _TABLE} is broken: the steps of graph {graph} do not increase from row to row")
-        own = [row for row in rows if row["graph"] == graph]
-        curves[graph] = {
-            name: Curve(np.array(points), np.array([number(row, name) for row in own])) for name in METRICS
-        }
+        curves[graph] = {name: Curve(steps, own[name].to_numpy()) for name in METRICS}
     method = config.resolved_method
-    counts = frozenset(map(int, episodes.values()))
-    own = {spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)}
-    return EvaluatedRun(path, entries_of(path, config), method.meta, str(method.controller.reward), curves, counts, own)
+    counts = frozenset(map(int, table.groupby("steps")["episodes"].sum()))
+    graphs = {spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)}
+    entries = entries_of(path, config)
+    return EvaluatedRun(path, entries, method.meta, str(method.controller.reward), curves, counts, graphs)
+
+
+def _evaluations(folder: RunFolder) -> pd.DataFrame:
+    """The columns that are compared, as numbers; what has no value may be left empty."""
+    path = folder.path / _TABLE
+    try:
+        rows = pd.DataFrame(folder.evaluations.read(), dtype=object)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"cannot read {path}: {error}") from error
+    if rows.empty:
+        raise InputError(
+            f"{folder.path} has no {_TABLE}; the run was made without evaluations, or none has been written yet"
+        )
+    if missing := [name for name in ("steps", "graph", "episodes", *METRICS) if name not in rows]:
+        raise InputError(f"{path} is broken: it has no column {', '.join(missing)}")
+    table = rows[["graph"]].copy()
+    for name in ("steps", "episodes", *METRICS):
+        try:
+            table[name] = [float(text or "nan") for text in rows[name]]
+        except ValueError as error:
+            wrong = str(error).partition(": ")[2]
+            raise InputError(f"{path} is broken: {name} is a number, not {wrong}") from None
+    if not ((table["episodes"] >= 1) & np.isfinite(table["episodes"])).all():
+        wrong = rows["episodes"][~(table["episodes"].between(1, np.inf, inclusive="left"))].iloc[0]
+        raise InputError(f"{path} is broken: episodes is a number of at least 1, not {wrong!r}")
+    return table
 
 
 def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:
@@ -195,23 +191,8 @@ def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:
         )
 
 
-def _reader(path: Path) -> Callable[[Mapping[str, str], str], float]:
-    def number(row: Mapping[str, str], name: str) -> float:
-        try:
-            return float(row[name] or "nan")  # what has no value may be left empty
-        except ValueError:
-            raise InputError(f"{path} is broken: {name} is a number, not {row[name]!r}") from None
-
-    return number
-
-
 def entries_of(path: Path, config: TrainConfig) -> dict[str, Any]:
-    """What a run can be compared by: the entries of its config, and what the plan of a sweep called it.
-
-    Args:
-        path: folder of the run.
-        config: of the run.
-    """
+    """What a run can be compared by: the entries of its config, and what the plan of a sweep called it."""
     return flat_entries(config) | {"variant": variant_of(path)}
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import warnings
 from pathlib import Path
 
@@ -14,10 +13,9 @@ from matplotlib.ticker import FormatStrFormatter, MaxNLocator
 
 from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary
 from hierroom.lab.compare.metric import METRICS
-from hierroom.lab.compare.style import COLOURS, DASHES, STYLE, line_style
+from hierroom.lab.compare.style import COLOURS, DASHES, STYLE, line_style, save
 from hierroom.lab.compare.tasks import OWN
 from hierroom.runs.logs.plots import step_unit
-from hierroom.support.files import write_atomically
 
 MAX_GROUPS = len(COLOURS) * len(DASHES)
 MAX_PANELS = 12
@@ -30,25 +28,10 @@ _LETTERS = 12
 
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
-    """Draw the learning curves into ``curves.pdf`` and ``curves.png``.
-
-    Args:
-        comparison: of at most `MAX_GROUPS` groups.
-        folder: where the pictures are written.
-
-    Returns:
-        The files.
-    """
-    paths = []
+    """Draw the learning curves of at most `MAX_GROUPS` groups into ``curves.pdf`` and ``curves.png``, the files."""
     with matplotlib.rc_context(STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph \d+")  # of a name in a script that the font does not have
-        figure = _figure(comparison)
-        for suffix, metadata in (("pdf", {"CreationDate": None}), ("png", None)):  # without a date: the same every time
-            picture = io.BytesIO()
-            figure.savefig(picture, format=suffix, dpi=300, metadata=metadata)
-            paths.append(folder / f"curves.{suffix}")
-            write_atomically(paths[-1], picture.getvalue())
-    return paths
+        return save(_figure(comparison), folder / "curves", 300)
 
 
 def _figure(comparison: Comparison) -> Figure:

@@ -6,8 +6,11 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+import pandas as pd
+
 from hierroom.lab.compare.evaluated_run import EvaluatedRun
 from hierroom.support.errors import InputError
+from hierroom.support.tables import telling_columns
 
 _NAMED_BY_VALUE = ("variant", "method", "meta", "reward", "preset", "network", "warm_start")
 _NOT_THE_TREATMENT = ("seed", "graph", "threads", "device", "steps")
@@ -16,15 +19,10 @@ _SHOWN = 6
 
 @dataclass(frozen=True)
 class Group:
-    """Runs that are compared as one.
+    """Runs that are compared as one."""
 
-    Args:
-        choices: what they agree in: for each entry compared by, its value as text.
-        runs: the runs.
-    """
-
-    choices: dict[str, str]
-    runs: tuple[EvaluatedRun, ...]
+    choices: dict[str, str]  # what they agree in: for each entry compared by, its value as text
+    runs: tuple[EvaluatedRun, ...]  # the runs
 
     @property
     def label(self) -> str:
@@ -51,13 +49,8 @@ def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
     """
     names = [name for name in runs[0].entries if _is_treatment(name)]
     first = [name for name in _NAMED_BY_VALUE if name in names]
-    by: tuple[str, ...] = ()
-    n_groups = 1
-    for name in dict.fromkeys([*first, *names]):
-        n_finer = len({_choices(run, (*by, name)) for run in runs})
-        if n_finer > n_groups:
-            by, n_groups = (*by, name), n_finer
-    return by or ("method",)
+    choices = {name: [run.choice(name) for run in runs] for name in [*first, *names]}
+    return tuple(telling_columns(pd.DataFrame(choices))) or ("method",)
 
 
 def entry_names(by: str) -> tuple[str, ...]:
@@ -68,16 +61,11 @@ def entry_names(by: str) -> tuple[str, ...]:
 def group_runs(runs: Sequence[EvaluatedRun], by: Sequence[str]) -> list[Group]:
     """Gather the runs by some entries of their configs.
 
-    Args:
-        runs: the runs.
-        by: names of entries.
-
-    Returns:
-        Groups in the order of their first runs; where a single entry with numbers is compared by, in its order.
+    Groups are in the order of their first runs; where a single entry with numbers is compared by, in its order.
     """
     members: dict[tuple[str, ...], list[EvaluatedRun]] = {}
     for run in runs:
-        members.setdefault(_choices(run, by), []).append(run)
+        members.setdefault(tuple(map(run.choice, by)), []).append(run)
     order = list(members)
     if all(len(values) == 1 and _is_number(values[0]) for values in order):
         order.sort(key=lambda values: float(values[0]))
@@ -114,10 +102,6 @@ def _differing(runs: Sequence[EvaluatedRun]) -> list[str]:
 
 def _is_treatment(name: str) -> bool:
     return name not in _NOT_THE_TREATMENT and not name.startswith("evaluation")
-
-
-def _choices(run: EvaluatedRun, by: Iterable[str]) -> tuple[str, ...]:
-    return tuple(run.choice(name) for name in by)
 
 
 def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:

@@ -11,19 +11,12 @@ MetricName = Literal["success_rate", "return", "length", "length_over_shortest"]
 
 @dataclass(frozen=True)
 class Metric:
-    """A column of ``evaluations.csv``.
+    """A column of ``evaluations.csv``."""
 
-    Args:
-        label: what it is called in tables and figures.
-        is_higher_better: whether more of it is an improvement.
-        is_rate: whether it is a fraction, which is shown in percent.
-        digits: how many of them are shown after the point.
-    """
-
-    label: str
-    is_higher_better: bool = True
-    is_rate: bool = False
-    digits: int = 1
+    label: str  # what it is called in tables and figures
+    is_higher_better: bool = True  # whether more of it is an improvement
+    is_rate: bool = False  # whether it is a fraction, which is shown in percent
+    digits: int = 1  # how many of them are shown after the point
 
     @property
     def axis_label(self) -> str:

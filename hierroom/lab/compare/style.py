@@ -1,8 +1,14 @@
-"""How figures for papers look."""
+"""How figures for papers look, and how they are written."""
 
 from __future__ import annotations
 
+import io
+from pathlib import Path
 from typing import Any
+
+from matplotlib.figure import Figure
+
+from hierroom.support.files import write_atomically
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Okabe & Ito's palette, told apart by the colour-blind, without its yellow, which is faint on white."""
@@ -23,11 +29,17 @@ STYLE: dict[Any, Any] = {
 
 
 def line_style(number: int) -> tuple[str, int]:
-    """The colour of a line, and which of `DASHES` it has.
-
-    Args:
-        number: of the line, from 0; below ``len(COLOURS) * len(DASHES)`` no two look the same, nor do neighbours share
-            either.
-    """
+    """The colour of a line by its number from 0, and its place in `DASHES`; neighbours share neither."""
     cycle, colour = divmod(number, len(COLOURS))
     return COLOURS[colour], (colour + cycle) % len(DASHES)
+
+
+def save(figure: Figure, path: Path, dpi: int) -> list[Path]:
+    """Write a figure as PDF and PNG, the same bytes every time; return the files."""
+    paths = []
+    for suffix, metadata in (("pdf", {"CreationDate": None}), ("png", None)):
+        picture = io.BytesIO()
+        figure.savefig(picture, format=suffix, dpi=dpi, metadata=metadata)
+        paths.append(path.with_suffix(f".{suffix}"))
+        write_atomically(paths[-1], picture.getvalue())
+    return paths

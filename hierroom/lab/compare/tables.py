@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Mapping, Sequence
 
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
@@ -71,21 +68,6 @@ def improvement_rows(comparison: Comparison) -> list[Row]:
         }
         for one in comparison.improvements
     ]
-
-
-def to_csv(rows: Sequence[Mapping[str, object]], columns: Sequence[str] = ()) -> bytes:
-    """Rows as CSV; what has no value is left empty.
-
-    Args:
-        rows: with the same columns.
-        columns: their names, where there may be no row.
-    """
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]) if rows else list(columns), lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        writer.writerow({name: "" if _is_unknown(value) else value for name, value in row.items()})
-    return text.getvalue().encode()
 
 
 def summary_table(comparison: Comparison) -> Table:
@@ -156,12 +138,8 @@ def _columns(name: str, estimate: Estimate, n: int = 0) -> Row:
 
 
 def _rounded(value: float) -> float:
-    """To six digits, of which few runs decide two."""
-    return float(f"{value:.6g}")
-
-
-def _is_unknown(value: object) -> bool:
-    return isinstance(value, float) and not math.isfinite(value)
+    """To six digits, as few runs decide two; NaN for infinity, as a file has no number for it."""
+    return float(f"{value:.6g}") if math.isfinite(value) else math.nan
 
 
 def _with_interval(estimate: Estimate, metric: Metric, n: int = 0) -> str:

@@ -20,13 +20,9 @@ OWN = "own"
 
 @dataclass(frozen=True)
 class Tasks:
-    """What groups are compared on.
+    """What groups are compared on."""
 
-    Args:
-        graphs: names of the graphs that all groups have, or `OWN` alone.
-    """
-
-    graphs: tuple[str, ...]
+    graphs: tuple[str, ...]  # names of the graphs that all groups have, or `OWN` alone
 
     @classmethod
     def common(cls, groups: Sequence[Group]) -> Tasks:
@@ -67,16 +63,9 @@ class Tasks:
         scores: Callable[[Curve], ArrayLike],
         graphs: Sequence[str] | None = None,
     ) -> list[NDArray[np.float64]]:
-        """The scores of a group as `hierroom.lab.compare.estimates` takes them.
+        """The scores of a group as `compare.estimates` takes them: for each stratum [R, K, Q].
 
-        Args:
-            group: the group.
-            metric: of its curves.
-            scores: from a curve to its scores [Q].
-            graphs: some of the graphs, by default all.
-
-        Returns:
-            For each stratum [R, K, Q].
+        ``scores`` makes the scores [Q] of a curve of the metric; ``graphs`` are some of the graphs, by default all.
         """
         return [
             np.array([[scores(self.curve(run, graph, metric)) for graph in own] for run in runs], float)

@@ -1,116 +1,105 @@
-"""The cells of Table 3: what the paper prints for a method on a graph, and what our runs gave."""
+"""The cells of Table 3: what the paper prints for a method on a graph, and what our runs gave, at the end or before it.
+
+A table of cells has a row for each method, graph and size, with numbers in percent:
+
+- ``seeds`` of our runs; ``paper_success``, ``paper_length``: as printed, NaN where the paper prints a dash;
+- ``success``, ``length``: means over our seeds; ``success_half_width``, ``length_half_width``: half the widths of their
+  95% intervals, NaN of a single seed;
+- ``steps_to_paper``: training steps until our evaluated success rate reached the paper's, the median of our seeds;
+  infinite where half of them or more never did, NaN where the paper's is below 1%, which is less than our evaluations
+  can tell; ``steps_to_95``: the same until 95%; with the endings ``_low`` and ``_high`` the fastest and slowest seed.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from statistics import median
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hierroom.lab.paper.published import PAPER_TABLE_3
 from hierroom.lab.paper.runs import cell, mean_and_interval
-from hierroom.lab.sweep.table import Row
 from hierroom.runs.logs.learning_curve import first_crossing
 from hierroom.support.errors import InputError
 
-Curves = Mapping[str, Sequence[Row]]
-"""The evaluations of runs by the digests of their rows."""
+if TYPE_CHECKING:
+    import pandas as pd
 
+Curves = Mapping[str, "pd.DataFrame"]
+"""The evaluations of runs by the digests of their rows."""
 STEPS_ENDS = ("", "_low", "_high")
 """The endings of the columns of steps: the median of our seeds, the fastest and the slowest."""
-
 LEAST_SUCCESS = 1.0
 """A lower success rate, in percent, is less than our evaluations can tell."""
-
 LIMIT = 1000
-"""The time limit in steps, of which lengths are told in percent."""
+"""The time limit in steps; lengths are shown in percent of it."""
+REFERENCES = ("hippo", "ppo")
+"""The methods at whose steps to the paper's success all are compared: the paper's best, and its best flat one."""
 
 
-@dataclass(frozen=True)
-class ComparedCell:
-    """A method on a graph: the paper's numbers and ours, in percent.
+def table_3(rows: pd.DataFrame, curves: Curves, sizes: Sequence[int]) -> pd.DataFrame:
+    """Our numbers next to the paper's, of all that was trained on grids of some sizes."""
+    import pandas as pd
 
-    Args:
-        method: its name.
-        graph: a to g.
-        size: of our grid.
-        seeds: of our runs.
-        paper_success: success rate.
-        success: mean over our seeds.
-        success_half_width: of its 95% interval over seeds; NaN of a single one.
-        paper_length: episode length in percent of the limit; None where the paper prints a dash.
-        length: mean over our seeds.
-        length_half_width: of its 95% interval.
-        steps_to_paper: training steps until our evaluated success rate reached the paper's, the median of our seeds;
-            infinite where half of them or more never did, NaN where the paper's is below 1%, which is less than our
-            evaluations can tell.
-        steps_to_paper_low: of our fastest seed.
-        steps_to_paper_high: of our slowest.
-        steps_to_95: likewise until 95%.
-        steps_to_95_low: of our fastest seed.
-        steps_to_95_high: of our slowest.
-    """
-
-    method: str
-    graph: str
-    size: int
-    seeds: int
-    paper_success: float
-    success: float
-    success_half_width: float
-    paper_length: float | None
-    length: float
-    length_half_width: float
-    steps_to_paper: float
-    steps_to_paper_low: float
-    steps_to_paper_high: float
-    steps_to_95: float
-    steps_to_95_low: float
-    steps_to_95_high: float
-
-
-def table_3(rows: Sequence[Row], curves: Curves, sizes: Sequence[int]) -> list[ComparedCell]:
-    """Our numbers beside the paper's, of all that was trained.
-
-    Args:
-        rows: of the sweep.
-        curves: the learning curves by the digests of their rows.
-        sizes: of the grids.
-    """
     cells = []
     for size in sizes:
         for (method, graph), printed in PAPER_TABLE_3.items():
             runs = cell(rows, method, graph, size)
-            if runs:
-                success, length = (np.array([float(row[name]) for row in runs]) for name in ("success_rate", "length"))
-                ours: dict[str, float] = {}
-                for name, values in (("success", 100 * success), ("length", 100 * length / LIMIT)):
-                    ours[name], ours[f"{name}_half_width"] = map(float, mean_and_interval(values))
-                own = [curve_of(run, curves) for run in runs]
-                can_be_told = printed.success >= LEAST_SUCCESS
-                to_paper = _steps_to(printed.success, own) if can_be_told else (np.nan,) * len(STEPS_ENDS)
-                for name, steps in (("steps_to_paper", to_paper), ("steps_to_95", _steps_to(95, own))):
-                    ours |= {f"{name}{end}": value for end, value in zip(STEPS_ENDS, steps, strict=True)}
-                paper = {"paper_success": printed.success, "paper_length": printed.length}
-                cells.append(ComparedCell(method, graph, size, len(runs), **paper, **ours))
-    return cells
+            if runs.empty:
+                continue
+            own = curves_of(runs, curves)
+            is_told = printed.success >= LEAST_SUCCESS
+            to_paper = _steps_to(printed.success, own) if is_told else (np.nan,) * len(STEPS_ENDS)
+            steps = {"steps_to_paper": to_paper, "steps_to_95": _steps_to(95, own)}
+            success, length = (runs[name].astype(float) for name in ("success_rate", "length"))
+            cells.append(
+                {"method": method, "graph": graph, "size": size, "seeds": len(runs)}
+                | {"paper_success": printed.success, **_mean(100 * success, "success")}
+                | {"paper_length": printed.length, **_mean(100 * length / LIMIT, "length")}
+                | {f"{name}{end}": told[n] for name, told in steps.items() for n, end in enumerate(STEPS_ENDS)}
+            )
+    return pd.DataFrame(cells).astype({"paper_length": float} if cells else {})
 
 
-def curve_of(run: Row, curves: Curves) -> Sequence[Row]:
-    """The evaluations of a run."""
-    if not curves.get(run["digest"]):
+def cells_where_reached(cells: pd.DataFrame, rows: pd.DataFrame, curves: Curves, reference: str) -> pd.DataFrame:
+    """The cells of one grid size after so many steps as the median of one method's seeds took to the paper's success.
+
+    Success and length are interpolated between the evaluations of the learning curves. Graphs on which the method never
+    had the paper's success, or on which that is too low to be told, are left out.
+    """
+    steps = cells[cells["method"] == reference].set_index("graph")["steps_to_paper"]
+    earlier = cells[np.isfinite(cells["graph"].map(steps))].copy()
+    for n, one in earlier.iterrows():
+        runs = cell(rows, one["method"], one["graph"], one["size"])
+        for name, column, scale in (("success", "success_rate", 100), ("length", "length", 100 / LIMIT)):
+            told = _mean(values_at(steps[one["graph"]], runs, curves, column) * scale, name)
+            earlier.loc[n, [*told]] = [*told.values()]
+    return earlier
+
+
+def values_at(at: float, runs: pd.DataFrame, curves: Curves, name: str) -> np.ndarray:
+    """[S] a quantity of runs after so many training steps."""
+    return np.array([np.interp(at, curve["steps"], curve[name]) for curve in curves_of(runs, curves)])
+
+
+def curves_of(runs: pd.DataFrame, curves: Curves) -> list[pd.DataFrame]:
+    """The evaluations of each of some runs."""
+    for run in runs[~runs["digest"].isin([*curves])].to_dict("records"):
         raise InputError(
             f"curves.csv has no learning curve of {run['method']} on {run['graph']} with seed {run['seed']}; "
             "delete its row from sweep.csv, and it is written again"
         )
-    return curves[run["digest"]]
+    return [curves[digest] for digest in runs["digest"]]
 
 
-def _steps_to(percent: float, curves: Sequence[Sequence[Row]]) -> tuple[float, float, float]:
+def _mean(values: np.ndarray | pd.Series, name: str) -> dict[str, float]:
+    mean, half_width = mean_and_interval(np.asarray(values))
+    return {name: float(mean), f"{name}_half_width": float(half_width)}
+
+
+def _steps_to(percent: float, curves: Sequence[pd.DataFrame]) -> tuple[float, float, float]:
     """The steps at which learning curves reach a success rate: the median over the seeds, the fewest and the most."""
-    reached = []
-    for curve in curves:
-        steps, success = (np.array([float(point[name]) for point in curve]) for name in ("steps", "success_rate"))
-        reached.append(first_crossing(steps, success, percent / 100))
+    points = [curve[["steps", "success_rate"]].to_numpy().T for curve in curves]
+    reached = [first_crossing(steps, success, percent / 100) for steps, success in points]
     return median(reached), min(reached), max(reached)

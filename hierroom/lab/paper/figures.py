@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import matplotlib
 import numpy as np
@@ -15,15 +14,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from hierroom.lab.compare.style import COLOURS, DASHES, STYLE
-from hierroom.lab.paper.cells import LIMIT, ComparedCell, Curves, curve_of, table_3
+from hierroom.lab.compare.style import COLOURS, DASHES, STYLE, save
+from hierroom.lab.paper.cells import LIMIT, Curves, curves_of, table_3
 from hierroom.lab.paper.prediction import prediction
 from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2
 from hierroom.lab.paper.runs import PaperRuns, cell, mean_and_interval
 from hierroom.lab.sweep.sweep import Sweep
-from hierroom.lab.sweep.table import Row
 from hierroom.support.errors import InputError
-from hierroom.support.files import write_atomically
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -131,30 +131,24 @@ class All:
             figure(self.runs).run()
 
 
-def _hippo(sweep: Sweep, size: int) -> list[ComparedCell]:
-    return [one for one in table_3(sweep.rows(), sweep.table.curves(), (size,)) if one.method == "hippo"]
+def _hippo(sweep: Sweep, size: int) -> pd.DataFrame:
+    return table_3(sweep.rows(), sweep.table.curves(), (size,)).query("method == 'hippo'")
 
 
 def _limited(curves: Curves, goal: str) -> Curves:
     """Curves in which an episode that does not achieve the goal counts as one that takes the whole limit."""
-
-    def steps(row: Row) -> str:
-        share = float(row[f"achieved_{goal}"])
-        return str(share * float(row[f"steps_to_{goal}"] or 0) + (1 - share) * LIMIT)
-
-    return {
-        digest: [{**row, f"steps_to_{goal}": steps(row)} for row in rows if row.get(f"achieved_{goal}")]
-        for digest, rows in curves.items()
-    }
+    limited = {}
+    for digest, curve in curves.items():
+        share, steps = curve[f"achieved_{goal}"], curve[f"steps_to_{goal}"].fillna(0)
+        limited[digest] = curve.assign(**{f"steps_to_{goal}": share * steps + (1 - share) * LIMIT})[share.notna()]
+    return limited
 
 
-def _draw_curve(axes: Axes, runs: Sequence[Row], curves: Curves, name: str, scale: float, method: str) -> None:
+def _draw_curve(axes: Axes, runs: pd.DataFrame, curves: Curves, name: str, scale: float, method: str) -> None:
     """Draw the mean over seeds and its 95% band; what a seed was evaluated after differs by an update at most."""
-    own = [curve_of(run, curves) for run in runs]
-    steps = np.array([float(row["steps"]) for row in own[0]])
-    values = np.array(
-        [np.interp(steps, [float(row["steps"]) for row in one], [float(row[name]) for row in one]) for one in own]
-    )
+    own = curves_of(runs, curves)
+    steps = own[0]["steps"].to_numpy()
+    values = np.array([np.interp(steps, one["steps"], one[name]) for one in own])
     mean, half_width = mean_and_interval(scale * values)
     number = list(METHODS).index(method)
     colour, dash = COLOURS[number], DASHES[number]
@@ -162,15 +156,13 @@ def _draw_curve(axes: Axes, runs: Sequence[Row], curves: Curves, name: str, scal
     axes.fill_between(steps / 1e6, mean - half_width, mean + half_width, color=colour, alpha=0.2, linewidth=0)
 
 
-def _draw_hitting(axes: Sequence[Axes], cells: Sequence[ComparedCell]) -> None:
+def _draw_hitting(axes: Sequence[Axes], cells: pd.DataFrame) -> None:
+    times = [PAPER_TABLE_2[graph].hitting_time for graph in cells["graph"]]
     for place, quantity in zip(axes, ("success", "length"), strict=True):
         for column, label in ((quantity, "ours"), (f"paper_{quantity}", "paper")):
-            points = [(PAPER_TABLE_2[one.graph].hitting_time, getattr(one, column), one.graph) for one in cells]
-            number = 0 if label == "ours" else 1
-            place.scatter(
-                [x for x, _, _ in points], [y for _, y, _ in points], s=14, color=COLOURS[number], label=label
-            )
-            for x, y, graph in points:
+            color = COLOURS[0 if label == "ours" else 1]
+            place.scatter(times, cells[column], s=14, color=color, label=label)
+            for x, y, graph in zip(times, cells[column], cells["graph"], strict=True):
                 is_above = quantity == "length"  # ours lie at the bottom of its axis, and at the top of the success'
                 offset = {"xytext": (0, 4 if is_above else -4), "va": "bottom" if is_above else "top"}
                 place.annotate(graph, (x, y), textcoords="offset points", ha="center", fontsize=7, **offset)
@@ -193,10 +185,6 @@ def _labelled(figure: Figure, axes: np.ndarray, label: str = "training steps (mi
 
 
 def _write(figure: Figure, path: Path) -> None:
-    """Write as PDF and PNG."""
     with matplotlib.rc_context(STYLE):
-        for suffix, metadata in (("pdf", {"CreationDate": None}), ("png", None)):
-            picture = io.BytesIO()
-            figure.savefig(picture, format=suffix, dpi=200, metadata=metadata)
-            write_atomically(path.with_suffix(f".{suffix}"), picture.getvalue())
+        save(figure, path, 200)
     Console().print(f"drawn: {path}.pdf, {path}.png", markup=False, highlight=False, soft_wrap=True)

@@ -5,25 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
+from typing import TYPE_CHECKING, NamedTuple
 
-from hierroom.lab.paper.cells import LEAST_SUCCESS, ComparedCell
+from hierroom.lab.paper.cells import LEAST_SUCCESS
 from hierroom.lab.paper.published import METHODS
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _DIGITS = 9
 """Means of the same numbers in another order agree in so many."""
+_DASH = 99.9
+"""The paper's dash means about the whole limit, as its 99.9 does, and counts as the same number."""
 LEGEND = "the best first; = the same number, ~ not told apart by our intervals, of which one seed has none"
 
 
-@dataclass(frozen=True)
-class MethodOrder:
-    """The methods on one goal graph, the best first.
+class MethodOrder(NamedTuple):
+    """The methods on one goal graph, the best first, by the paper's means and by ours.
 
-    Args:
-        graph: a to g.
-        paper: the names by the paper's means, `>` between two, `=` where it prints the same number.
-        ours: the names by our means, `>` where the 95% intervals of two neighbours lie apart (and success differs by
-            more than `LEAST_SUCCESS`), `=` where they have the same mean, else `~`, as always of a single seed, which
-            has no interval.
+    Between two names of the paper's stands `>`, or `=` where it prints the same number. Between two of ours stands `>`
+    where the 95% intervals lie apart (and success differs by more than `LEAST_SUCCESS`), `=` where they have the same
+    mean, else `~`, as always of a single seed, which has no interval.
     """
 
     graph: str
@@ -31,26 +33,17 @@ class MethodOrder:
     ours: str
 
 
-@dataclass(frozen=True)
-class PairCounts:
-    """How many pairs of methods, both on the same goal graph, come in the paper's order; its ties are left out.
+class PairCounts(NamedTuple):
+    """How many pairs of methods, both on the same goal graph, come in the paper's order; its ties are left out."""
 
-    Args:
-        same: our intervals lie apart, as the paper's means do.
-        opposite: our intervals lie apart, the other way round.
-        open: our intervals overlap, or are those of a single seed, which has none.
-    """
-
-    same: int
-    opposite: int
-    open: int
+    same: int  # our intervals lie apart, as the paper's means do
+    opposite: int  # our intervals lie apart, the other way round
+    open: int  # our intervals overlap, or are those of a single seed, which has none
 
     def __str__(self) -> str:
-        """One sentence."""
-        n = self.same + self.opposite + self.open
         return (
-            f"Of {n} pairs of methods on the same graph, {self.same} come in the paper's order, {self.opposite} in the "
-            f"opposite one, and {self.open} are not told apart."
+            f"Of {sum(self)} pairs of methods on the same graph, {self.same} come in the paper's order, "
+            f"{self.opposite} in the opposite one, and {self.open} are not told apart."
         )
 
 
@@ -62,7 +55,7 @@ class _Method:
     paper: float
     ours: float
     half_width: float
-    least: float = 0.0
+    least: float
 
     def is_better(self, other: _Method) -> bool:
         # Seeds that all end alike have no spread, however few their episodes. NaN of a single seed: never.
@@ -74,16 +67,15 @@ class _Method:
         return " = " if self.ours == other.ours else " > " if self.is_better(other) else " ~ "
 
 
-def method_orders(cells: Sequence[ComparedCell], quantity: str) -> list[MethodOrder]:
-    """The order of the methods on each graph.
+def method_orders(cells: pd.DataFrame, quantity: str) -> list[MethodOrder]:
+    """The order of the methods on each graph, by cells of one grid size.
 
     Args:
-        cells: of one grid size.
-        quantity: `success`, of which more is better, or `length`, of which less is.
+        cells: the cells.
+        quantity: `success`, where more is better, or `length`, where less is.
     """
     orders = []
-    for graph in dict.fromkeys(cell.graph for cell in cells):
-        methods = _methods(cells, graph, quantity)
+    for graph, methods in _by_graph(cells, quantity):
         by_paper = sorted(methods, key=lambda method: -method.paper)
         by_ours = sorted(methods, key=lambda method: -method.ours)
         paper = [" = " if one.paper == other.paper else " > " for one, other in pairwise(by_paper)]
@@ -92,35 +84,30 @@ def method_orders(cells: Sequence[ComparedCell], quantity: str) -> list[MethodOr
     return orders
 
 
-def pair_counts(cells: Sequence[ComparedCell], quantity: str) -> PairCounts:
-    """How often two methods come in the paper's order.
-
-    Args:
-        cells: of one grid size.
-        quantity: `success` or `length`.
-    """
+def pair_counts(cells: pd.DataFrame, quantity: str) -> PairCounts:
+    """How often two methods come in the paper's order; arguments as for `method_orders`."""
     same = opposite = n = 0
-    for graph in dict.fromkeys(cell.graph for cell in cells):
-        for one, other in combinations(_methods(cells, graph, quantity), 2):
-            if one.paper == other.paper:
-                continue
-            better, worse = (one, other) if one.paper > other.paper else (other, one)
-            n, same, opposite = n + 1, same + better.is_better(worse), opposite + worse.is_better(better)
+    for _, methods in _by_graph(cells, quantity):
+        for one, other in combinations(methods, 2):
+            if one.paper != other.paper:
+                better, worse = (one, other) if one.paper > other.paper else (other, one)
+                n, same, opposite = n + 1, same + better.is_better(worse), opposite + worse.is_better(better)
     return PairCounts(same, opposite, n - same - opposite)
 
 
-def _methods(cells: Sequence[ComparedCell], graph: str, quantity: str) -> list[_Method]:
-    own = [cell for cell in cells if cell.graph == graph]
-    if quantity == "success":
-        told = [(one.paper_success, round(one.success, _DIGITS), one.success_half_width, LEAST_SUCCESS) for one in own]
-    else:
-        told = [(-_printed_length(one), -round(one.length, _DIGITS), one.length_half_width, 0.0) for one in own]
-    return [_Method(METHODS[one.method], *numbers) for one, numbers in zip(own, told, strict=True)]
+def _by_graph(cells: pd.DataFrame, quantity: str) -> list[tuple[str, list[_Method]]]:
+    import pandas as pd
 
-
-def _printed_length(cell: ComparedCell) -> float:
-    """The paper's; its dash means about the whole limit, as its 99.9 does, and counts as the same number."""
-    return 99.9 if cell.paper_length is None else cell.paper_length
+    sign, least = (1, LEAST_SUCCESS) if quantity == "success" else (-1, 0.0)
+    numbers = pd.DataFrame({
+        "name": cells["method"].map(METHODS),
+        "paper": sign * cells[f"paper_{quantity}"].fillna(_DASH),
+        "ours": (sign * cells[quantity]).round(_DIGITS),
+        "half_width": cells[f"{quantity}_half_width"],
+        "least": least,
+    })  # fmt: skip
+    by_graph = numbers.groupby(cells["graph"], sort=False)
+    return [(str(graph), [_Method(*one) for one in own.itertuples(index=False)]) for graph, own in by_graph]
 
 
 def _joined(methods: Sequence[_Method], between: Sequence[str]) -> str:

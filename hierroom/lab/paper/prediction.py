@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from scipy.stats import permutation_test, spearmanr
 
-from hierroom.lab.paper.cells import ComparedCell
 from hierroom.lab.paper.published import PAPER_TABLE_2, PAPER_TABLE_3
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 FEWEST = 4
 """Fewer graphs can be ranked alike by chance."""
@@ -15,21 +18,16 @@ ALL = 10_000
 """More than there are orders of seven graphs, so that a test takes them all."""
 
 
-def prediction(cells: Sequence[ComparedCell]) -> str:
-    """One sentence with Spearman's correlations of the paper's hitting time over graphs.
+def prediction(cells: pd.DataFrame) -> str:
+    """One sentence with Spearman's correlations of the paper's hitting time over graphs; none of fewer than four.
 
-    Each has the probability that an order drawn at random is correlated as strongly, exactly, by all orders.
-
-    Args:
-        cells: of one grid size; those of HiPPO count.
-
-    Returns:
-        the sentence; nothing of fewer than four graphs.
+    Each has the probability that an order drawn at random is correlated as strongly, exactly, by all orders. The cells
+    of HiPPO count, of one grid size.
     """
-    own = [cell for cell in cells if cell.method == "hippo"]
+    own = cells[cells["method"] == "hippo"]
     if len(own) < FEWEST:
         return ""
-    times = [PAPER_TABLE_2[cell.graph].hitting_time for cell in own]
+    times = [PAPER_TABLE_2[graph].hitting_time for graph in own["graph"]]
 
     def correlation(values: Sequence[float]) -> str:
         if len(set(values)) < 2:
@@ -40,10 +38,10 @@ def prediction(cells: Sequence[ComparedCell]) -> str:
         return f"{test.statistic:.2f} (p = {test.pvalue:.2f})"
 
     told = [
-        f"with {quantity} ours {correlation([getattr(cell, quantity) for cell in own])}, "
-        f"the paper's {correlation([getattr(PAPER_TABLE_3['hippo', cell.graph], quantity) for cell in own])}"
+        f"with {quantity} ours {correlation([*own[quantity]])}, "
+        f"the paper's {correlation([getattr(PAPER_TABLE_3['hippo', graph], quantity) for graph in own['graph']])}"
         for quantity in ("success", "length")
     ]
-    told.append(f"with our training steps until 95% {correlation([cell.steps_to_95 for cell in own])}")
+    told.append(f"with our training steps until 95% {correlation([*own['steps_to_95']])}")
     over = f"over {len(own)} graphs (p by an exact permutation test)"
     return f"Rank correlation of the paper's hitting time {over}, HiPPO: {'; '.join(told)}."

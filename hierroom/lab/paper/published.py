@@ -46,12 +46,10 @@ _LENGTH = {
 
 @dataclass(frozen=True)
 class PaperCell:
-    """What the paper's Table 3 prints for one method on one graph.
+    """What the paper's Table 3 prints for one method on one graph: means over the last 10 training episodes.
 
-    Args:
-        success: average success rate over the last 10 training episodes, in percent.
-        length: average episode length over them, in percent of the limit of 1000 steps; None where the paper prints a
-            dash, next to success rates of at most 0.5%: about the whole limit.
+    Success is in percent, and length in percent of the limit of 1000 steps; that is None where the paper prints a dash,
+    next to success rates of at most 0.5%: about the whole limit.
     """
 
     success: float

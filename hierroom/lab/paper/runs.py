@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.stats import t
@@ -13,8 +14,10 @@ from scipy.stats import t
 from hierroom.lab.paper.published import METHODS
 from hierroom.lab.sweep.plan import Plan
 from hierroom.lab.sweep.sweep import Sweep
-from hierroom.lab.sweep.table import Row
 from hierroom.support.errors import InputError, RunError, require_number
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -74,12 +77,7 @@ class PaperRuns:
         return shlex.join(words)
 
     def train(self, graphs: Iterable[str], methods: Iterable[str] = METHODS) -> Sweep:
-        """Train what is missing of some graphs and methods.
-
-        Raises:
-            RunError: if a run failed.
-            KeyboardInterrupt: if it was interrupted; what was trained is kept.
-        """
+        """Train what is missing of some graphs and methods; what was trained is kept where that is interrupted."""
         chosen = [graph for graph in graphs if graph in self.graphs]
         unknown = [graph for graph in self.graphs if graph not in tuple("abcdefg")]
         if unknown or not chosen:
@@ -97,17 +95,13 @@ class PaperRuns:
         return sweep
 
 
-def cell(rows: Iterable[Row], method: str, graph: str, size: int) -> list[Row]:
+def cell(rows: pd.DataFrame, method: str, graph: str, size: int) -> pd.DataFrame:
     """The rows of one method on one graph and size, its seeds."""
-    return [row for row in rows if (row["method"], row["graph"], row["size"]) == (method, graph, str(size))]
+    return rows[(rows["method"] == method) & (rows["graph"] == graph) & (rows["size"] == str(size))]
 
 
 def mean_and_interval(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The mean over seeds and half the width of its 95% interval (Student's t); NaN of a single seed.
-
-    Args:
-        values: [S, ...] one value a seed.
-    """
+    """The mean over seeds [S, ...] and half the width of its 95% interval (Student's t); NaN of a single seed."""
     n = len(values)
     if n < 2:
         return values.mean(axis=0), np.full(values.shape[1:], np.nan)

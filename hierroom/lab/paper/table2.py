@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
-import sys
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Annotated
 
 import tyro
@@ -14,7 +12,7 @@ from hierroom.complexity.walk import TABLE_READING, Reading
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.lab.paper.published import PAPER_TABLE_2
 from hierroom.support.errors import InputError
-from hierroom.support.markdown_table import markdown_table
+from hierroom.support.tables import csv_text, markdown_table, print_table
 
 WHAT_IS_OPEN = (
     "Graphs d, e and f differ from the paper in both hitting-time (HT) rows. The paper prints the augmented graph of "
@@ -39,14 +37,7 @@ class TableCell:
 
 
 def table_2(reading: Reading = TABLE_READING) -> list[TableCell]:
-    """Compute every value of Table 2.
-
-    Args:
-        reading: interpretation of the paper's augmented graph.
-
-    Returns:
-        28 cells: exit depth, width, hitting time without and with drop, for the graphs a to g.
-    """
+    """Compute every value of Table 2: exit depth, width, hitting time without and with drop, for the graphs a to g."""
     cells = []
     for letter, printed in PAPER_TABLE_2.items():
         graph = NAMED_GRAPHS[letter]
@@ -78,9 +69,7 @@ class Table2:
             headings = ["", "", *dict.fromkeys(f"({cell.graph})" for cell in cells)]
             print(markdown_table(headings, [[cell.strip() for cell in line] for line in _lines(cells)]))
         elif self.csv:
-            writer = csv.writer(sys.stdout, lineterminator="\n")
-            writer.writerow(["row", "graph", "paper", "ours", "agrees"])
-            writer.writerows([cell.row, cell.graph, cell.paper, cell.ours, cell.agrees] for cell in cells)
+            print(csv_text({**asdict(cell), "agrees": cell.agrees} for cell in cells), end="")
         else:
             _print_beside(cells)
 
@@ -88,8 +77,6 @@ class Table2:
 def _print_beside(cells: list[TableCell]) -> None:
     from rich.console import Console
     from rich.table import Table
-
-    from hierroom.support.printed_table import print_table
 
     graphs = list(dict.fromkeys(cell.graph for cell in cells))
     table = Table(title="Table 2", caption="* differs from the paper's printed digits", caption_justify="left")

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
-import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import tyro
@@ -14,17 +12,17 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from hierroom.lab.paper.cells import STEPS_ENDS, ComparedCell, Curves, table_3
+from hierroom.lab.paper.cells import REFERENCES, STEPS_ENDS, Curves, cells_where_reached, table_3
 from hierroom.lab.paper.order import LEGEND, method_orders, pair_counts
 from hierroom.lab.paper.prediction import prediction
 from hierroom.lab.paper.published import METHODS
-from hierroom.lab.paper.reached import REFERENCES, cells_where_reached
 from hierroom.lab.paper.runs import PaperRuns
 from hierroom.lab.sweep.summary import steps_text
-from hierroom.lab.sweep.table import Row
 from hierroom.support.errors import InputError
-from hierroom.support.markdown_table import markdown_table
-from hierroom.support.printed_table import print_table
+from hierroom.support.tables import markdown_table, print_table
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
@@ -47,13 +45,10 @@ class Table3:
         rows, curves = sweep.rows(), sweep.table.curves()
         cells = table_3(rows, curves, self.runs.sizes)
         if self.csv:
-            writer = csv.DictWriter(sys.stdout, list(vars(cells[0])), lineterminator="\n")
-            writer.writeheader()
-            for one in cells:
-                writer.writerow({name: None if _is_unknown(value) else value for name, value in vars(one).items()})
+            print(cells.to_csv(index=False, lineterminator="\n"), end="")
             return
         for size in self.runs.sizes:
-            compared = Compared.of_rows([one for one in cells if one.size == size], rows, curves)
+            compared = Compared.of_rows(cells[cells["size"] == size], rows, curves)
             if self.markdown:
                 print(markdown(compared, self.runs.steps))
                 continue
@@ -64,48 +59,31 @@ class Table3:
 
 @dataclass(frozen=True)
 class Compared:
-    """What is told of one grid size.
+    """What is told of one grid size."""
 
-    Args:
-        cells: at the end.
-        reached: where the methods of `REFERENCES` first had the paper's success.
-    """
-
-    cells: Sequence[ComparedCell]
-    reached: Mapping[str, Sequence[ComparedCell]]
+    cells: pd.DataFrame  # at the end
+    reached: Mapping[str, pd.DataFrame]  # where the methods of `REFERENCES` first had the paper's success
 
     @classmethod
-    def of_rows(cls, cells: Sequence[ComparedCell], rows: Sequence[Row], curves: Curves) -> Compared:
+    def of_rows(cls, cells: pd.DataFrame, rows: pd.DataFrame, curves: Curves) -> Compared:
         """The cells of one grid size, and those before the end by the rows of the sweep and their learning curves."""
         earlier = {method: cells_where_reached(cells, rows, curves, method) for method in REFERENCES}
-        return cls(cells, {method: reached for method, reached in earlier.items() if reached})
+        return cls(cells, {method: reached for method, reached in earlier.items() if len(reached)})
 
 
 def markdown(compared: Compared, steps: int) -> str:
-    """The table, the training steps that it took, and the order of the methods, in Markdown.
-
-    Args:
-        compared: what is told.
-        steps: of each run.
-    """
+    """The table, the training steps that it took, and the order of the methods, in Markdown, of runs of some steps."""
     return "\n\n".join([*(part.markdown() for part in _parts(compared, steps)), _sentences(compared)])
 
 
 @dataclass(frozen=True)
 class _Part:
-    """A table of groups of lines.
+    """A table of groups of lines."""
 
-    Args:
-        title: what it shows.
-        legend: how it is read.
-        headings: of the columns.
-        groups: lines that belong together, each a text for each column.
-    """
-
-    title: str
-    legend: str
-    headings: tuple[str, ...]
-    groups: list[list[tuple[str, ...]]]
+    title: str  # what it shows
+    legend: str  # how it is read
+    headings: tuple[str, ...]  # of the columns
+    groups: list[list[tuple[str, ...]]]  # lines that belong together, each a text for each column
 
     def drawn(self) -> Table:
         """For a terminal."""
@@ -126,65 +104,64 @@ class _Part:
 
 def _parts(compared: Compared, steps: int) -> list[_Part]:
     cells = compared.cells
-    graphs, by_method = _graphs(cells), _by_method(cells)
-    fewest = min(one.seeds for one in cells)
+    fewest, size = cells["seeds"].min(), cells["size"].iloc[0]
     seeds = "one seed" if fewest == 1 else f"means of {fewest} seeds, and half the width of their 95% interval"
-    numbers = [_compared(name, own, quantity) for quantity in ("success", "length") for name, own in by_method.items()]
-    lines = [_steps_lines(name, own) for name, own in by_method.items()]
+    numbers = [_compared(*own, quantity) for quantity in ("success", "length") for own in _by_method(cells)]
+    lines = [_steps_lines(*own) for own in _by_method(cells)]
     orders = [
-        [(f"({one.graph})", "paper", one.paper), ("", "ours", one.ours)] for one in method_orders(cells, "success")
+        [(f"({graph})", "paper", paper), ("", "ours", ours)] for graph, paper, ours in method_orders(cells, "success")
     ]
-    title = f"Table 3, ours after {steps / 1e6:g}M steps on grids of {cells[0].size}"
+    title = f"Table 3, ours after {steps / 1e6:g}M steps on grids of {size}"
     never = "medians of the seeds, from the fastest to the slowest; 0: before training; -: not by half or more"
     never += "; empty: the paper's is below 1%"
     return [
-        _Part(title, f"{seeds}; length in percent of 1000 steps", ("", "", *graphs), numbers),
-        _Part("Our training steps until the paper's success, and until 95%", never, ("", "success", *graphs), lines),
+        _Part(title, f"{seeds}; length in percent of 1000 steps", _headings("", cells), numbers),
+        _Part("Our training steps until the paper's success, and until 95%", never, _headings("success", cells), lines),
         _Part("The order of the methods by success", LEGEND, ("", "", "methods"), orders),
         *(_part_where_reached(METHODS[method], own) for method, own in compared.reached.items()),
     ]
 
 
-def _part_where_reached(reference: str, cells: Sequence[ComparedCell]) -> _Part:
+def _part_where_reached(reference: str, cells: pd.DataFrame) -> _Part:
     """The methods at the steps at which one of them first had the paper's success."""
     by_method = _by_method(cells)
-    steps = ("our steps", "", *(_steps(one.steps_to_paper) for one in by_method[reference]))
-    numbers = [_compared(name, own, "success") for name, own in by_method.items()]
+    steps = ("our steps", "", *map(_steps, dict(by_method)[reference]["steps_to_paper"]))
+    numbers = [_compared(*own, "success") for own in by_method]
     legend = f"after the steps that the median of our seeds of {reference} takes to it; the paper's are of its end"
     title = f"Success where our {reference} first has the paper's"
-    return _Part(title, legend, ("", "", *_graphs(cells)), [[steps], *numbers])
+    return _Part(title, legend, _headings("", cells), [[steps], *numbers])
 
 
-def _graphs(cells: Sequence[ComparedCell]) -> tuple[str, ...]:
-    return tuple(f"({graph})" for graph in dict.fromkeys(one.graph for one in cells))
+def _headings(second: str, cells: pd.DataFrame) -> tuple[str, ...]:
+    return ("", second, *(f"({graph})" for graph in cells["graph"].unique()))
 
 
-def _by_method(cells: Sequence[ComparedCell]) -> dict[str, list[ComparedCell]]:
+def _by_method(cells: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
     """The cells by the names of their methods."""
-    methods = dict.fromkeys(one.method for one in cells)
-    return {METHODS[method]: [one for one in cells if one.method == method] for method in methods}
+    return [(METHODS[str(method)], own) for method, own in cells.groupby("method", sort=False)]
 
 
-def _compared(name: str, cells: Sequence[ComparedCell], quantity: str) -> list[tuple[str, ...]]:
+def _compared(name: str, cells: pd.DataFrame, quantity: str) -> list[tuple[str, ...]]:
     """The paper's numbers of a method, ours, and the half-widths of ours unless there is one seed."""
-    paper, ours, widths = (
-        [getattr(one, column) for one in cells] for column in (f"paper_{quantity}", quantity, f"{quantity}_half_width")
-    )
+
+    def texts(column: str, unknown: str) -> list[str]:
+        return [unknown if np.isnan(value) else f"{value:.1f}" for value in cells[column]]
+
     lines = [
-        (f"{name}, {quantity}", "paper", *("-" if value is None else f"{value:.1f}" for value in paper)),
-        ("", "ours", *(f"{value:.1f}" for value in ours)),
+        (f"{name}, {quantity}", "paper", *texts(f"paper_{quantity}", "-")),
+        ("", "ours", *texts(quantity, "nan")),
+        ("", "±", *texts(f"{quantity}_half_width", "")),
     ]
-    if not np.isnan(widths).all():
-        lines.append(("", "±", *("" if np.isnan(value) else f"{value:.1f}" for value in widths)))
-    return lines
+    return lines if any(lines[2][2:]) else lines[:2]
 
 
-def _steps_lines(name: str, cells: Sequence[ComparedCell]) -> list[tuple[str, ...]]:
-    lines = []
-    for success, column in (("paper's", "steps_to_paper"), ("95%", "steps_to_95")):
-        for told, end in zip((success, "from", "to"), STEPS_ENDS, strict=True):
-            if end == "" or any(one.seeds > 1 for one in cells):
-                lines.append(("", told, *(_steps(getattr(one, column + end)) for one in cells)))
+def _steps_lines(name: str, cells: pd.DataFrame) -> list[tuple[str, ...]]:
+    ends = STEPS_ENDS if (cells["seeds"] > 1).any() else STEPS_ENDS[:1]
+    lines = [
+        ("", told, *map(_steps, cells[column + end]))
+        for success, column in (("paper's", "steps_to_paper"), ("95%", "steps_to_95"))
+        for told, end in zip((success, "from", "to"), ends, strict=False)
+    ]
     return [(name, *lines[0][1:]), *lines[1:]]
 
 
@@ -192,10 +169,6 @@ def _steps(steps: float) -> str:
     if np.isnan(steps):
         return ""
     return "-" if np.isinf(steps) else steps_text(steps) if steps else "0"
-
-
-def _is_unknown(value: str | float | None) -> bool:
-    return isinstance(value, float) and np.isnan(value)
 
 
 def _sentences(compared: Compared) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from hierroom.lab.compare.caveats import caveats
@@ -27,20 +28,15 @@ RESAMPLES = 1000
 class Curves:
     """What the report draws of learning.
 
-    Args:
-        labels: the groups' names.
-        group_of: for each run, by its path, the number of its group.
-        by: the entries that make the groups; none where each run is one.
-        comparisons: the groups compared, by each metric: on the graphs that all have, and on each other graph those
-            that have it.
-        notes: lines that go with them.
+    There is a comparison by each metric: of all groups on the graphs that all have, and on each other graph of those
+    that have it.
     """
 
-    labels: list[str]
-    group_of: dict[str, int]
-    by: tuple[str, ...] = ()
+    labels: list[str]  # the groups' names
+    group_of: dict[str, int]  # for each run, by its path, the number of its group
+    by: tuple[str, ...] = ()  # the entries that make the groups; none where each run is one
     comparisons: list[Comparison] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # lines that go with them
 
 
 def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable[[], object] = lambda: None) -> Curves:
@@ -48,7 +44,7 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
 
     Args:
         runs: the runs.
-        by: entries of the config that make a group, as for `hierroom compare`; None: those that tell them apart.
+        by: entries of the config that make a group; None: those that tell the runs apart.
         progress: called after each metric.
     """
     evaluated = [run.evaluated for run in runs if run.evaluated is not None]
@@ -130,22 +126,14 @@ def run_rows(runs: Sequence[ReportedRun], curves: Curves) -> list[dict[str, Any]
 
 
 def _graph_curves(run: EvaluatedRun) -> dict[str, dict[str, list[float | None]]]:
-    table, found = RunFolder(run.path).evaluations.read(), {}
+    table, found = pd.DataFrame(RunFolder(run.path).evaluations.read()), {}
     for graph, metrics in run.curves.items():
-        rows = [row for row in table if row["graph"] == graph]
-        others = {name: [_number(row.get(name)) for row in rows] for name in ("seconds", "success_low", "success_high")}
+        own = table[table["graph"] == graph].reindex(columns=["seconds", "success_low", "success_high"])
         steps = next(iter(metrics.values())).steps
-        columns = {"steps": steps, **{name: curve.values for name, curve in metrics.items()}, **others}
+        columns = {"steps": steps, **{name: curve.values for name, curve in metrics.items()}}
+        columns |= own.apply(pd.to_numeric, errors="coerce").to_dict("list")
         found[graph] = {name: rounded(values) for name, values in columns.items()}
     return found
-
-
-def _number(text: str | None) -> float:
-    """What a cell of a table holds; NaN where it is none or no number."""
-    try:
-        return float(text or "nan")
-    except ValueError:
-        return np.nan
 
 
 def rounded(values: Sequence[float] | NDArray, digits: int = 5) -> list[float | None]:

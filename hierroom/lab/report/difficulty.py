@@ -23,11 +23,9 @@ MEASURES: Mapping[str, str] = {
 
 
 def complexities(runs: Sequence[ReportedRun]) -> tuple[list[dict[str, Any]], list[str]]:
-    """How hard the graphs of some runs are to explore.
+    """How hard the graphs of some runs are to explore: a row for each, and lines on those that are too large.
 
-    Returns:
-        for each graph its ``name``, ``label``, ``key_rooms``, ``exit_room``, whether keys can be dropped, and
-            `MEASURES`; and lines on those that are too large.
+    A row has ``name``, ``label``, ``key_rooms``, ``exit_room``, whether keys can be dropped, and `MEASURES`.
     """
     graphs: dict[tuple[str, GoalGraph, bool], None] = {}
     for run in runs:
@@ -51,9 +49,8 @@ def complexities(runs: Sequence[ReportedRun]) -> tuple[list[dict[str, Any]], lis
 def learning_points(curves: Curves) -> list[dict[str, Any]]:
     """How many steps each group needed on each graph: the median over its runs; None where half or fewer got there.
 
-    Returns:
-        for each group and graph: numbers by level of success, the ``last`` step that was looked at, and whether keys
-            can be dropped; those of a group in which they can be in some runs and not in others are left out.
+    A point has numbers by level of success, the ``last`` step that was looked at, and whether keys can be dropped; a
+    group in which they can be in some runs and not in others has none.
     """
     return [
         {

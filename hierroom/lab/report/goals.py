@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -36,10 +35,9 @@ def goal_row(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def training_goals(folder: RunFolder) -> dict[str, Any] | None:
-    """The share of training's episodes that achieved each goal, over the steps; None where hardly any are told of.
+    """The share of training's episodes that achieved each goal, over the steps; None for fewer than two bins of them.
 
-    Returns:
-        ``steps`` of the middle of each bin of episodes, and for each goal the ``shares``.
+    ``steps`` are those of the middle of each bin of episodes; for each goal there are the ``shares``.
     """
     try:
         rows = folder.episodes.read()
@@ -51,9 +49,6 @@ def training_goals(folder: RunFolder) -> dict[str, Any] | None:
         return None
     bins = np.array_split(np.arange(len(rows)), min(N_BINS, len(rows) // LEAST_IN_BIN))
     names = [name for name in ROOM_GOAL_NAMES if any(name in goals for goals in achieved)]
-    return {"steps": rounded([steps[part].mean() for part in bins]), "shares": _shares(names, achieved, bins)}
-
-
-def _shares(names: Sequence[str], achieved: Sequence[set[str]], bins: Sequence[np.ndarray]) -> dict[str, list]:
     table = {name: np.array([name in goals for goals in achieved]) for name in names}
-    return {name: rounded([reached[part].mean() for part in bins]) for name, reached in table.items()}
+    shares = {name: rounded([reached[part].mean() for part in bins]) for name, reached in table.items()}
+    return {"steps": rounded([steps[part].mean() for part in bins]), "shares": shares}

@@ -14,14 +14,11 @@ from hierroom.support.files import to_json
 
 
 def render_page(texts: Mapping[str, Any], data: Mapping[str, Any]) -> bytes:
-    """Fill the templates.
+    """Fill the templates: a page in UTF-8.
 
     Args:
-        texts: what the page's template shows; whatever characters they hold, they are shown as they are.
+        texts: what the page's template shows; every character is shown as it is.
         data: plain types, from which the page's scripts draw.
-
-    Returns:
-        the page, UTF-8.
     """
     loader = PackageLoader("hierroom.lab.report", "templates")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)

@@ -19,21 +19,13 @@ from hierroom.worlds.escape_room.graph_sampler import GraphSampler
 
 @dataclass(frozen=True)
 class ReportedRun:
-    """A run as the report shows it.
+    """A run as the report shows it."""
 
-    Args:
-        path: its folder.
-        config: its config.
-        entries: the entries of the config in plain types, flat, and ``variant``, what the plan of a sweep called it.
-        evaluated: how it fared at its evaluations; None if there was none after the first step.
-        sessions: where it came from, as ``provenance.json`` tells it; empty where that cannot be read.
-    """
-
-    path: Path
+    path: Path  # its folder
     config: TrainConfig
-    entries: Mapping[str, Any]
-    evaluated: EvaluatedRun | None
-    sessions: list[dict[str, Any]]
+    entries: Mapping[str, Any]  # of its config, as in `EvaluatedRun`
+    evaluated: EvaluatedRun | None  # None without an evaluation after the first step
+    sessions: list[dict[str, Any]]  # as in ``provenance.json``; empty where that cannot be read
 
     @property
     def name(self) -> str:
@@ -53,13 +45,9 @@ class ReportedRun:
 
 
 def read_runs(paths: Iterable[Path]) -> tuple[list[ReportedRun], list[str]]:
-    """Read the runs among some paths.
+    """Read the runs among some paths, each once; and lines on what could not be read.
 
-    Args:
-        paths: folders of runs, or folders that contain them, as that of a sweep.
-
-    Returns:
-        the runs, each once; and lines on what could not be read.
+    Paths are folders of runs, or folders that contain them, as that of a sweep.
     """
     found: dict[Path, Path] = {}
     for path in paths:

@@ -28,20 +28,11 @@ def page_texts(
     points: Sequence[Mapping[str, Any]],
     notes: Sequence[str],
 ) -> dict[str, Any]:
-    """The texts of the page's tables.
-
-    Args:
-        runs: the runs.
-        curves: their groups.
-        goals: rows of `goal_row`, each with its ``run``.
-        complexity: rows of `complexities`.
-        points: rows of `learning_points`.
-        notes: lines on what a reader must know.
-    """
+    """The texts of the page's tables; ``goals`` are rows of `goal_row`, each with its ``run``, and ``notes`` lines."""
     names = _told(runs)
     differing = [name for name in names if len({_text(run.entries.get(name)) for run in runs}) > 1]
     shown = [*(name for name in curves.by if name in differing and name != "graph"), "seed"]
-    default = _entries_of_default()
+    default = flat_entries(TrainConfig())
     steps_of: dict[tuple[str, int], Any] = {(p["label"], p["group"]): p["steps_to"].get("95") for p in points}
     groups = sorted({point["group"] for point in points})
     return {
@@ -76,10 +67,6 @@ def _told(runs: Sequence[ReportedRun]) -> list[str]:
     has_meta, has_variant = any(run.meta == LEARNED for run in runs), any(run.entries["variant"] for run in runs)
     names = [name for name in runs[0].entries if has_meta or not name.startswith("meta_ppo.")]
     return [name for name in names if has_variant or name != "variant"]
-
-
-def _entries_of_default() -> Mapping[str, Any]:
-    return flat_entries(TrainConfig())
 
 
 def _run(run: ReportedRun, curves: Curves, shown: Sequence[str], differing: Sequence[str]) -> dict[str, Any]:

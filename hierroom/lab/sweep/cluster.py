@@ -21,12 +21,8 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
     """Do jobs on the machines of a Ray cluster, one core each, and tell what happens to them.
 
     A run whose machine is lost begins again elsewhere. Machines need hierroom installed and nothing else: no folder is
-    shared, the folder of a run comes back when it is done.
-
-    Args:
-        jobs: what to do.
-        address: of the cluster, as `ray.init` takes it: ``auto``, ``HOST:6379`` or ``ray://HOST:10001``.
-        interrupt: asks to stop: what has come back is kept, the rest is lost.
+    shared, the folder of a run comes back when it is done. A request to stop keeps what has come back. The address is
+    one that `ray.init` takes: ``auto``, ``HOST:6379`` or ``ray://HOST:10001``.
     """
     try:
         import ray  # pyright: ignore[reportMissingImports] - an extra

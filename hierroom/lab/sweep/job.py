@@ -32,28 +32,16 @@ _loaded_files: dict[str, str | None] = {}
 
 @dataclass(frozen=True)
 class Job:
-    """What a process of a sweep does at a time.
+    """What a process of a sweep does at a time."""
 
-    Args:
-        run: what to train.
-        folder: of the run; one that holds a part of the run is gone on with.
-        episodes: of each evaluation at the end.
-        metas: other meta-controllers with which the trained controller, if it sees goals, is evaluated too.
-        command: the command that began the sweep.
-    """
-
-    run: PlannedRun
-    folder: Path
-    episodes: int
-    metas: tuple[str, ...]
-    command: str
+    run: PlannedRun  # what to train
+    folder: Path  # of the run; one that holds a part of the run is resumed
+    episodes: int  # of each evaluation at the end
+    metas: tuple[str, ...]  # others with which the trained controller, if it sees goals, is evaluated too
+    command: str  # the command that began the sweep
 
     def work(self, report: Report) -> dict[str, object] | None:
-        """Train and evaluate; returns the results of the table's row, or None where it was interrupted and saved.
-
-        Raises:
-            DivergenceError: if training diverges.
-        """
+        """Train and evaluate; return the results of the table's row, or None where it was interrupted and saved."""
         torch.set_num_threads(1)  # the processes are the parallel part
         config = self.run.config
         self.check_folder()

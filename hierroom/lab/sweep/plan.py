@@ -36,19 +36,12 @@ Values = Mapping[str, Sequence[Any]]
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """A run of a sweep.
+    """A run of a sweep."""
 
-    Args:
-        config: what is trained.
-        identity: what tells it from the other runs of the sweep, by column of the table, as text.
-        entries: the same of every entry of its config, whether the sweep has several values of it or one.
-        digest: of everything that decides its row.
-    """
-
-    config: TrainConfig
-    identity: Mapping[str, str]
-    entries: Mapping[str, str]
-    digest: str
+    config: TrainConfig  # what is trained
+    identity: Mapping[str, str]  # what tells it from the other runs of the sweep, by column of the table, as text
+    entries: Mapping[str, str]  # the same of every entry of its config, also of those with one value
+    digest: str  # of everything that decides its row
 
     @property
     def name(self) -> str:

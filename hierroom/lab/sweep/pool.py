@@ -47,12 +47,9 @@ class _Worker:
 
 
 def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iterator[Event]:
-    """Do jobs on this machine, and tell what happens to them.
+    """Do jobs on this machine, in this order and so many at a time, and tell what happens to them.
 
-    Args:
-        jobs: what to do, in this order.
-        processes: how many are done at a time.
-        interrupt: asks to stop: the runs at work are saved.
+    A request to stop saves the runs at work.
     """
     waiting, tries = deque(jobs), dict.fromkeys((job.run.digest for job in jobs), 1)
     workers = [_Worker.start() for _ in range(min(processes, len(jobs)))]

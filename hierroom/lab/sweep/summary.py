@@ -5,31 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from statistics import median
+from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
 from hierroom.lab.sweep.plan import PlannedRun
-from hierroom.lab.sweep.table import Row
-from hierroom.support.markdown_table import markdown_table
+from hierroom.support.tables import markdown_table, telling_columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+CAPTION = "medians of the seeds, in brackets from the lowest to the highest; -: half or more did not get so far"
+SINGLE_RUNS = "; of a single run, in square brackets the 95% interval that its evaluations leave"
 
 
 @dataclass(frozen=True)
 class Summary:
-    """Medians over seeds, as text.
+    """Medians over seeds, as text."""
 
-    Args:
-        headings: of the columns.
-        n_names: how many columns tell the runs apart; the others hold numbers.
-        lines: the cells of each line.
-        has_single_runs: whether some line is of one run.
-    """
-
-    headings: tuple[str, ...]
-    n_names: int
-    lines: tuple[tuple[str, ...], ...]
-    has_single_runs: bool
+    headings: tuple[str, ...]  # of the columns
+    n_names: int  # how many columns tell the runs apart; the others hold numbers
+    lines: tuple[tuple[str, ...], ...]  # the cells of each line
+    has_single_runs: bool  # whether some line is of one run
 
     def caption(self) -> str:
         """How the numbers are read."""
@@ -49,11 +48,7 @@ class Summary:
         return markdown_table(self.headings, self.lines)
 
 
-CAPTION = "medians of the seeds, in brackets from the lowest to the highest; -: half or more did not get so far"
-SINGLE_RUNS = "; of a single run, in square brackets the 95% interval that its evaluations leave"
-
-
-def summarise(runs: Sequence[PlannedRun], rows: Sequence[Row], metas: Sequence[str] = ()) -> Summary:
+def summarise(runs: Sequence[PlannedRun], rows: pd.DataFrame, metas: Sequence[str] = ()) -> Summary:
     """A line for each combination of values, its seeds together.
 
     Args:
@@ -61,61 +56,50 @@ def summarise(runs: Sequence[PlannedRun], rows: Sequence[Row], metas: Sequence[s
         rows: of those that are done.
         metas: the other meta-controllers with which the controllers were evaluated too.
     """
-    columns: dict[str, Callable[[Sequence[Row]], str]] = {
-        "runs": lambda group: str(len(group)),
-        "steps to 50%": lambda group: _spread(group, "steps_to_50", steps_text),
-        "steps to 95%": lambda group: _spread(group, "steps_to_95", steps_text),
-        "success": lambda group: _spread(group, "success_rate", _percent),
-        "length": lambda group: _spread(group, "length", "{:.0f}".format),
-        "/ shortest": lambda group: _spread(group, "length_over_shortest", "{:.2f}".format),
-        "greedy": lambda group: _spread(group, "greedy_success_rate", _percent),
+    import pandas as pd
+
+    percent, whole = "{:.1%}".format, "{:.0f}".format
+    columns: dict[str, tuple[str, Callable[[float], str]]] = {
+        "steps to 50%": ("steps_to_50", steps_text),
+        "steps to 95%": ("steps_to_95", steps_text),
+        "success": ("success_rate", percent),
+        "length": ("length", whole),
+        "/ shortest": ("length_over_shortest", "{:.2f}".format),
+        "greedy": ("greedy_success_rate", percent),
     }
     for meta in metas:
-        columns[f"{meta} goals"] = lambda group, name=f"{meta}_success_rate": _spread(group, name, _percent)
-        columns[f"{meta} length"] = lambda group, name=f"{meta}_length": _spread(group, name, "{:.0f}".format)
+        columns |= {f"{meta} goals": (f"{meta}_success_rate", percent), f"{meta} length": (f"{meta}_length", whole)}
     if any(run.config.env.exclude for run in runs):
-        columns["excluded graphs"] = lambda group: _spread(group, "excluded_success_rate", _percent)
-    names = _telling(runs)
-    groups: dict[tuple[str, ...], list[Row]] = {tuple(run.identity[name] for name in names): [] for run in runs}
-    for row in rows:
-        groups[tuple(row[name] for name in names)].append(row)
-    lines = [(*told, *(text(group) if group else "-" for text in columns.values())) for told, group in groups.items()]
+        columns["excluded graphs"] = ("excluded_success_rate", percent)
+    planned = pd.DataFrame([run.identity for run in runs]).drop(columns="seed")
+    names = telling_columns(planned) or ["method", "graph"]
+    groups = dict([*rows.groupby(names, sort=False)]) if len(rows) else {}
+    lines = []
+    for told in planned[names].drop_duplicates().itertuples(index=False):
+        if (group := groups.get(tuple(told))) is None:
+            lines.append((*told, *"-" * (1 + len(columns))))
+        else:
+            lines.append((*told, str(len(group)), *(_spread(group, *column) for column in columns.values())))
     has_single_runs = any(len(group) == 1 for group in groups.values())
-    return Summary((*names, *columns), len(names), tuple(lines), has_single_runs)
+    return Summary((*names, "runs", *columns), len(names), tuple(lines), has_single_runs)
 
 
-def _telling(runs: Sequence[PlannedRun]) -> list[str]:
-    """The columns that tell the runs apart but for their seeds; a variant's name stands for what it changes."""
-    several = [name for name in runs[0].identity if len({run.identity[name] for run in runs}) > 1 and name != "seed"]
-    kept: list[str] = []
-    for name in several:
-        by_kept = {tuple(run.identity[one] for one in kept): run.identity[name] for run in runs}
-        if any(by_kept[tuple(run.identity[one] for one in kept)] != run.identity[name] for run in runs):
-            kept.append(name)
-    return kept or ["method", "graph"]
-
-
-def _numbers(group: Sequence[Row], name: str) -> list[float]:
-    return [float(row.get(name) or "inf") for row in group]  # without evaluations there are no milestones
-
-
-def _spread(group: Sequence[Row], name: str, text: Callable[[float], str]) -> str:
+def _spread(group: pd.DataFrame, name: str, text: Callable[[float], str]) -> str:
     """The median of runs that differ in their seeds, and how far they lie apart; of a single run its interval."""
-    numbers, ends = _numbers(group, name), [f"{name.removesuffix('_rate')}_{end}" for end in ("low", "high")]
-    middle = _text(median(numbers), text)
+    stem = name.removesuffix("_rate")
+    numbers = group.reindex(columns=[name, f"{stem}_low", f"{stem}_high"], fill_value="").replace("", "inf")
+    values, lows, highs = numbers.astype(float).T.to_numpy()  # without evaluations there are no milestones
+    middle = _text(median(values), text)
     if len(group) > 1:
-        low, high = (_text(end(numbers), text) for end in (min, max))
+        low, high = _text(min(values), text), _text(max(values), text)
         return middle if low == high else f"{middle} ({low} to {high})"
-    low, high = (_text(_numbers(group, end)[0], text) if end in group[0] else middle for end in ends)
+    ends = ((f"{stem}_low", lows[0]), (f"{stem}_high", highs[0]))
+    low, high = (_text(value, text) if column in group else middle for column, value in ends)
     return middle if low == high else f"{middle} [{low}, {high}]"
 
 
 def _text(value: float, text: Callable[[float], str]) -> str:
     return "-" if value == float("inf") else text(value)
-
-
-def _percent(value: float) -> str:
-    return f"{value:.1%}"
 
 
 def steps_text(steps: float) -> str:

@@ -7,23 +7,22 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from hierroom.lab.sweep.plan import Plan, PlannedRun
-from hierroom.lab.sweep.table import Row, SweepTable
+from hierroom.lab.sweep.table import SweepTable
 from hierroom.runs.folder.own_modules import own_code_digest
 from hierroom.support.errors import InputError, require_number
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True)
 class Shard:
-    """A part of a sweep's runs, for one of several machines.
-
-    Args:
-        number: which, from 1.
-        count: of all parts.
-    """
+    """A part of a sweep's runs, for one of several machines: the ``number``-th of ``count``, from 1."""
 
     number: int = 1
     count: int = 1
@@ -43,15 +42,10 @@ class Shard:
 
 @dataclass(frozen=True)
 class Sweep:
-    """The runs of a plan, in a folder with their table ``sweep.csv`` and their folders ``runs/``.
+    """The runs of a plan, in a folder with their table ``sweep.csv`` and their folders ``runs/``."""
 
-    Args:
-        plan: what is trained.
-        out: the folder.
-    """
-
-    plan: Plan
-    out: Path
+    plan: Plan  # what is trained
+    out: Path  # the folder
 
     def __post_init__(self) -> None:
         if self.out.exists() and not self.out.is_dir():
@@ -64,17 +58,18 @@ class Sweep:
         """The rows of the runs that are done."""
         return SweepTable(self.out)
 
-    def rows(self) -> list[Row]:
+    def rows(self) -> pd.DataFrame:
         """The rows of the plan's runs that are done."""
         return self.table.of(self.plan.runs())
 
     def made_with_other_code(self) -> list[str]:
-        """The names of the runs that are done and whose own code (meta-controller, network, reward) has changed since.
+        """The names of the runs that are done and whose user code (meta-controller, network, reward) has changed since.
 
-        A row tells a digest of the files of that code. Rows that tell none are taken as they are, and so is every row
-        where the files are not found.
+        A row has a digest of the files of that code. Rows without one are taken as they are, and so is every row where
+        the files are not found.
         """
-        told = {row["digest"]: row.get("own_code") for row in self.table.read()}
+        rows = self.table.read()
+        told = dict(zip(rows["digest"], rows.get("own_code", ()), strict=False))
         done = [run for run in self.plan.runs() if told.get(run.digest)]
         now = {run.digest: own_code_digest(run.config, self.plan.metas) for run in done}
         return [run.name for run in done if now[run.digest] and told[run.digest] != now[run.digest]]
@@ -94,14 +89,14 @@ class Sweep:
             processes: runs at a time on this machine; None: one for each core that it may use.
             ray: address of a Ray cluster to do them on instead.
             shard: which of them.
-            command: what the rows tell of how they came about.
+            command: what the rows say of how they were made.
             console: where progress is shown; None: on standard error.
         """
         if processes is not None:
             require_number("processes", processes, 1, 1024, is_whole=True)
         runs = shard.of(self.plan.runs())
         self.table.complete(runs)
-        have = {row["digest"] for row in self.table.of(runs)}
+        have = {*self.table.of(runs)["digest"]}
         missing = [run for run in runs if run.digest not in have]
         if not missing:
             return SweepOutcome((), (), False)
@@ -164,14 +159,8 @@ def _n_cores() -> int:
 
 @dataclass(frozen=True)
 class SweepOutcome:
-    """How an attempt to do the runs of a sweep ended.
+    """How an attempt to do the runs of a sweep ended."""
 
-    Args:
-        failures: the runs that could not be done, and why.
-        replaced: the runs whose rows stand in the place of those of other configs.
-        is_interrupted: whether it was stopped before the rest was done.
-    """
-
-    failures: tuple[tuple[PlannedRun, str], ...]
-    replaced: tuple[PlannedRun, ...]
-    is_interrupted: bool
+    failures: tuple[tuple[PlannedRun, str], ...]  # the runs that could not be done, and why
+    replaced: tuple[PlannedRun, ...]  # the runs whose rows replace those of other configs
+    is_interrupted: bool  # whether it was stopped before the rest was done

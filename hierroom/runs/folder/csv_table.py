@@ -48,15 +48,16 @@ class CSVTable:
         Returns:
             how many of these rows there are.
         """
-        self._names, self._n_rows, end = [], 0, 0
+        names, n_kept, end = [], 0, 0
         for place, entries in self._rows(steps) if n_rows else ():
-            self._n_rows += bool(self._names)
-            self._names, end = self._names or entries, place
-            if self._n_rows == n_rows:
+            n_kept += bool(names)
+            names, end = names or entries, place
+            if n_kept == n_rows:
                 break
         if self.path.exists() and self.path.stat().st_size > end:
             truncate(self.path, end)
-        return self._n_rows
+        self._names, self._n_rows = names, n_kept
+        return n_kept
 
     def append(self, rows: Sequence[Mapping[str, object]]) -> None:
         """Append rows; an empty sequence writes nothing.

@@ -11,7 +11,7 @@ from typing import Any
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder import checkpoint
 from hierroom.runs.folder.csv_table import CSVTable
-from hierroom.runs.folder.run_lock import RunLock
+from hierroom.runs.folder.run_lock import RunLock, RunLockedError
 from hierroom.runs.logs.output import warn
 from hierroom.support.errors import CheckpointError, InputError
 from hierroom.support.files import is_unfinished, remove_unfinished, to_json, write_atomically
@@ -69,7 +69,7 @@ class RunFolder:
                 remove_unfinished(run.path)
                 run.checkpoints.mkdir(exist_ok=True)
                 run.save_config(config)
-        except (FileExistsError, NotADirectoryError):
+        except (FileExistsError, NotADirectoryError, RunLockedError):
             raise InputError(f"{run.path} is not an empty folder; choose another --out, or --resume it") from None
         except OSError as error:
             raise InputError(f"cannot create the run folder {run.path}: {error.strerror}") from error

@@ -9,6 +9,10 @@ from filelock import FileLock, Timeout
 from hierroom.support.errors import InputError
 
 
+class RunLockedError(InputError):
+    """Another process trains the run."""
+
+
 class RunLock:
     """Held by the process that trains a run; reading a run needs no lock.
 
@@ -31,7 +35,7 @@ class RunLock:
                 self._lock.acquire()
         except Timeout:
             busy = f"{self._folder} is being trained by another process; wait until that ends, or stop it"
-            raise InputError(busy) from None
+            raise RunLockedError(busy) from None
         except (OSError, NotImplementedError) as error:
             raise InputError(f"cannot lock the run folder {self._folder}: {error}") from error
 

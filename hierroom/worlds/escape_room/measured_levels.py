@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from hierroom.complexity.measures.graphs import with_progress
 from hierroom.complexity.measures.mdp import DeterministicMDP
 from hierroom.complexity.measures.summary import measure_mdp
-from hierroom.complexity.measures.table import MeasuredGraph
+from hierroom.complexity.measures.table import MeasuredGraph, with_progress
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room.engine import Engine

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from hierroom.complexity.measures.effective_horizon import horizon_of, samples_of
 from hierroom.complexity.measures.policy_information import policy_information
-from hierroom.complexity.measures.sampled import SampledMeasures
-from hierroom.complexity.observed import wilson_interval
+from hierroom.complexity.measures.summary import SampledMeasures
+from hierroom.complexity.played.observed import wilson_interval
 from hierroom.support.errors import InputError, require_number
 from hierroom.worlds.escape_room import batch_kernels
 from hierroom.worlds.escape_room.layout import OUTCOME, State

@@ -1,0 +1,1 @@
+"""Random walks: their weights, and what is computed of them exactly."""

@@ -1,0 +1,240 @@
+"""A random walk on named nodes and its passage times; both assumed and measured walks use it."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.complexity.chains.exploration_graph import graph_weights, node_index, node_labels, normalized
+from hierroom.complexity.chains.hitting import (
+    expected_visits,
+    first_passage_variance,
+    hitting_probability,
+    mean_first_passage_time,
+    passage_time_sensitivity,
+)
+from hierroom.complexity.chains.laplacian import laplacian_hitting_time, laplacian_sensitivity
+from hierroom.complexity.chains.reach import expected_states, reach_probability
+from hierroom.complexity.chains.weights import Weights, as_moves, as_node, as_weights, n_nodes
+from hierroom.support.errors import InputError
+from hierroom.support.tables import html_table
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+EXIT = "exit"
+
+
+class EdgeSensitivity(NamedTuple):
+    """The effect of one edge on the time to the exit."""
+
+    source: str  # label of the node where the edge begins
+    target: str  # label of the node where it ends
+    weight: float  # its weight in W
+    steps_slope: float  # d expected_steps / d weight
+    hitting_time_slope: float  # d hitting_time / d weight
+    elasticity: float  # percent by which expected_steps changes if the weight grows by one percent
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Chain:
+    """A random walk on named nodes; each quantity is computed on first access.
+
+    Args:
+        weights: W [n, n] CSR, the probability of each move in one step; one minus the sum of a row is the probability
+            to stay.
+        labels: the name of each node.
+        source: index of the start node.
+        goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
+    """
+
+    weights: sp.csr_array
+    labels: tuple[str, ...]
+    source: int
+    goals: Mapping[str, tuple[int, ...]]
+
+    def __post_init__(self) -> None:
+        n = n_nodes(self.weights)
+        if len(self.labels) != n:
+            raise InputError(f"a chain of {n} nodes needs {n} labels, not {len(self.labels)}")
+        if len(set(self.labels)) < n:
+            twice = next(label for label in self.labels if self.labels.count(label) > 1)
+            raise InputError(f"the labels of a chain's nodes must differ, but {twice!r} is given twice")
+        if EXIT not in self.goals:
+            raise InputError(f"a chain needs a goal {EXIT!r}; there is {', '.join(map(repr, self.goals)) or 'none'}")
+        for node in (self.source, *(node for nodes in self.goals.values() for node in nodes)):
+            as_node(node, n)
+        if self.source in self.goals[EXIT]:
+            raise InputError(f"a chain's start and exit must be two nodes, but both are {self.labels[self.source]!r}")
+
+    @classmethod
+    def from_matrix(
+        cls,
+        matrix: Weights,
+        source: int | str,
+        target: int | str,
+        labels: Sequence[Hashable] | None = None,
+        *,
+        rates: bool = False,
+    ) -> Chain:
+        """The walk with a matrix of probabilities or rates, on any exploration graph.
+
+        Args:
+            matrix: [n, n] dense or sparse; what a row lacks to one is the node's probability to stay.
+            source: the start node: its index, or its label.
+            target: the node to reach, the goal ``"exit"``, likewise.
+            labels: [n] names of the nodes; their indices by default.
+            rates: divide each row by its sum, because it holds rates or counts.
+        """
+        weights = normalized(as_weights(matrix)) if rates else as_weights(matrix)
+        as_moves(weights)
+        n = n_nodes(weights)
+        names = node_labels(range(n) if labels is None else labels)
+        if len(names) != n:
+            raise InputError(f"{n} nodes need as many labels, not {len(names)}")
+        start, end = (node_index(names, one) if isinstance(one, str) else as_node(one, n) for one in (source, target))
+        return cls(weights, names, start, {EXIT: (end,)})
+
+    @classmethod
+    def from_networkx(
+        cls, graph: nx.Graph, source: Hashable, target: Hashable, weight: str | None = "weight", *, rates: bool = False
+    ) -> Chain:
+        """The random walk on a networkx graph, directed or not; the names of its nodes become labels.
+
+        Args:
+            graph: the graph.
+            source: the start node.
+            target: the node to reach, the goal ``"exit"``.
+            weight: attribute of the edges that holds their probability. Where no edge has it, or for None, the walk
+                leaves each node by each of its edges with equal probability.
+            rates: divide each node's weights by their sum, because they are rates or counts.
+        """
+        weights, nodes = graph_weights(graph, weight, rates), list(graph)
+        return cls.from_matrix(weights, node_index(nodes, source), node_index(nodes, target), nodes)
+
+    @cached_property
+    def hitting_time(self) -> float:
+        """The paper's hitting time of the exit, b' pinv(D - W) b.
+
+        It is not a number of steps. On the paper's walk, whose exit is left with probability 0.01, it saturates near
+        1 / 0.01 = 100; on others it can saturate elsewhere or not at all: see `hierroom.complexity.chains.laplacian`.
+        """
+        return self.hitting_time_to(EXIT)
+
+    @cached_property
+    def expected_steps(self) -> float:
+        """Mean first-passage time to the exit in steps, including steps that stay."""
+        return self.expected_steps_to(EXIT)
+
+    @cached_property
+    def variance(self) -> float:
+        """Variance of the first-passage time to the exit, in steps squared."""
+        return float(first_passage_variance(self.weights, self.goals[EXIT])[self.source])
+
+    @property
+    def std(self) -> float:
+        """Standard deviation of the first-passage time to the exit, in steps."""
+        return self.variance**0.5
+
+    def expected_steps_to(self, goal: str) -> float:
+        """Mean number of steps until a goal is first achieved; ``inf`` if that may never happen.
+
+        A goal is `"key r"`, `"door r"`, `"exit"`, or the label of one node.
+        """
+        return float(mean_first_passage_time(self.weights, self.nodes_of(goal))[self.source])
+
+    def hitting_time_to(self, node: str) -> float:
+        """The paper's hitting time of any single node, by its label.
+
+        A goal that is achieved at several nodes has no Laplacian hitting time.
+        """
+        nodes = self.nodes_of(node)
+        if len(nodes) != 1:
+            raise InputError(
+                f"the Laplacian hitting time needs a single node, but {node!r} is achieved at {len(nodes)}; "
+                "name one of them, such as 'key 1, all closed' or 'room 1, open 1', or ask for the expected steps"
+            )
+        return laplacian_hitting_time(self.weights, self.source, nodes[0])
+
+    def hitting_probability(self, goal: str = EXIT) -> float:
+        """Probability that a goal is ever achieved; ``goal`` as for `expected_steps_to`."""
+        return float(hitting_probability(self.weights, self.nodes_of(goal))[self.source])
+
+    def reach_probability(self, t: ArrayLike, goal: str = EXIT) -> NDArray[np.float64]:
+        """Probability in 0..1, the shape of t, that a goal has been achieved within t steps, each 0, 1, 2, ..."""
+        return reach_probability(self.weights, self.source, self.nodes_of(goal), t)
+
+    def expected_states(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Expected number, the shape of t, of distinct nodes visited within t steps, the start included."""
+        return expected_states(self.weights, self.source, t)
+
+    def expected_visits(self, goal: str = EXIT) -> dict[str, float]:
+        """Expected number of steps spent at each node before a goal is achieved, by label."""
+        visits = expected_visits(self.weights, self.source, self.nodes_of(goal))
+        return dict(zip(self.labels, visits.tolist(), strict=True))
+
+    def edge_sensitivity(self) -> list[EdgeSensitivity]:
+        """The effect of each edge on the time to the exit, most helpful edge first; empty if that time is ``inf``."""
+        if np.isinf(self.expected_steps):
+            return []
+        exit_node = self.goals[EXIT][0]
+        steps = passage_time_sensitivity(self.weights, self.source, exit_node).tocoo()
+        paper = laplacian_sensitivity(self.weights, self.source, exit_node)
+        edges = [
+            EdgeSensitivity(
+                self.labels[i],
+                self.labels[j],
+                float(self.weights[i, j]),
+                float(slope),
+                float(paper[i, j]),
+                float(self.weights[i, j] * slope / self.expected_steps),
+            )
+            for i, j, slope in zip(steps.row, steps.col, steps.data, strict=True)
+        ]
+        return sorted(edges, key=lambda edge: edge.elasticity)
+
+    def goal_sensitivity(self) -> dict[str, float]:
+        """Which goal makes the graph hard: percent change of expected_steps if a goal gets one percent easier.
+
+        This is the sum of the elasticities of the edges that achieve the goal, which lead from nodes where it has not
+        been achieved to nodes where it has. The first goal, with the most negative value, is the bottleneck; there is
+        none if the exit may never be reached.
+        """
+        if np.isinf(self.expected_steps):
+            return {}
+        slopes = passage_time_sensitivity(self.weights, self.source, self.goals[EXIT])
+        elasticity = slopes.multiply(self.weights).tocoo()
+        by_goal = {}
+        for goal, nodes in self.goals.items():
+            achieved = np.zeros(len(self.labels), bool)
+            achieved[list(nodes)] = True
+            achieves = ~achieved[elasticity.row] & achieved[elasticity.col]
+            by_goal[goal] = float(elasticity.data[achieves].sum() / self.expected_steps)
+        return dict(sorted(by_goal.items(), key=lambda item: item[1]))
+
+    def __repr__(self) -> str:
+        first, last = (self.labels[node] for node in (self.source, self.goals[EXIT][0]))
+        return f"<Chain: random walk on {len(self.labels)} nodes from {first} to {last}>"
+
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        rows = [(goal, self.expected_steps_to(goal), self.hitting_probability(goal)) for goal in self.goals]
+        cells = [(goal, f"{steps:.4g}", f"{chance:.4g}") for goal, steps, chance in rows]
+        return html_table(repr(self).strip("<>"), ("goal", "expected steps", "probability ever"), cells)
+
+    def nodes_of(self, goal: str) -> tuple[int, ...]:
+        """The nodes at which a goal has been achieved, or the single node with that label."""
+        if isinstance(goal, str) and goal in self.goals:
+            return tuple(self.goals[goal])
+        if isinstance(goal, str) and goal in self.labels:
+            return (self.labels.index(goal),)
+        raise InputError(
+            f"the goals are {', '.join(self.goals)}, and nodes are called "
+            f"{', '.join(map(repr, self.labels[:2]))}, ...; there is no {goal!r}"
+        )

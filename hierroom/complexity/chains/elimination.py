@@ -1,0 +1,184 @@
+"""Elimination without subtraction: the factors of D - W, accurate however long the walk takes.
+
+Gaussian elimination of D - W subtracts nearly equal numbers on its diagonal where a target is hard to reach: with a
+mean of 10^k steps it loses k of the 16 digits of a float. Grassmann, Taksar and Heyman (Regenerative analysis and
+steady state distributions for Markov chains, Operations Research 33, 1985) replace the diagonal by what it stands for:
+the rate at which a node is left. Eliminating node k sends its visitors on,
+
+    w_ij += w_ik w_kj / s_k,    r_i += w_ik r_k / s_k,    s_k = r_k + sum of w_kj over the j that are not eliminated,
+
+with r the rate from each node to those outside the system. Nothing is ever subtracted, and so each factor, and each
+solution for a right-hand side that is not negative, has a small relative error in each entry, whatever the condition of
+D - W: at most about 2 n^2 roundings for n nodes (O'Cinneide, Entrywise perturbation theory and error analysis for
+Markov chains, Numerische Mathematik 65, 1993), and in practice a few.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.linalg import splu
+
+from hierroom.support.compile.kernel import njit
+from hierroom.support.errors import InputError
+
+LEAST_RATE = 1e-290
+"""Least rate at which a node may be left: below, rates would underflow, and means overflow."""
+TOO_LONG = (
+    f"a walk may take at most about {1 / LEAST_RATE:.0e} steps, as 64-bit floats hold no larger times; "
+    "this one takes more"
+)
+BLOCK = 64
+"""Columns that are skipped at once where a row has none of them."""
+
+
+class Elimination:
+    """The factors of D - W on nodes that a walk surely leaves: D - W = (I - F) (S - U).
+
+    Args:
+        moves: [n, n] CSR, the probability of each move among these nodes; its diagonal is ignored.
+        leaving: [n] float64, the probability to leave each node for one outside; a node where it is positive can be
+            reached from each node.
+    """
+
+    def __init__(self, moves: sp.csr_array, leaving: NDArray[np.float64]) -> None:
+        self._order = _order(moves)
+        ordered = sp.csr_array(moves[self._order][:, self._order])
+        ordered.sort_indices()
+        *self._factors, self._rates = _eliminate(
+            ordered.indptr.astype(np.int64), ordered.indices.astype(np.int64), ordered.data, leaving[self._order]
+        )
+        if not np.isfinite(self._rates).all() or self._rates.min(initial=1.0) < LEAST_RATE:
+            raise InputError(TOO_LONG)
+
+    def solve(self, b: ArrayLike) -> NDArray[np.float64]:
+        """The solution x of (D - W) x = b: [n] float64, accurate in each entry where no entry of ``b`` is negative."""
+        return self._in_order(_solve, b)
+
+    def solve_transposed(self, b: ArrayLike) -> NDArray[np.float64]:
+        """The solution x of (D - W)' x = b, as `solve`."""
+        return self._in_order(_solve_transposed, b)
+
+    def _in_order(self, solver, b: ArrayLike) -> NDArray[np.float64]:
+        solution = np.empty(len(self._order))
+        solution[self._order] = solver(*self._factors, self._rates, np.asarray(b, float)[self._order])
+        return solution
+
+
+def solve_several(
+    moves: NDArray[np.float64], leaving: NDArray[np.float64], b: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The solutions x [B, n] of (D - W) x = b of many small walks: W [B, n, n], and the rates [B, n] out of it."""
+    moves, leaving, x, n = moves.copy(), leaving.copy(), b.copy(), b.shape[1]
+    rates = np.empty_like(b)
+    for k in range(n):
+        after = slice(k + 1, n)
+        rates[:, k] = leaving[:, k] + moves[:, k, after].sum(axis=1)
+        shares = moves[:, after, k] / rates[:, [k]]
+        moves[:, after, after] += shares[:, :, None] * moves[:, [k], after]
+        leaving[:, after] += shares * leaving[:, [k]]
+        x[:, after] += shares * x[:, [k]]
+    for k in range(n - 1, -1, -1):
+        x[:, k] = (x[:, k] + (moves[:, k, k + 1 :] * x[:, k + 1 :]).sum(axis=1)) / rates[:, k]
+    return x
+
+
+def _order(moves: sp.csr_array) -> NDArray[np.int64]:
+    """An order of elimination with little fill: SuperLU's for a regular matrix of the same pattern (COLAMD)."""
+    pattern = sp.csr_array((np.ones(len(moves.data)), moves.indices, moves.indptr), shape=moves.shape)
+    factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) - pattern).tocsc())
+    return np.argsort(factors.perm_c)
+
+
+@njit(cache=True)
+def _eliminate(starts, columns, weights, leaving):
+    """Factor W [n, n], as CSR, and the rates [n] to nodes outside into F and U, as CSR, and S [n], row by row."""
+    n, n_lower, n_upper = len(leaving), 0, 0
+    lower_starts, upper_starts = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64)
+    lower_columns, upper_columns = np.empty(2 * len(weights) + n, np.int64), np.empty(2 * len(weights) + n, np.int64)
+    lower, upper = np.empty(len(lower_columns)), np.empty(len(upper_columns))
+    row, is_there, has_some = np.zeros(n), np.zeros(n, np.bool_), np.zeros(n // BLOCK + 1, np.bool_)
+    after = np.empty(n, np.int64)  # the columns behind the diagonal of the present row
+    leaving, rates = leaving.copy(), np.empty(n)
+    for i in range(n):
+        n_after = 0
+        for entry in range(starts[i], starts[i + 1]):
+            j = columns[entry]
+            if j == i:
+                continue
+            row[j], is_there[j], has_some[j // BLOCK] = weights[entry], True, True
+            if j > i:
+                after[n_after] = j
+                n_after += 1
+        n_lower = lower_starts[i]
+        if n_lower + i > len(lower):
+            lower_columns = np.concatenate((lower_columns, np.empty(len(lower) + n, np.int64)))
+            lower = np.concatenate((lower, np.empty(len(lower) + n)))
+        for block in range(i // BLOCK + 1):  # most blocks of columns are empty; what fills one lies ahead in it
+            if not has_some[block]:
+                continue
+            has_some[block] = False
+            for k in range(block * BLOCK, min(block * BLOCK + BLOCK, i)):
+                if not is_there[k]:
+                    continue
+                share = row[k] / rates[k]
+                row[k], is_there[k] = 0.0, False
+                lower_columns[n_lower], lower[n_lower] = k, share
+                n_lower += 1
+                leaving[i] += share * leaving[k]
+                for entry in range(upper_starts[k], upper_starts[k + 1]):
+                    j = upper_columns[entry]
+                    if j == i:
+                        continue  # back at the node itself: it cancels, as staying does
+                    row[j] += share * upper[entry]
+                    if not is_there[j]:
+                        is_there[j], has_some[j // BLOCK] = True, True
+                        if j > i:
+                            after[n_after] = j
+                            n_after += 1
+        lower_starts[i + 1] = n_lower
+        n_upper = upper_starts[i]
+        if n_upper + n_after > len(upper):
+            upper_columns = np.concatenate((upper_columns, np.empty(len(upper) + n, np.int64)))
+            upper = np.concatenate((upper, np.empty(len(upper) + n)))
+        rates[i] = leaving[i]
+        for position in range(n_after):
+            j = after[position]
+            upper_columns[n_upper], upper[n_upper] = j, row[j]
+            rates[i] += row[j]
+            row[j], is_there[j], has_some[j // BLOCK] = 0.0, False, False
+            n_upper += 1
+        upper_starts[i + 1] = n_upper
+    return (
+        lower_starts, lower_columns[:n_lower].copy(), lower[:n_lower].copy(),
+        upper_starts, upper_columns[:n_upper].copy(), upper[:n_upper].copy(), rates,
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def _solve(lower_starts, lower_columns, lower, upper_starts, upper_columns, upper, rates, b):
+    """Solve (I - F) (S - U) x = b."""
+    x = b.copy()
+    for i in range(len(x)):
+        for entry in range(lower_starts[i], lower_starts[i + 1]):
+            x[i] += lower[entry] * x[lower_columns[entry]]
+    for i in range(len(x) - 1, -1, -1):
+        for entry in range(upper_starts[i], upper_starts[i + 1]):
+            x[i] += upper[entry] * x[upper_columns[entry]]
+        x[i] /= rates[i]
+    return x
+
+
+@njit(cache=True)
+def _solve_transposed(lower_starts, lower_columns, lower, upper_starts, upper_columns, upper, rates, b):
+    """Solve (S - U)' (I - F)' x = b."""
+    x = b.copy()
+    for i in range(len(x)):
+        x[i] /= rates[i]
+        for entry in range(upper_starts[i], upper_starts[i + 1]):
+            x[upper_columns[entry]] += upper[entry] * x[i]
+    for i in range(len(x) - 1, -1, -1):
+        for entry in range(lower_starts[i], lower_starts[i + 1]):
+            x[lower_columns[entry]] += lower[entry] * x[i]
+    return x

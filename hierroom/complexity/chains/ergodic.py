@@ -1,0 +1,232 @@
+"""What a random walk does in the long run and between two sets of nodes.
+
+Every function takes W as described in `hierroom.complexity.chains.weights`; P is W with the probability to stay on its
+diagonal. Numbers are those of theorems in Levin and Peres, Markov Chains and Mixing Times, 2nd edition, 2017.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import eigs
+
+from hierroom.complexity.chains.elimination import solve_several
+from hierroom.complexity.chains.hitting import expected_visits, hitting_probability, mean_first_passage_time
+from hierroom.complexity.chains.weights import (
+    Targets,
+    Weights,
+    as_moves,
+    as_node,
+    as_targets,
+    closed_classes,
+    n_nodes,
+    row_sums,
+    with_staying,
+)
+from hierroom.support.compile.kernel import njit
+from hierroom.support.errors import InputError
+
+MAX_DENSE_NODES = 2000
+"""With more nodes eigenvalues are found iteratively, and the mixing time, a dense power of P, is refused."""
+MAX_COVER_NODES = 14
+"""Most nodes for an exact cover time, whose cost doubles with every node."""
+
+
+def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
+    """Long-run fraction of the time that a walk spends at each node, pi P = pi: [n] float64; 0 at transient nodes.
+
+    Between two visits to one node s of the recurrent class a walk spends an expected v_i steps at i, and
+    pi_i = v_i / sum v (proposition 1.14). This needs no eigenvector, and nodes that are seldom visited keep their
+    relative precision.
+    """
+    moves = as_moves(weights)
+    s, n = int(_recurrent(moves)[0]), n_nodes(moves)
+    leaving = sp.csr_array(moves[[s]])
+    if leaving.nnz == 0:
+        return np.eye(n)[s]
+    again = sp.block_array([[moves, sp.csr_array((n, 1))], [leaving, sp.csr_array((1, 1))]])
+    visits = expected_visits(sp.csr_array(again), n, s)
+    at_nodes = visits[:n]
+    at_nodes[s] = visits[n]
+    return at_nodes / at_nodes.sum()
+
+
+def spectral_gap(weights: Weights) -> float:
+    """Absolute spectral gap in 0..1: one minus the modulus of the second greatest eigenvalue of P (section 12.2).
+
+    The eigenvalues of P are those of its parts among nodes that reach each other. Where a walk ends, they are found of
+    D^(1/2) P D^(-1/2), with the stationary distribution on the diagonal of D: a symmetric matrix if the walk is
+    reversible (lemma 12.1). Those of P itself can be far off by rounding alone, as a corridor's are.
+    """
+    moves = as_moves(weights)
+    n = n_nodes(moves)
+    if n == 1:
+        return 1.0
+    chances = _balanced(moves)
+    if n <= MAX_DENSE_NODES:
+        moduli = np.sort(np.abs(np.linalg.eigvals(chances.toarray())))
+    else:
+        start = np.random.default_rng(0).random(n)
+        moduli = np.sort(np.abs(eigs(chances.T, k=2, which="LM", v0=start, return_eigenvectors=False)))
+    return float(np.clip(1 - moduli[-2], 0.0, 1.0))
+
+
+def mixing_time(weights: Weights, distance: float = 0.25) -> float:
+    """Steps after which a walk from any node is close to stationary: t_mix (equation 4.30).
+
+    The least t with max over s of |P^t(s, .) - pi|_TV <= distance; the distance never grows with t. ``inf`` if the walk
+    is periodic, or not there after 2^60 steps. Powers of P are rounded, so a time of t steps is off by a few times
+    10^-16 t of itself: it is exact up to about 10^7 steps.
+    """
+    if not 0 < distance < 1:
+        raise InputError(f"a mixing time needs a distance between 0 and 1, not {distance}")
+    moves = as_moves(weights)
+    if n_nodes(moves) > MAX_DENSE_NODES:
+        raise InputError(f"the mixing time is computed for up to {MAX_DENSE_NODES} nodes, not {n_nodes(moves)}")
+    stationary = stationary_distribution(moves)
+
+    def is_far(power: NDArray[np.float64]) -> bool:
+        return bool(np.abs(power - stationary).sum(axis=1).max() / 2 > distance)
+
+    if not is_far(np.eye(len(stationary))):
+        return 0.0
+    powers = [with_staying(moves).toarray()]  # P^(2^i)
+    while is_far(powers[-1]):
+        if len(powers) > 60:
+            return math.inf
+        powers.append(powers[-1] @ powers[-1])
+    steps, power = 0, np.eye(len(stationary))
+    for i in range(len(powers) - 1, -1, -1):
+        further = power @ powers[i]
+        if is_far(further):
+            steps, power = steps + (1 << i), further
+    return float(steps + 1)
+
+
+def commute_time(weights: Weights, source: int, target: int) -> float:
+    """Mean number of steps from one node to another and back (section 10.3); ``inf`` if one may never be reached.
+
+    C(i, j) = H(i, j) + H(j, i), H being the mean first-passage times.
+    """
+    there, back = (mean_first_passage_time(weights, node) for node in (target, source))
+    return float(there[as_node(source, len(there))] + back[target])
+
+
+def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[np.float64]:
+    """Probability [n] to reach the targets before the sources: the harmonic function 0 on one set and 1 on the other.
+
+    q(i) = sum_j P(i, j) q(j) elsewhere, with q = 0 on the sources and 1 on the targets (chapter 9).
+    """
+    moves = as_moves(weights)
+    is_source, is_target = as_targets(sources, n_nodes(moves)), as_targets(targets, n_nodes(moves))
+    if (is_source & is_target).any():
+        raise InputError("sources and targets of a committor must differ, but a node is in both")
+    keeps = sp.diags_array((~is_source).astype(float))  # a walk at a source is lost
+    return hitting_probability(sp.csr_array(keeps @ moves), np.flatnonzero(is_target))
+
+
+def cover_time(weights: Weights, source: int) -> float:
+    """Mean number of steps until every node was visited (chapter 11), exactly, for up to `MAX_COVER_NODES` nodes.
+
+    E(V, i), the mean with the nodes V visited and the walk at i in V, solves E(V, i) = 1 + sum_j P_ij E(V + {j}, j), a
+    linear system for each V, the larger sets first. ``inf`` if a node cannot be reached from every other.
+    """
+    moves = as_moves(weights)
+    n = n_nodes(moves)
+    source = as_node(source, n)
+    if n > MAX_COVER_NODES:
+        raise InputError(f"a cover time is exact for up to {MAX_COVER_NODES} nodes, not {n}; sample it instead")
+    if not _is_irreducible(moves):
+        return math.inf
+    dense, places = moves.toarray(), np.arange(n)
+    sets = np.arange(1 << n)
+    sets = sets[sets >> source & 1 == 1]
+    sizes = (sets[:, None] >> places & 1).sum(axis=1)
+    means = np.zeros((1 << n, n))
+    for size in range(n - 1, 0, -1):  # all sets of one size at once
+        visited = sets[sizes == size]
+        is_inside = (visited[:, None] >> places & 1).astype(bool)
+        inside = np.nonzero(is_inside)[1].reshape(-1, size)
+        outside = np.nonzero(~is_inside)[1].reshape(-1, n - size)
+        onward = means[visited[:, None] | 1 << outside, outside]
+        leaving = dense[inside[:, :, None], outside[:, None, :]]
+        known = 1 + (leaving @ onward[:, :, None])[:, :, 0]
+        within = dense[inside[:, :, None], inside[:, None, :]]
+        means[visited[:, None], inside] = solve_several(within, leaving.sum(axis=2), known)
+    return float(means[1 << source, source])
+
+
+def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed: int = 0) -> tuple[float, float]:
+    """Estimate the mean number of steps until every node was visited, for graphs too large for `cover_time`.
+
+    Return the mean and its standard error; (``inf``, 0) if a node cannot be reached from every other.
+    """
+    moves = as_moves(weights)
+    source = as_node(source, n_nodes(moves))
+    if n_walks < 2:
+        raise InputError(f"estimate a cover time from at least 2 walks, not {n_walks}")
+    if not _is_irreducible(moves):
+        return math.inf, 0.0
+    rng = np.random.default_rng(seed)
+    times = _sampled_cover_times(moves.indptr, moves.indices, moves.data, row_sums(moves), source, n_walks, rng)
+    return float(times.mean()), float(times.std(ddof=1) / math.sqrt(n_walks))
+
+
+def _balanced(moves: sp.csr_array) -> sp.csr_array:
+    """A matrix [n, n] with the eigenvalues of P; see `spectral_gap`."""
+    roots = np.ones(n_nodes(moves))
+    for nodes in closed_classes(moves):
+        stationary = stationary_distribution(moves[nodes][:, nodes])
+        roots[nodes] = np.sqrt(np.maximum(stationary, np.finfo(float).tiny))
+    chances = with_staying(moves).tocoo()
+    labels = connected_components(moves, directed=True, connection="strong")[1]
+    kept = labels[chances.row] == labels[chances.col]
+    rows, columns, values = chances.row[kept], chances.col[kept], chances.data[kept]
+    return sp.csr_array((roots[rows] * values / roots[columns], (rows, columns)), shape=chances.shape)
+
+
+def _recurrent(moves: sp.csr_array) -> NDArray[np.int64]:
+    classes = closed_classes(moves)
+    if len(classes) > 1:
+        raise InputError(
+            f"the walk can end in any of {len(classes)} classes of nodes, so that it has no single stationary "
+            "distribution"
+        )
+    return classes[0]
+
+
+def _is_irreducible(moves: sp.csr_array) -> bool:
+    """Whether every node can be reached from every other."""
+    return connected_components(moves, directed=True, connection="strong")[0] == 1
+
+
+@njit(cache=True, nogil=True)
+def _sampled_cover_times(indptr, indices, data, totals, source, n_walks, rng):
+    """Walk [n_walks] times until all nodes were visited: the numbers of steps.
+
+    Each step that moves counts for the mean number of steps that it takes, which makes the variance smaller. W is given
+    as CSR without diagonal, with its row sums ``totals``, all above 0.
+    """
+    n = totals.shape[0]
+    times = np.zeros(n_walks)
+    visited = np.zeros(n, np.bool_)
+    for walk in range(n_walks):
+        visited[:] = False
+        visited[source] = True
+        missing, node = n - 1, source
+        while missing > 0:
+            times[walk] += 1 / totals[node]
+            left = rng.random() * totals[node]
+            edge = indptr[node]
+            while left >= data[edge] and edge < indptr[node + 1] - 1:
+                left -= data[edge]
+                edge += 1
+            node = indices[edge]
+            if not visited[node]:
+                visited[node] = True
+                missing -= 1
+    return times

@@ -1,0 +1,216 @@
+"""First passage of a random walk in discrete time: mean, variance, probability, visits, and sensitivity to each edge.
+
+Every function takes W as described in `chains.weights`, dense or sparse, and returns the exact limit where
+an equation has no solution: a node from which the target may never be reached has mean ``inf`` instead of a singular
+matrix.
+
+With Q the transition matrix among the nodes that are not targets, I - Q = D - W on those nodes, whatever the
+probability to stay; N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960, chapter 3).
+Systems are solved without subtraction (`chains.elimination`): means, visits and probabilities have a small
+relative error in each entry, however long the walk takes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from hierroom.complexity.chains.elimination import TOO_LONG, Elimination
+from hierroom.complexity.chains.weights import (
+    Targets,
+    Weights,
+    as_moves,
+    as_node,
+    as_targets,
+    can_reach,
+    closed_classes,
+    n_nodes,
+    row_sums,
+)
+from hierroom.support.errors import InputError
+
+EPSILON = np.finfo(float).eps
+
+
+class _Fates(NamedTuple):
+    """Disjoint sets of nodes, [n] bool each: the targets, and nodes that surely, possibly or never reach one."""
+
+    target: NDArray[np.bool_]
+    sure: NDArray[np.bool_]
+    unsure: NDArray[np.bool_]
+    lost: NDArray[np.bool_]
+
+
+def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.float64]:
+    """Mean number of steps until a target is first reached, including steps that stay.
+
+    m_i = 0 on the targets and sum_j (D - W)_ij m_j = 1 elsewhere, the boundary-value problem of Norris, Markov Chains
+    (1997), theorem 1.3.5. The numbers in the paper's Table 2 are different ones: see `laplacian_hitting_time`.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+        targets: one or several nodes.
+
+    Returns:
+        [n] float64, in steps, for each start node; ``inf`` where the target is missed with positive probability.
+    """
+    moves, fates = _prepare(weights, targets)
+    means = np.where(fates.target, 0.0, np.inf)
+    means[fates.sure] = _finite(_system(moves, fates.sure).solve(np.ones(fates.sure.sum())))
+    return means
+
+
+def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.float64]:
+    """Variance of the number of steps until a target is first reached.
+
+    With m the mean and P the transition probabilities, there are two ways:
+
+    1. the second moment N (2 m - 1), minus m^2. It is the (2 N - I) m - m^2 of Kemeny and Snell (theorem 3.3.3), and
+       loses digits where the variance is much smaller than m^2;
+    2. the law of total variance over the first step, v_i = sum_j P_ij v_j + sum_j P_ij (m_j + 1 - m_i)^2 with v = 0 on
+       the targets. It loses digits where means are large and lie close together.
+
+    The rounding error of each is bounded along with it, and each node gets the value with the smaller bound.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+        targets: one or several nodes.
+
+    Returns:
+        [n] float64, in steps squared; ``inf`` where the mean is ``inf``.
+    """
+    moves, fates = _prepare(weights, targets)
+    variances = np.where(fates.target, 0.0, np.inf)
+    system, means = _system(moves, fates.sure), np.zeros(len(variances))
+    means[fates.sure] = own = system.solve(np.ones(fates.sure.sum()))
+    squares = system.solve(2 * own - 1)
+    if not np.isfinite(squares).all():
+        raise InputError(f"a walk of {own.max():.0e} steps is too long for its variance in 64-bit floats")
+    steps = moves[fates.sure].tocoo()
+    off_by = means[steps.col] + 1 - own[steps.row]
+    rounding = EPSILON * (means[steps.col] + 1 + own[steps.row])
+    staying = np.maximum(1 - row_sums(moves)[fates.sure], 0.0)  # a step that stays is off by one step
+    one_step = staying + np.bincount(steps.row, steps.data * off_by**2, len(own))
+    error = np.bincount(steps.row, steps.data * rounding * (2 * abs(off_by) + rounding), len(own))
+    by_moment, by_step = squares - own**2, system.solve(one_step)
+    is_moment_better = EPSILON * (squares + own**2) < system.solve(error)
+    variances[fates.sure] = np.where(is_moment_better, by_moment, by_step)
+    return variances
+
+
+def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float64]:
+    """Probability that a target is ever reached.
+
+    h_i = 1 on the targets, h_i = 0 where no target can be reached, and sum_j (D - W)_ij h_j = 0 elsewhere (Norris,
+    theorem 1.3.2, the minimal solution). Nodes that cannot miss the targets get exactly one.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+        targets: one or several nodes.
+
+    Returns:
+        [n] float64 in 0..1.
+    """
+    moves, fates = _prepare(weights, targets)
+    reached = (fates.target | fates.sure).astype(float)
+    if fates.unsure.any():
+        into_reached = (moves @ reached)[fates.unsure]
+        reached[fates.unsure] = np.minimum(_system(moves, fates.unsure).solve(into_reached), 1.0)
+    return reached
+
+
+def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[np.float64]:
+    """Expected number of steps spent at each node before a target is first reached.
+
+    v = e_source' N, the source's row of the fundamental matrix, is computed by solving (D - W)' v = e_source on the
+    transient nodes. The sum of v is the mean first-passage time.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+        source: index of the start node.
+        targets: one or several nodes.
+
+    Returns:
+        [n] float64, in steps; 0 at the targets and at nodes that are not visited before them, ``inf`` at nodes where a
+        walk that missed the targets stays for ever.
+    """
+    moves, fates = _prepare(weights, targets)
+    n = n_nodes(moves)
+    source = as_node(source, n)
+    visits = np.zeros(n)
+    if fates.target[source]:
+        return visits
+    visited = can_reach(moves.T.tocsr(), as_targets(source, n), avoid=fates.target)
+    caught = visited & fates.lost & as_targets(np.concatenate(closed_classes(moves)), n)
+    visits[caught] = np.inf
+    transient = visited & ~caught
+    if transient[source]:
+        at_source = (np.flatnonzero(transient) == source).astype(float)
+        visits[transient] = _finite(_system(moves, transient).solve_transposed(at_source))
+    return visits
+
+
+def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) -> sp.csr_array:
+    """Derivative of the mean first-passage time with respect to each edge's weight, balanced by the chance to stay.
+
+    dm_s / dW_ij = v_i (m_j - m_i), with v the expected visits from s and m the mean times: at each visit to i, a little
+    probability moves from staying at i to going to j. This follows from dN = N dQ N.
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+        source: index of the start node.
+        targets: one or several nodes.
+
+    Returns:
+        [n, n] float64 CSR with an entry for each edge of W that begins at a node visited before a target, in steps per
+        unit of weight; negative where a larger weight shortens the time; ``nan`` throughout if the mean is ``inf``.
+    """
+    moves, fates = _prepare(weights, targets)
+    source = as_node(source, n_nodes(moves))
+    visits, edges = expected_visits(weights, source, np.flatnonzero(fates.target)), moves.tocoo()
+    used = visits[edges.row] > 0
+    rows, columns = edges.row[used], edges.col[used]
+    if fates.unsure[source] or fates.lost[source]:
+        slopes = np.full(len(rows), np.nan)
+    else:
+        ahead = _means_less_the_sources(moves, fates, source, visits.sum())
+        slopes = visits[rows] * (ahead[columns] - ahead[rows])
+    return sp.csr_array((slopes, (rows, columns)), shape=edges.shape)
+
+
+def _means_less_the_sources(moves: sp.csr_array, fates: _Fates, source: int, mean: float) -> NDArray[np.float64]:
+    """m_i - m_s [n] for the targets and the nodes that surely reach one, where m_s is ``mean``.
+
+    Means of 10^18 steps differ by a few steps where a walk restarts, and their floats do not. So a walk from i is cut
+    where it is first at s or at a target: m_i - m_s = (steps until then) - (probability of a target) m_s.
+    """
+    others = fates.sure.copy()
+    others[source] = False
+    system = _system(moves, others)
+    steps, chances = np.zeros(len(others)), fates.target.astype(float)
+    chances[others] = system.solve((moves @ chances)[others])
+    steps[others] = system.solve(np.ones(others.sum()))
+    return steps - chances * mean
+
+
+def _prepare(weights: Weights, targets: Targets) -> tuple[sp.csr_array, _Fates]:
+    moves = as_moves(weights)
+    target = as_targets(targets, n_nodes(moves))
+    can = can_reach(moves, target)
+    may_miss = can_reach(moves, ~can, avoid=target)
+    return moves, _Fates(target, can & ~may_miss & ~target, can & may_miss & ~target, ~can)
+
+
+def _finite(steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    if not np.isfinite(steps).all():
+        raise InputError(TOO_LONG)
+    return steps
+
+
+def _system(moves: sp.csr_array, among: NDArray[np.bool_]) -> Elimination:
+    """D - W on nodes that the walk surely leaves."""
+    rows = moves[among]
+    return Elimination(rows[:, among], row_sums(rows[:, ~among]))

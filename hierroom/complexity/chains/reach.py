@@ -1,0 +1,178 @@
+"""Reach curves: the probability to reach a node within t steps, and the expected number of nodes visited by then.
+
+With Q the transition matrix among the nodes that are not targets and h the probability to reach them ever,
+
+    P(T <= t) = h_s - (Q^t h)_s                                                                                 (1)
+
+because Q^t h is the probability to reach the targets later than t. A million steps do not need a million products:
+
+- **Small walks** raise Q to the requested powers by repeated squaring, about 20 products for t = 10^6.
+- **Large walks** step a vector, w_t = Q^t h, until its decay is geometric. If lo <= 1 - w_{t+1} / w_t <= hi at every
+  node, then (1 - hi)^k w_t <= w_{t+k} <= (1 - lo)^k w_t for all k, because Q has no negative entries (the
+  Collatz-Wielandt bounds). Once the two bounds differ by less than the tolerance for every k, the rest of the curve is
+  known. Restarts make this fast: differences between nodes decay at least as fast as the probability not to have
+  restarted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.complexity.chains.hitting import hitting_probability
+from hierroom.complexity.chains.weights import (
+    Targets,
+    Weights,
+    as_moves,
+    as_node,
+    as_targets,
+    as_times,
+    can_reach,
+    n_nodes,
+    with_staying,
+)
+
+TOLERANCE = 1e-12
+"""Largest error of a probability by the geometric tail (rounding error may be larger for very slow walks)."""
+SMALL = 96
+"""Up to this number of nodes, squaring a dense matrix is faster than stepping with a sparse one."""
+CHECK_EVERY = 64
+"""Number of steps between two checks whether the decay is geometric."""
+PATIENCE = 16_384
+"""Number of steps after which a walk whose decay is still not geometric (it mixes very slowly) is squared instead."""
+
+
+def reach_probability(weights: Weights, source: int, targets: Targets, times: ArrayLike) -> NDArray[np.float64]:
+    """Probability that a target has been reached within t steps: equation (1).
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+        source: index of the start node.
+        targets: one or several nodes; the first visit to any of them counts, at t = 0 too.
+        times: numbers of steps t, any shape, each 0, 1, 2, ...
+
+    Returns:
+        float64 in 0..1, the shape of ``times``.
+    """
+    moves, steps = as_moves(weights), as_times(times)
+    source = as_node(source, n_nodes(moves))
+    return _reached(moves, source, as_targets(targets, n_nodes(moves))[:, None], steps.ravel())[0].reshape(steps.shape)
+
+
+def expected_states(
+    weights: Weights,
+    source: int,
+    times: ArrayLike,
+    nodes: Iterable[int] | None = None,
+    multiplicity: ArrayLike | None = None,
+) -> NDArray[np.float64]:
+    """Expected number of distinct nodes visited within t steps, the start included: sum over i of P(T_i <= t).
+
+    Args:
+        weights: W [n, n], dense or sparse, rows summing to at most one.
+        source: index of the start node.
+        times: numbers of steps t, any shape, each 0, 1, 2, ...
+        nodes: the nodes that count; by default all of them.
+        multiplicity: for each of ``nodes`` the number of nodes that it stands for, as of `augmented.alike_nodes`.
+    """
+    moves, steps = as_moves(weights), as_times(times)
+    n = n_nodes(moves)
+    counted = np.array([as_node(node, n) for node in (range(n) if nodes is None else nodes)], np.int64)
+    weight = np.ones(len(counted)) if multiplicity is None else np.asarray(multiplicity, float)
+    targets = np.zeros((n, len(counted)), bool)
+    targets[counted, np.arange(len(counted))] = True
+    return (weight @ _reached(moves, as_node(source, n), targets, steps.ravel())).reshape(steps.shape)
+
+
+def later_by_squaring(
+    moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """Probability [m, k] to reach each of m sets of targets later than t, by repeated squaring of Q.
+
+    ``targets`` is [n, m] bool; ``hits`` [n, m] is the probability to reach each set ever, 0 at its own nodes.
+    """
+    later = np.empty((targets.shape[1], len(times)))
+    chances = with_staying(moves).toarray()
+    n_bits = int(times.max(initial=0)).bit_length()
+    for question, target in enumerate(targets.T):
+        power = np.where(target[:, None], 0.0, chances)
+        ahead = np.repeat(hits[:, [question]], len(times), axis=1)  # [n, k]
+        for bit in range(n_bits):
+            chosen = (times >> bit & 1).astype(bool)
+            ahead[:, chosen] = power @ ahead[:, chosen]
+            if bit + 1 < n_bits:
+                power = power @ power
+        later[question] = ahead[source]
+    return later
+
+
+def later_by_stepping(
+    moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """The same as `later_by_squaring`, step by step until the decay is geometric."""
+    later = np.empty((targets.shape[1], len(times)))
+    order = np.argsort(times, kind="stable")
+    chances, killed = with_staying(moves), np.nonzero(targets)
+    ahead, now, filled = hits.copy(), 0, 0
+    last = int(times.max(initial=0))
+    while filled < len(times):
+        while filled < len(times) and times[order[filled]] == now:
+            later[:, order[filled]] = ahead[source]
+            filled += 1
+        if now == last:
+            break
+        following = chances @ ahead
+        following[killed] = 0.0
+        if now % CHECK_EVERY == 0:
+            hazard = _geometric_hazard(ahead, following, source, last - now)
+            if hazard is not None:
+                rest = order[filled:]
+                later[:, rest] = ahead[source][:, None] * np.exp(np.log1p(-hazard)[:, None] * (times[rest] - now))
+                break
+        if now == PATIENCE:
+            rest = order[filled:]
+            later[:, rest] = later_by_squaring(moves, source, targets, ahead, times[rest] - now)
+            break
+        ahead, now = following, now + 1
+    return later
+
+
+def _reached(
+    moves: sp.csr_array, source: int, targets: NDArray[np.bool_], times: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """P(T <= t) [m, k] for the m target sets in the columns of targets [n, m]."""
+    is_seen = can_reach(moves.T.tocsr(), as_targets(source, n_nodes(moves)))
+    moves, targets = moves[is_seen][:, is_seen], targets[is_seen]  # such nodes lead only to such nodes
+    source = int(is_seen[:source].sum())
+    hits = np.zeros(targets.shape)
+    for question, target in enumerate(targets.T):
+        hits[:, question] = hitting_probability(moves, np.flatnonzero(target))
+    starts_there = targets[source]
+    ever = hits[source]
+    hits = np.where(targets, 0.0, hits)
+    method = later_by_squaring if n_nodes(moves) <= SMALL else later_by_stepping
+    later = method(moves, source, targets, hits, times)
+    reached = np.clip(ever[:, None] - later, 0.0, 1.0)
+    reached[starts_there] = 1.0
+    return reached
+
+
+def _geometric_hazard(
+    ahead: NDArray[np.float64], following: NDArray[np.float64], source: int, remaining: int
+) -> NDArray[np.float64] | None:
+    """1 - w_{t+1} / w_t at the source [m] if the bounds over all nodes fix the rest of each curve, else None."""
+    counts = ahead > 0
+    ratio = np.divide(ahead - following, ahead, out=np.zeros_like(ahead), where=counts)
+    low = np.clip(np.where(counts, ratio, np.inf).min(axis=0), 0.0, 1.0)
+    high = np.clip(np.where(counts, ratio, -np.inf).max(axis=0), 0.0, 1.0)
+    # k (1 - low)^(k - 1) (high - low), the most that the two bounds differ by, peaks near k = 1 / low
+    longest = np.minimum(remaining, 1 / np.maximum(low, 1 / max(remaining, 1)))
+    gap = ahead[source] * np.maximum(high - low, 0.0)
+    error = np.minimum(ahead[source], longest * gap)
+    is_rounding = gap <= 8 * np.finfo(float).eps  # no further step would tighten the bounds
+    if not (is_rounding | (error <= TOLERANCE)).all():
+        return None
+    return np.clip(ratio[source], 0.0, 1 - np.finfo(float).eps)

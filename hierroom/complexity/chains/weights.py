@@ -1,0 +1,140 @@
+"""W, the weights of a random walk: validation, and which nodes can be reached from which.
+
+W[i, j] is the probability to move from node i to node j in one step. One minus the sum of a row is the probability to
+stay, as in the paper, where staying cancels in the Laplacian. An entry on the diagonal has the same meaning and is
+accepted too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypeAlias
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.csgraph import connected_components
+
+from hierroom.support.errors import InputError
+
+Weights: TypeAlias = ArrayLike | sp.sparray | sp.spmatrix
+Targets: TypeAlias = int | Iterable[int]
+
+ROW_SLACK = 1e-9
+"""Tolerance by which a row of probabilities may exceed one through rounding."""
+
+
+def as_weights(weights: Weights) -> sp.csr_array:
+    """Check a weighted adjacency matrix, rows of any sum: a copy as [n, n] float64 CSR without stored zeros."""
+    try:
+        given = sp.csr_array(weights) if sp.issparse(weights) else np.atleast_2d(np.asarray(weights))
+        if given.dtype.kind == "c":
+            raise TypeError("it holds complex numbers")
+        matrix = sp.csr_array(given.astype(np.float64), copy=True)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"W must be a square matrix of numbers: {error}") from error
+    shape = matrix.shape or ()
+    if len(shape) != 2 or shape[0] != shape[1] or shape[0] == 0:
+        raise InputError(f"W must be a square matrix with at least one node, not of shape {shape}")
+    matrix.sum_duplicates()
+    wrong = np.flatnonzero(~(np.isfinite(matrix.data) & (matrix.data >= 0)))
+    if wrong.size:
+        row = int(np.searchsorted(matrix.indptr, wrong[0], side="right")) - 1
+        column, value = int(matrix.indices[wrong[0]]), matrix.data[wrong[0]]
+        raise InputError(f"W must hold finite weights that are not negative, but W[{row}, {column}] is {value:g}")
+    matrix.eliminate_zeros()
+    return matrix
+
+
+def as_moves(weights: Weights) -> sp.csr_array:
+    """The probabilities to leave each node of a walk in discrete time, without the probability to stay.
+
+    D - W is the same with and without a diagonal in W, so the diagonal is omitted: one minus the sum of a row of the
+    result, [n, n] float64 CSR, is the probability to stay. Each given row, its diagonal included, sums to at most one.
+    """
+    matrix = as_weights(weights)
+    totals = row_sums(matrix)
+    row = int(totals.argmax())
+    if totals[row] > 1 + ROW_SLACK:
+        raise InputError(
+            f"the probabilities of a node's moves must sum to at most 1, but row {row} of W sums to {totals[row]:g}; "
+            "divide rates or counts by their total first, as Chain.from_matrix and from_networkx do with rates=True"
+        )
+    matrix.setdiag(0.0)
+    matrix.eliminate_zeros()
+    return matrix
+
+
+def with_staying(moves: sp.csr_array) -> sp.csr_array:
+    """P: the moves of `as_moves`, and on the diagonal what each row lacks to one: [n, n] float64 CSR."""
+    return sp.csr_array(moves + sp.diags_array(np.maximum(1 - row_sums(moves), 0.0)))
+
+
+def n_nodes(matrix: sp.csr_array) -> int:
+    """Number of nodes of a walk, which is the number of rows of its matrix."""
+    return matrix.indptr.size - 1
+
+
+def row_sums(matrix: sp.csr_array) -> NDArray[np.float64]:
+    """D, the weighted out-degree of each node: [n] float64."""
+    return np.asarray(matrix.sum(axis=1)).ravel()
+
+
+def as_targets(targets: Targets, n: int) -> NDArray[np.bool_]:
+    """The set of target nodes as a mask [n]; an empty set is a target that cannot be reached."""
+    mask = np.zeros(n, bool)
+    for node in targets if isinstance(targets, Iterable) else (targets,):
+        mask[as_node(node, n)] = True
+    return mask
+
+
+def as_node(node: int, n: int) -> int:
+    """Check the index of a node."""
+    if not isinstance(node, (int, np.integer)) or isinstance(node, bool) or not 0 <= node < n:
+        raise InputError(f"a node must be a whole number from 0 to {n - 1}, not {node!r}")
+    return int(node)
+
+
+def as_times(times: ArrayLike) -> NDArray[np.int64]:
+    """Check numbers of steps and convert them to int64."""
+    array = np.asarray(times)
+    is_number = array.dtype.kind in "iuf"
+    if not is_number or not ((array >= 0) & (array <= 2**62) & (array == np.floor(array))).all():
+        raise InputError(f"numbers of steps must be whole numbers from 0 to 2**62, not {times!r}")
+    return array.astype(np.int64)
+
+
+def can_reach(
+    weights: sp.csr_array, targets: NDArray[np.bool_], avoid: NDArray[np.bool_] | None = None
+) -> NDArray[np.bool_]:
+    """Find the nodes [n] from which a target can be reached along edges of positive weight, targets included.
+
+    The path visits no node of ``avoid`` [n].
+    """
+    into = weights.tocsc()
+    found = targets.copy()
+    frontier = np.flatnonzero(found)
+    while frontier.size:
+        reached = np.zeros(len(found), bool)
+        reached[np.concatenate([into.indices[into.indptr[j] : into.indptr[j + 1]] for j in frontier])] = True
+        reached &= ~found
+        if avoid is not None:
+            reached &= ~avoid
+        found |= reached
+        frontier = np.flatnonzero(reached)
+    return found
+
+
+def closed_classes(weights: sp.csr_array) -> list[NDArray[np.int64]]:
+    """Find the closed communicating classes: sets of nodes that reach each other and no other node.
+
+    A walk ends in one of them with probability one.
+    """
+    n_classes, labels = connected_components(weights, directed=True, connection="strong")
+    edges = weights.tocoo()
+    leaves = labels[edges.row] != labels[edges.col]
+    is_closed = np.ones(n_classes, bool)
+    is_closed[labels[edges.row[leaves]]] = False
+    order = np.argsort(labels, kind="stable")
+    members = np.split(order, np.cumsum(np.bincount(labels, minlength=n_classes))[:-1])
+    return [nodes for nodes, closed in zip(members, is_closed, strict=True) if closed]

@@ -1,0 +1,1 @@
+"""Pictures of goal graphs and reach curves."""

@@ -1,0 +1,266 @@
+"""Drawings of a goal graph and its augmented graph: one row per number of open doors, as in the paper's appendix.
+
+The exit is a single node of the augmented graph. It is drawn once for every set of open doors from which it can be
+reached, so that no edge has to cross the whole picture. What is equivalent by symmetry is drawn once, with its number.
+"""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import matplotlib.colors as mcolors
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
+
+from hierroom.complexity.augmented import AugmentedGraph, Node, kinds_of_nodes
+from hierroom.complexity.drawing.drawn_places import (
+    PADDING,
+    SPACING,
+    Box,
+    Place,
+    Point,
+    limits,
+    place_augmented,
+    place_goals,
+)
+from hierroom.goals import GoalGraph
+from hierroom.support.errors import InputError
+from hierroom.support.files import write_atomically
+
+MAX_DRAWN_NODES = 250
+PICTURE_FORMATS = (".png", ".pdf", ".svg")
+INCHES, MOST_INCHES, LEAST_SCALE = 0.6, 14.0, 0.55
+"""Inches per unit of the drawing; the width and height from which on a drawing is shrunk; and by how much at most, so
+that it can be read."""
+
+ROOM_COLOURS = ("#d9d9d9", "#4c8bf5", "#b565d8", "#f28e2b", "#e15759", "#17a2b8", "#c9a400", "#8c6d5a", "#7a8b99")
+"""Colours of the start and of rooms 1, 2, ...; a key has the colour of the room it opens."""
+EXIT_COLOUR = "#35a853"
+INK, FAINT = "#333333", "#9a9a9a"
+
+
+def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
+    """Draw the goal graph next to the augmented graph and write the picture to a file.
+
+    Args:
+        augmented: the augmented graph, which includes its goal graph.
+        path: the file; its suffix selects the format: .png, .pdf or .svg; without a suffix .png is added.
+    """
+    save_figure(_figure(augmented), path)
+
+
+def svg_of(augmented: AugmentedGraph) -> str:
+    """The picture of `draw_graph` as the text of an SVG document."""
+    picture = io.StringIO()
+    _figure(augmented).savefig(picture, format="svg", facecolor="white")
+    return picture.getvalue()
+
+
+def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
+    """Draw a goal graph onto an Axes: the start at the top, and below each node what it makes possible."""
+    places = place_goals(graph)
+    title = f"goal graph {graph.name}\n{graph.n_rooms} rooms, exit depth {graph.exit_depth}, width {graph.width}"
+    pen = _Pen(axes, scale, title, list(places.values()))
+    unlocked = graph.to_networkx()
+    for source, target in unlocked.edges:
+        pen.arrow(places[source], places[target], EXIT_COLOUR if target == "exit" else INK)
+    for name, node in unlocked.nodes.items():
+        colour = EXIT_COLOUR if name == "exit" else _colour_of(node["room"])
+        pen.node(places[name], colour, name.replace(" ", "\n"), is_key=node["kind"] == "key")
+
+
+def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) -> None:
+    """Draw an augmented graph onto an Axes; `caption` explains the drawing."""
+    boxes = _boxes(augmented)
+    drop = "with" if augmented.drop_key else "without"
+    size = f"{len(augmented.nodes)} nodes, {len(augmented.edges)} edges"
+    pen = _Pen(axes, scale, f"augmented graph, {drop} drop\n{size}", _corners(boxes))
+    kinds = {i: kind for kind, nodes in enumerate(kinds_of_nodes(augmented)) for i in nodes}
+    entrances = {kinds[augmented.index[room.node]]: room.at for box in boxes for room in box.rooms}
+    moves = {(augmented.nodes[i], augmented.nodes[j]) for i, j in augmented.edges.tolist()}
+    for box in boxes:
+        _draw_box(pen, augmented, box)
+        _draw_moves(pen, box, moves)
+        for key in box.keys:
+            opened = Node("room", key.node.room, tuple(sorted((*box.doors, key.node.room))))
+            pen.arrow(key.at, entrances[kinds[augmented.index[opened]]], _colour_of(key.node.room), width=1.8)
+        for place in (*box.rooms, *box.keys):
+            pen.node(place.at, _colour_of(place.node.room), _name(place.node), place.node.kind == "key", place.count)
+        if box.exit_at is not None:
+            pen.arrow(box.rooms[-1].at, box.exit_at, EXIT_COLOUR, width=1.8)
+            pen.node(box.exit_at, EXIT_COLOUR, "exit")
+
+
+def caption(augmented: AugmentedGraph) -> str:
+    """What the symbols of `draw_augmented` mean, and what is not drawn."""
+    walk = augmented.walk
+    lines = ["circles: rooms    squares: keys    exit: one node, drawn wherever it is reached    two heads: both ways"]
+    lines.append("grey band: each of its rooms leads to every other; an arrow at a band is one at each of its rooms")
+    if augmented.drop_key:
+        lines.append("drop: the second head of a grey arrow at a key, back to the rooms where the key may be put down")
+    if len(kinds_of_nodes(augmented)) < len(augmented.nodes):
+        lines.append("x 3: so many that differ in the numbers of rooms only, drawn once")
+    lines.append(
+        f"not drawn: staying, a self-loop at every node ({walk.stay:g}), "
+        f"and the restart from every node to the start ({walk.restart:g})"
+    )
+    return "\n".join(lines)
+
+
+def picture_file(path: str | Path) -> Path:
+    """The file into which `save_figure` writes, to be asked for before anything is computed that is to be drawn."""
+    path = Path(path)
+    if path.is_dir():
+        raise InputError(f"a drawing is a file, not the folder {path}")
+    if not path.suffix:
+        path = path.with_name(f"{path.name}.png")
+    if path.suffix.lower() not in PICTURE_FORMATS:
+        raise InputError(f"drawings are written as {', '.join(PICTURE_FORMATS)}, not as {path.name or path}")
+    if not path.parent.is_dir():
+        raise InputError(f"cannot write {path}: there is no folder {path.parent}")
+    return path
+
+
+def save_figure(figure: Figure, path: str | Path) -> None:
+    """Write a figure to a file, whole or not at all; see `draw_graph` for its name."""
+    path, picture = picture_file(path), io.BytesIO()
+    figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150, facecolor="white")
+    write_atomically(path, picture.getvalue())
+
+
+def _figure(augmented: AugmentedGraph) -> Figure:
+    boxes, goals = _boxes(augmented), place_goals(augmented.graph)
+    width, height = _extent(_corners(boxes))
+    goal_width, goal_height = _extent(list(goals.values()))
+    whole = (width + goal_width) * INCHES, (max(height, goal_height) + 2) * INCHES
+    scale = max(LEAST_SCALE, min(1.0, MOST_INCHES / max(whole)))
+    figure = Figure(figsize=(whole[0] * scale, whole[1] * scale), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=[goal_width, width])
+    draw_goal_graph(augmented.graph, left, scale)
+    draw_augmented(augmented, right, scale)
+    figure.supxlabel(caption(augmented), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
+    return figure
+
+
+def _boxes(augmented: AugmentedGraph) -> list[Box]:
+    n_drawn = len(kinds_of_nodes(augmented))
+    if n_drawn > MAX_DRAWN_NODES:
+        raise InputError(
+            f"a drawing can show at most {MAX_DRAWN_NODES} nodes that differ; the augmented graph of "
+            f"{augmented.graph.name} has {n_drawn}"
+        )
+    return place_augmented(augmented)
+
+
+def _draw_box(pen: _Pen, augmented: AugmentedGraph, box: Box) -> None:
+    (left, bottom), (_, height) = box.corner, box.size
+    pen.patch(box.corner, box.size, "#f6f6f6", "#cccccc", 0)
+    if box.is_meshed:
+        xs = [place.at[0] for place in (*box.rooms, *box.keys)]
+        y, half = box.rooms[0].at[1], 0.48
+        pen.patch((min(xs) - half, y - half), (max(xs) - min(xs) + 2 * half, 2 * half), "#e3e3e3", FAINT, 1)
+    n_closed = augmented.graph.n_rooms - 1 - len(box.doors)
+    doors = ", ".join(map(str, box.doors))
+    name = "all doors closed" if not doors else f"open: {doors}" if n_closed else "all doors open"
+    pen.text((left + 0.14, bottom + height - 0.12), name + (f"  x {box.count}" if box.count > 1 else ""))
+
+
+def _draw_moves(pen: _Pen, box: Box, moves: set[tuple[Node, Node]]) -> None:
+    """The moves between rooms and keys of one set of open doors; those to the next set are drawn elsewhere."""
+    all_rooms = [Node("room", room, box.doors) for room in (0, *box.doors)]
+    for key in box.keys:
+        has_all = all((room, key.node) in moves for room in all_rooms)
+        returns = [(key.node, room) in moves for room in all_rooms]
+        if box.is_meshed and has_all and (all(returns) or not any(returns)):
+            below = (key.at[0], box.rooms[0].at[1] - 0.48)
+            pen.arrow(below, key.at, FAINT, "<|-|>" if all(returns) else "-|>", shrink=0.0)
+            continue
+        for room in box.rooms:
+            _draw_pair(pen, room, key, moves, 0.0)
+    for i, room in enumerate(box.rooms if not box.is_meshed else ()):
+        for other in box.rooms[i + 1 :]:
+            gap = round(abs(room.at[0] - other.at[0]) / SPACING)
+            _draw_pair(pen, room, other, moves, 0.0 if gap == 1 else -0.28 - 0.04 * gap)
+
+
+def _draw_pair(pen: _Pen, one: Place, other: Place, moves: set[tuple[Node, Node]], bend: float) -> None:
+    there, back = (one.node, other.node) in moves, (other.node, one.node) in moves
+    if there or back:
+        pen.arrow(one.at, other.at, FAINT, "<|-|>" if there and back else "-|>" if there else "<|-", bend)
+
+
+def _name(node: Node) -> str:
+    return f"k{node.room}" if node.kind == "key" else f"r{node.room}" if node.room else "start"
+
+
+def _corners(boxes: list[Box]) -> list[Point]:
+    """The corners of boxes, as points whose margin is the padding of a node."""
+    corners = []
+    for box in boxes:
+        (left, bottom), (width, height) = box.corner, box.size
+        corners += [(left + PADDING, bottom + PADDING), (left + width - PADDING, bottom + height - PADDING)]
+    return corners
+
+
+def _extent(points: list[Point]) -> Point:
+    (left, right), (bottom, top) = limits(points)
+    return right - left, top - bottom
+
+
+def _colour_of(room: int) -> str:
+    """The colour of a room and of the key that opens it; after the ninth the room colours repeat."""
+    return ROOM_COLOURS[room] if room < len(ROOM_COLOURS) else ROOM_COLOURS[1 + (room - 1) % (len(ROOM_COLOURS) - 1)]
+
+
+class _Pen:
+    """Draws nodes, arrows and boxes onto one Axes, all in one scale."""
+
+    def __init__(self, axes: Axes, scale: float, title: str, points: list[Point]) -> None:
+        self.axes, self.scale = axes, scale
+        axes.set_title(title, parse_math=False, fontsize=11 * max(scale, 0.7), color=INK)
+        axes.set_aspect("equal", anchor="N")
+        horizontal, vertical = limits(points)
+        axes.set_xlim(*horizontal)
+        axes.set_ylim(*vertical)
+        axes.axis("off")
+
+    def node(self, place: Point, colour: str, name: str, is_key: bool = False, count: int = 1) -> None:
+        """A circle, or the square of a key, with the number of nodes that it stands for beside it."""
+        marker, size = ("s", 620) if is_key else ("o", 760)
+        lines = self.scale**2 * size
+        self.axes.scatter(*place, s=lines, marker=marker, color=colour, edgecolors=INK, linewidths=self.scale, zorder=3)
+        ink = "white" if mcolors.rgb_to_hsv(mcolors.to_rgb(colour))[1] > 0.3 else INK
+        words = {"ha": "center", "va": "center", "zorder": 4}
+        self.axes.text(*place, name, fontsize=8.5 * self.scale, color=ink, weight="bold", **words)
+        if count > 1:
+            x, y = place
+            self.axes.text(x + 0.42, y - 0.5, f"x {count}", fontsize=7.5 * self.scale, color=INK, **words)
+
+    def arrow(
+        self, start: Point, end: Point, colour: str, style: str = "-|>", bend: float = 0.0, width: float = 1.1,
+        shrink: float = 15.0,
+    ) -> None:  # fmt: skip
+        """An arrow to the rim of a node; ``bend`` is its sideways curvature as a fraction of its length."""
+        self.axes.add_patch(
+            FancyArrowPatch(
+                start, end, arrowstyle=style, mutation_scale=11 * self.scale, color=colour,
+                linewidth=width * self.scale, zorder=2, connectionstyle=f"arc3,rad={bend}",
+                shrinkA=shrink * self.scale, shrinkB=15 * self.scale,
+            )
+        )  # fmt: skip
+
+    def patch(self, corner: Point, size: Point, fill: str, rim: str, order: int) -> None:
+        """A box with round corners."""
+        self.axes.add_patch(
+            FancyBboxPatch(
+                corner, *size, boxstyle="round,pad=0,rounding_size=0.3", facecolor=fill, edgecolor=rim,
+                linewidth=self.scale, zorder=order,
+            )
+        )  # fmt: skip
+
+    def text(self, corner: Point, words: str) -> None:
+        """The name of a box, readable above arrows."""
+        behind = {"facecolor": "#f6f6f6", "edgecolor": "none", "pad": 1.0}
+        self.axes.text(*corner, words, fontsize=9 * self.scale, va="top", color=INK, zorder=5, bbox=behind)

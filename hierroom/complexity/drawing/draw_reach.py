@@ -1,0 +1,77 @@
+"""Reach curves as pictures: the probability to have escaped within t steps, of chains and of episodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from hierroom.complexity.chains.chain import EXIT, Chain
+from hierroom.complexity.drawing.draw import save_figure
+from hierroom.complexity.played.measured import MeasuredReport
+from hierroom.complexity.played.observed import wilson_interval
+from hierroom.complexity.played.played_chain import PlayedChain
+
+POINTS = 200
+
+
+def draw_reach(axes: Axes, chains: Mapping[str, Chain], last: int = 1000, goal: str = EXIT) -> None:
+    """Draw the probability that a goal has been achieved within t steps onto an Axes, a line for each chain.
+
+    Args:
+        axes: where to draw.
+        chains: the chains by their names in the legend.
+        last: the greatest number of steps, at least 1.
+        goal: as in `Chain.reach_probability`.
+    """
+    times = _times(last)
+    for name, chain in chains.items():
+        axes.plot(times, chain.reach_probability(times, goal), "--", label=name)
+    axes.set_xlabel("steps")
+    axes.set_ylabel(f"probability of {goal}")
+    axes.set_ylim(-0.02, 1.02)  # a curve that stays at zero is seen
+    axes.legend(frameon=False)
+
+
+def draw_played_reach(
+    axes: Axes, played: PlayedChain, last: int | None = None, beside: Mapping[str, Chain] = MappingProxyType({})
+) -> None:
+    """Draw the reach curves of a measured chain and of its episodes, with Wilson's interval, to their step limit.
+
+    Args:
+        axes: where to draw.
+        played: a chain measured from play, in any environment.
+        last: the greatest number of steps; None: that of the longest episode.
+        beside: further chains by their names in the legend.
+    """
+    last = int(played.counts.lengths.max()) if last is None else last
+    times = _times(last)
+    shares = played.empirical_reach(times)
+    seen = ~np.isnan(shares)
+    low, high = np.transpose([wilson_interval(share, played.episodes, played.level)[1:] for share in shares[seen]])
+    axes.fill_between(times[seen], low, high, color="#35a853", alpha=0.25, linewidth=0)
+    axes.plot(
+        times[seen], shares[seen], color="#35a853", label=f"{played.episodes} episodes, {played.level:.0%} interval"
+    )
+    draw_reach(axes, {"their chain": played.chain, **beside}, last)
+
+
+def draw_measured_reach(axes: Axes, report: MeasuredReport, last: int | None = None) -> None:
+    """Draw the reach curves of the assumed walk beside those of `draw_played_reach`."""
+    draw_played_reach(axes, report, last, {"assumed walk": report.assumed.chain})
+    axes.set_title(f"goal graph {report.assumed.graph.name}", parse_math=False)
+
+
+def save_reach(report: MeasuredReport, path: str | Path) -> None:
+    """Write the picture of `draw_measured_reach` to a file."""
+    figure = Figure(figsize=(6, 4), layout="constrained")
+    draw_measured_reach(figure.subplots(), report)
+    save_figure(figure, path)
+
+
+def _times(last: int) -> np.ndarray:
+    return np.unique(np.linspace(0, last, POINTS).astype(int))

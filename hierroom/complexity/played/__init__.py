@@ -1,0 +1,1 @@
+"""Chains measured from play."""

@@ -1,0 +1,74 @@
+"""A test whether play is Markov on the nodes: does the next node depend on the one before the present one?
+
+For each node j, the counts n_ijk of i, j, k one after the other are a table of predecessors i against successors k. If
+play is a Markov chain of order one, rows and columns are independent. Pearson's statistic of the tables, summed over
+the nodes j, is then chi-squared, with the sum of their degrees of freedom (Anderson and Goodman, Statistical inference
+about Markov chains, 1957, section 3.3; Billingsley, Statistical Inference for Markov Processes, 1961). Staying counts
+as a step, so a node that is not left with the same probability at every step fails the test as well.
+
+What it does not see: a memory of more than two steps that leaves no trace in two; and the level, if levels differ so
+that each episode is a chain of its own.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+LEAST_EXPECTED = 5.0
+"""Rows and columns with smaller expected counts are pooled (Cochran, 1954): the statistic is not chi-squared there."""
+SIGNIFICANCE = 0.01
+"""Below this p-value play is said not to be Markov."""
+
+
+class MarkovTest(NamedTuple):
+    """Order one against order two."""
+
+    statistic: float  # Pearson's chi-squared, summed over the nodes
+    degrees: int  # degrees of freedom
+    p_value: float  # probability of such a statistic, or a larger one, if play is Markov on the nodes
+
+    @property
+    def is_rejected(self) -> bool:
+        """Whether play is not Markov on these nodes, at the level `SIGNIFICANCE`."""
+        return self.p_value < SIGNIFICANCE
+
+
+def markov_test(triples: NDArray[np.int64]) -> MarkovTest | None:
+    """Test order one against order two; None if the counts are too few to compare any two predecessors of a node.
+
+    ``triples`` [T, 4] are three nodes in a row, and how often they came.
+    """
+    from scipy.stats import chi2, chi2_contingency  # loaded here because it takes its time, and few programs need it
+
+    statistic, degrees = 0.0, 0
+    for node in np.unique(triples[:, 1]):
+        here = triples[triples[:, 1] == node]
+        predecessors, rows = np.unique(here[:, 0], return_inverse=True)
+        successors, columns = np.unique(here[:, 2], return_inverse=True)
+        table = np.zeros((len(predecessors), len(successors)))
+        table[rows, columns] = here[:, 3]
+        table = _pooled(table)
+        if min(table.shape) > 1:
+            of_node = tuple(chi2_contingency(table, correction=False))  # statistic, p-value, degrees, expected
+            statistic, degrees = statistic + float(of_node[0]), degrees + int(of_node[2])
+    return MarkovTest(statistic, degrees, float(chi2.sf(statistic, degrees))) if degrees else None
+
+
+def _pooled(table: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The table with its smallest rows and columns made one, until no expected count of it is too small.
+
+    Of the rows and the columns, whichever are more lose one, so that few are left only where the counts are few.
+    """
+    while min(table.shape) > 1:
+        rows, columns = np.sort(table.sum(axis=1)), np.sort(table.sum(axis=0))
+        if rows[0] * columns[0] >= LEAST_EXPECTED * rows.sum():
+            break
+        is_wide = table.shape[1] > table.shape[0]
+        of_rows = table.T if is_wide else table
+        order = np.argsort(of_rows.sum(axis=1), kind="stable")
+        of_rows = np.vstack([of_rows[order[:2]].sum(axis=0), of_rows[order[2:]]])
+        table = of_rows.T if is_wide else of_rows
+    return table

@@ -1,0 +1,108 @@
+"""A chain measured from play: counted transitions between nodes of the augmented graph, and a report on their W.
+
+The paper defines W by the policy that the agent executes. Here W_ij is the fraction of the steps from node i that led
+to node j, over many episodes. Two kinds of edges come from the assumed walk and not from the policy. A truncated
+episode leads from its last node back to the start, like the walk's restart ("the agent is not able to reach the exit
+within the time limit"). The exit has only its restart, with the probability of the assumed walk.
+
+The chain's mean time to the exit is that of the episodes, whatever the policy. Everything else that it says, such as a
+standard deviation or a probability within t steps, holds for play only if play is Markov on these nodes. So a report
+gives what was observed beside it (`played.observed`) and tests it (`played.markov_order`).
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from hierroom.complexity.chains.weights import row_sums
+from hierroom.complexity.played.episodes import EpisodeCounts
+from hierroom.complexity.played.played_chain import PlayedChain, summary
+from hierroom.complexity.report import REPORT_TIMES, ComplexityReport
+from hierroom.support.errors import InputError
+
+
+class MoveDifference(NamedTuple):
+    """One edge in the assumed walk and in the measured chain: its probabilities per step, and its count in the play."""
+
+    source: str
+    target: str
+    assumed: float
+    measured: float
+    count: int
+
+
+class MeasuredReport(PlayedChain):
+    """A report on the chain measured from play, next to the predictions of the assumed walk.
+
+    Args:
+        assumed: the report of the assumed walk on the same goal graph.
+        counts: the transitions of the episodes played; nodes are those of ``assumed.augmented``.
+        options: ``level``, ``n_resamples`` and ``seed`` as in `PlayedChain`.
+    """
+
+    assumed: ComplexityReport
+
+    def __init__(self, assumed: ComplexityReport, counts: EpisodeCounts, **options: Any) -> None:
+        object.__setattr__(self, "assumed", assumed)  # as it is frozen
+        if counts.n_nodes != assumed.nodes:
+            raise InputError(
+                f"the counts are over {counts.n_nodes} nodes, but goal graph {assumed.graph.name} has {assumed.nodes}"
+            )
+        graph, restart = assumed.augmented, assumed.walk.restart
+        super().__init__(counts, graph.labels, graph.start, graph.goals, restart, REPORT_TIMES, **options)
+
+    @cached_property
+    def predictions(self) -> dict[str, float]:
+        """The prediction of the assumed walk for each of `intervals`."""
+        return summary(self.assumed.chain, REPORT_TIMES)
+
+    def moves(self) -> list[MoveDifference]:
+        """Every edge of the assumed walk or of the play, the largest difference first.
+
+        Staying is omitted, and so are edges that begin at nodes never visited in the play, about which nothing is
+        known.
+        """
+        assumed, measured, counts = self.assumed.chain.weights, self.chain.weights, self.counts.total()
+        edges = (assumed + measured).tocoo()
+        labels, visited = self.labels, row_sums(counts) > 0
+        found = [
+            MoveDifference(labels[i], labels[j], float(assumed[i, j]), float(measured[i, j]), int(counts[i, j]))
+            for i, j in zip(edges.row.tolist(), edges.col.tolist(), strict=True)
+            if i != j and visited[i]
+        ]
+        return sorted(found, key=lambda move: -abs(move.assumed - move.measured))
+
+    def to_dict(self) -> dict[str, Any]:
+        """The report as plain numbers, strings, lists and dicts."""
+        graph = self.assumed.graph
+        return {
+            "graph": graph.name,
+            "key_rooms": {f"key {room}": home for room, home in enumerate(graph.key_rooms, start=1)},
+            "exit_room": graph.exit_room,
+            "drop_key": self.assumed.drop_key,
+            **super().to_dict(),
+            "assumed": self.predictions,
+            "moves": [move._asdict() for move in self.moves()],
+        }
+
+    @property
+    def _head(self) -> str:
+        played = f"{self.episodes} episode{'s' * (self.episodes > 1)} played"
+        return f"goal graph {self.assumed.graph.name}, {played}, {self.success_rate:.1%} escaped"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The headings of `rows`."""
+        name, *columns = super().columns
+        return name, "assumed walk", *columns
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """What is printed, as for `PlayedChain`, and the prediction of the assumed walk."""
+        return [(name, f"{self.predictions[name]:.4g}", *cells) for name, *cells in super().rows()]
+
+    def notes(self) -> list[str]:
+        """What has to be known to read `rows`."""
+        unforeseen = sum(move.count for move in self.moves() if move.assumed == 0)
+        steps = self.counts.counts.sum()
+        return [f"{unforeseen} of {steps} steps took an edge that the assumed walk lacks", *super().notes()]

@@ -1,0 +1,237 @@
+"""A chain measured from play, in any environment: its numbers beside those of the episodes, all with intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+
+from hierroom.complexity.chains.chain import EXIT, Chain
+from hierroom.complexity.chains.weights import row_sums
+from hierroom.complexity.played.episodes import EpisodeCounts
+from hierroom.complexity.played.markov_order import MarkovTest, markov_test
+from hierroom.complexity.played.observed import (
+    Interval,
+    observed,
+    observed_steps,
+    percentile_interval,
+    wilson_interval,
+    within,
+)
+from hierroom.complexity.walk import PAPER_WALK
+from hierroom.support.errors import InputError
+from hierroom.support.tables import html_table, text_table
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlayedChain:
+    """The walk whose moves are as frequent as those of the episodes, and beside it what was observed of them.
+
+    W_ij is the fraction of the steps from node i that led to node j. Two kinds of edges come from elsewhere. An episode
+    that ends without reaching the exit leads from its last node back to the source, which takes one more step: this
+    makes the chain's `expected_steps` and `empirical_steps` the same number, whatever the policy. The exit leads back
+    to the source with the probability ``restart``.
+
+    Everything else that the chain says, such as a standard deviation or a probability within t steps, holds for play
+    only if play is Markov on these nodes. So what was observed stands beside it, and `markov` tests it.
+
+    Args:
+        counts: the transitions of the episodes; each has at least one.
+        labels: the name of each node.
+        source: index of the node at which every episode begins.
+        goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
+        restart: probability to leave the exit for the source in one step.
+        times: numbers of steps at which the probability to have escaped is reported.
+        level: confidence level of the intervals, above 0 and below 1.
+        n_resamples: number of bootstrap resamples of whole episodes, at least 2.
+        seed: seed of the resamples.
+    """
+
+    counts: EpisodeCounts
+    labels: tuple[str, ...]
+    source: int
+    goals: Mapping[str, tuple[int, ...]]
+    restart: float = PAPER_WALK.restart
+    times: tuple[int, ...] = (10, 100, 1000)
+    level: float = 0.95
+    n_resamples: int = 200
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        n = self.counts.n_nodes
+        if len(self.labels) != n:
+            raise InputError(f"counts over {n} nodes need {n} labels, not {len(self.labels)}")
+        if not 0 < self.level < 1 or self.n_resamples < 2:
+            raise InputError(
+                "intervals need a level between 0 and 1 and at least 2 resamples, "
+                f"not {self.level} and {self.n_resamples}"
+            )
+
+    @cached_property
+    def chain(self) -> Chain:
+        """The measured walk: a `Chain` with W from the counts."""
+        return self._chain(self.counts.total())
+
+    @property
+    def episodes(self) -> int:
+        """Number of episodes played."""
+        return len(self.counts.lengths)
+
+    @property
+    def success_rate(self) -> float:
+        """Fraction of the episodes that reached the exit."""
+        return float(self.counts.escaped.mean())
+
+    @property
+    def empirical_steps(self) -> float:
+        """Mean number of steps from a start to the next exit over consecutive episodes; ``inf`` if none escaped.
+
+        It is the number of all steps plus one for each restart, divided by the number of escapes. The measured chain's
+        `expected_steps` is the same number for any policy, because its counts balance at every node and this is their
+        stationary return time.
+        """
+        return observed_steps(self.counts)
+
+    def empirical_reach(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit.
+
+        A difference from `chain.reach_probability` shows that the nodes are not Markov states: the policy's next step
+        depends on more than the node, for example on the distance to the next object.
+        """
+        return self.counts.reach(t)
+
+    @cached_property
+    def observed(self) -> dict[str, Interval]:
+        """Mean, deviation and reach of the episodes themselves, with intervals; see `played.observed`."""
+        rng = np.random.default_rng([self.seed, 1])
+        return observed(self.counts, self.times, self.level, 5 * self.n_resamples, rng)
+
+    @cached_property
+    def markov(self) -> MarkovTest | None:
+        """Whether play is Markov on the nodes; None if the counts do not suffice, see `played.markov_order`."""
+        return None if self.counts.triples is None else markov_test(self.counts.triples)
+
+    @cached_property
+    def intervals(self) -> dict[str, Interval]:
+        """Times to the exit and to each goal, and reach probabilities, of the chain, with intervals over episodes.
+
+        Episodes are resampled with replacement and the whole report is computed again (Efron and Tibshirani, 1993,
+        chapter 13). So an interval covers what the chain would be after very many episodes, which is what play does
+        only if `markov` is not rejected. A resample without an escape has infinite times, so an interval may end at
+        ``inf``. Where the resamples do not differ or the episodes are few, a time has no interval, and that of a
+        probability is as wide as Wilson's at least. Chains of thousands of nodes take a minute for 200 resamples.
+        """
+        rng = np.random.default_rng(self.seed)
+        share = np.full(self.episodes, 1 / self.episodes)
+        resamples = [
+            summary(self._chain(self.counts.total(rng.multinomial(self.episodes, share))), self.times)
+            for _ in range(self.n_resamples)
+        ]
+        intervals = {}
+        for name, value in summary(self.chain, self.times).items():
+            drawn = [resample[name] for resample in resamples]
+            intervals[name] = percentile_interval(value, drawn, self.episodes, self.level)
+            if name.startswith("exit within") and np.isnan(intervals[name].low):
+                intervals[name] = wilson_interval(value, self.episodes, self.level)
+        return intervals
+
+    def to_dict(self) -> dict[str, Any]:
+        """The episodes and their chain as plain numbers, strings, lists and dicts."""
+        names = list(map(str, self.times))
+        return {
+            "episodes": self.episodes,
+            "nodes": len(self.labels),
+            "success_rate": self.success_rate,
+            "empirical_steps": self.empirical_steps,
+            "level": self.level,
+            "observed": {name: interval._asdict() for name, interval in self.observed.items()},
+            "markov_test": None if self.markov is None else self.markov._asdict(),
+            "measured": {name: interval._asdict() for name, interval in self.intervals.items()},
+            "empirical_reach": dict(zip(names, self.empirical_reach(self.times).tolist(), strict=True)),
+            "expected_states": dict(zip(names, self.chain.expected_states(self.times).tolist(), strict=True)),
+            "goal_sensitivity": self.chain.goal_sensitivity(),
+        }
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The headings of `rows`."""
+        interval = f"{self.level:.0%} interval"
+        return "", "observed", interval, "their chain", interval
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """What is printed: for each number its name, the observed one, the chain's, and the interval of each."""
+        rows = []
+        for name, measured in self.intervals.items():
+            seen = self.observed.get(name)
+            cells = (
+                ("", "") if seen is None else ("-", "") if np.isnan(seen.value) else (f"{seen.value:.4g}", str(seen))
+            )
+            rows.append((name, *cells, f"{measured.value:.4g}", str(measured)))
+        return rows
+
+    def notes(self) -> list[str]:
+        """What has to be known to read `rows`, a sentence or less a line."""
+        notes = self._test_notes()
+        if not self.counts.escaped.any():
+            notes.append("nobody escaped, so the times to the exit are infinite")
+        missing = {name for name, interval in self.observed.items() if np.isnan(interval.value)}
+        if "std" in missing:
+            notes.append("-: no deviation was observed, as fewer than two episodes escaped")
+        if missing - {"std"}:
+            notes.append(f"-: not observed, as episodes were truncated after {self.counts.step_limit:.0f} steps")
+        shown = [*self.intervals.values(), *self.observed.values()]
+        if any(np.isnan(interval.low) and np.isfinite(interval.value) for interval in shown):
+            notes.append("none: the episodes are too few, or too much alike, for an interval")
+        if any(np.isinf(interval.value) for interval in self.intervals.values()):
+            notes.append("inf: no episode got there")
+        return notes
+
+    def _test_notes(self) -> list[str]:
+        """Whether the chain's numbers are those of play."""
+        if self.markov is None:
+            return ["too few steps to test whether play is Markov on these nodes: trust what was observed"]
+        test = f"Markov of order 1 against 2: chi2({self.markov.degrees}) = {self.markov.statistic:.1f}"
+        if not self.markov.is_rejected:
+            return [
+                f"{test}, p = {self.markov.p_value:.2g}: nothing speaks against the chain",
+                "each interval covers the value over very many episodes of this player",
+            ]
+        return [
+            f"{test}, p = {self.markov.p_value:.1g}: play is NOT Markov on these nodes. The chain's expected steps",
+            "are those of play all the same; its other numbers and intervals are not: read what was observed instead",
+        ]
+
+    @property
+    def _head(self) -> str:
+        exit_label = self.labels[self.goals[EXIT][0]]
+        played = f"{self.episodes} episode{'s' * (self.episodes > 1)} played over {len(self.labels)} nodes"
+        return f"{played}, {self.success_rate:.1%} reached the exit, {exit_label!r}"
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self._head}>"
+
+    def __str__(self) -> str:
+        return text_table(self._head, self.columns, self.rows(), self.notes())
+
+    def _repr_html_(self) -> str:
+        """What notebooks show."""
+        return html_table(self._head, self.columns, self.rows(), self.notes())
+
+    def _chain(self, counts: sp.csr_array) -> Chain:
+        steps, end = row_sums(counts), self.goals[EXIT][0]
+        from_exit = sp.coo_array(([self.restart], ([end], [self.source])), shape=counts.shape)
+        shares = counts.multiply(1 / np.maximum(steps, 1)[:, None])  # a node never visited keeps a row of zeros
+        return Chain((shares + from_exit).tocsr(), self.labels, self.source, self.goals)
+
+
+def summary(chain: Chain, times: tuple[int, ...]) -> dict[str, float]:
+    """The numbers of a chain that are reported: its times, its reach by ``times``, and the mean to each goal."""
+    reached = chain.reach_probability(times)
+    found = {"hitting_time": chain.hitting_time, "expected_steps": chain.expected_steps, "std": chain.std}
+    chances = {within(t): float(chance) for t, chance in zip(times, reached, strict=True)}
+    return found | chances | {f"steps to {goal}": chain.expected_steps_to(goal) for goal in chain.goals if goal != EXIT}

@@ -1,0 +1,148 @@
+"""Measure a chain from trajectories of nodes, or from play in any Gymnasium environment."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+from hierroom.complexity.chains.chain import EXIT
+from hierroom.complexity.chains.exploration_graph import node_labels
+from hierroom.complexity.played.episodes import counts_of
+from hierroom.complexity.played.played_chain import PlayedChain
+from hierroom.support.errors import InputError
+
+NO_STEP = "a trajectory must have at least one step, from a node that is not the target"
+
+
+def measure_trajectories(
+    trajectories: Iterable[Sequence[Hashable]],
+    target: Hashable,
+    *,
+    may_miss: bool = False,
+    failed: Sequence[bool] | None = None,
+    seed: int = 0,
+) -> PlayedChain:
+    """Measure the chain of given trajectories.
+
+    Nodes are in the order in which they were first seen, the target last. The probability to have escaped is reported
+    within the median number of steps, and twice and four times as many.
+
+    Args:
+        trajectories: for each episode its node at every step, that of the start first; all must begin at the same
+            node. What follows the first visit of the target is left out.
+        target: the node to reach, where an episode ends; the chain's goal ``"exit"``.
+        may_miss: accept that no trajectory reaches the target; its times are infinite then.
+        failed: for each episode whether it ended for good, as by a fall, and never reaches the target; by default
+            those that missed it were truncated, and nobody knows what would have come.
+        seed: seed of the bootstrap that gives intervals.
+    """
+    numbers: dict[Hashable, int] = {}
+    walks: list[NDArray[np.int64]] = []
+    reached: list[bool] = []
+    for trajectory in trajectories:
+        nodes = list(trajectory)
+        reached.append(target in nodes)
+        nodes = nodes[: nodes.index(target)] if reached[-1] else nodes  # without the target, which comes last
+        if len(nodes) + reached[-1] < 2 or not nodes:
+            raise InputError(NO_STEP)
+        check_start(nodes[0], next(iter(numbers), nodes[0]), target)
+        walks.append(np.array([numbers.setdefault(node, len(numbers)) for node in nodes]))
+    if not walks:
+        raise InputError("a chain is measured from at least one trajectory, but there is none")
+    if not (may_miss or any(reached)):
+        raise InputError(f"{missed(target, list(numbers))}; say may_miss=True if that may be")
+    if failed is not None and len(failed) != len(walks):
+        raise InputError(f"failed must say it of each of {len(walks)} episodes, not of {len(failed)}")
+    ends = None if failed is None else np.array(failed, bool) & ~np.array(reached)
+    return _measured(walks, np.array(reached), ends, node_labels([*numbers, target]), seed)
+
+
+def measure_env(
+    env: gymnasium.Env,
+    node: Callable[[Any], Hashable],
+    target: Hashable,
+    policy: Callable[[Any], Any] | None = None,
+    *,
+    episodes: int = 1000,
+    seed: int = 0,
+    max_steps: int | None = None,
+    progress: Callable[[int], object] = lambda done: None,
+) -> PlayedChain:
+    """Play in a Gymnasium environment, and measure the chain of the nodes that it passes through.
+
+    Args:
+        env: the environment.
+        node: the node at which an environment is, called after each reset and step; it returns the target once that is
+            reached.
+        target: the node to reach. An episode that ends elsewhere has missed it: for good if it was terminated, and
+            nobody knows whether it would have if it was truncated. A warning says that none reached it.
+        policy: an action for an observation; random actions by default.
+        episodes: number of episodes, at least 1.
+        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is new; it fixes the random actions
+            and the bootstrap too.
+        max_steps: ends an episode after so many steps, if the environment does not do so itself.
+        progress: called with the number of episodes done.
+    """
+    if episodes < 1 or (max_steps is not None and max_steps < 1):
+        raise InputError(f"play at least one episode of at least one step, not {episodes} of {max_steps}")
+    env.action_space.seed(seed)
+    trajectories, failed = [], []
+    for episode in range(episodes):
+        observation, _ = env.reset(seed=seed + episode)
+        nodes, has_ended, terminated = [node(env)], False, False
+        check_start(nodes[0], (trajectories or [nodes])[0][0], target)  # before hours of play
+        while not has_ended:
+            action = env.action_space.sample() if policy is None else policy(observation)
+            observation, _, terminated, truncated, _ = env.step(action)
+            nodes.append(node(env))
+            has_ended = terminated or truncated or nodes[-1] == target or len(nodes) - 1 == max_steps
+        trajectories.append(nodes)
+        failed.append(bool(terminated))
+        progress(episode + 1)
+    played = measure_trajectories(trajectories, target, may_miss=True, failed=failed, seed=seed)
+    if not played.counts.escaped.any():
+        warnings.warn(missed(target, played.labels[:-1]), stacklevel=2)
+    return played
+
+
+def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
+    """Check the first node of a trajectory, with that of the first trajectory and the target."""
+    if node == target:
+        raise InputError(NO_STEP)
+    if node != first:
+        raise InputError(
+            f"all trajectories must begin at the same node, not at {node!r} and {first!r}; "
+            "put one common node before them"
+        )
+
+
+def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
+    """What to say where no episode reaches the target, which may be a misspelt one, with the nodes that were seen."""
+    names = ", ".join(map(repr, seen[:5]))
+    return f"no episode reaches the target {target!r}; nodes seen are {names}{', ...' if len(seen) > 5 else ''}"
+
+
+def _measured(
+    walks: list[NDArray[np.int64]],
+    reached: NDArray[np.bool_],
+    failed: NDArray[np.bool_] | None,
+    labels: tuple[str, ...],
+    seed: int,
+) -> PlayedChain:
+    """The chain of walks over nodes 0, 1, ..., each without its target, which is the last node."""
+    n, target = len(labels), len(labels) - 1
+    keys, triples = [], []
+    for episode, (walk, is_reached) in enumerate(zip(walks, reached.tolist(), strict=True)):
+        nodes = np.append(walk, target if is_reached else 0)  # what missed the target begins anew
+        keys.append((episode * n + nodes[:-1]) * n + nodes[1:])
+        seen = nodes if is_reached else walk
+        triples.append((seen[:-2] * n + seen[1:-1]) * n + seen[2:])
+    lengths = np.array([len(walk) for walk in walks]) - ~reached
+    counts = counts_of(np.concatenate(keys), n, lengths, reached, np.concatenate(triples), failed)
+    median = max(1, int(np.median(lengths[reached] if reached.any() else lengths)))
+    return PlayedChain(counts, labels, 0, {EXIT: (target,)}, times=(median, 2 * median, 4 * median), seed=seed)

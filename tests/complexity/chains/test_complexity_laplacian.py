@@ -1,0 +1,227 @@
+"""The paper's hitting time against numpy's pseudo-inverse, exact fractions and effective resistances."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from hierroom.agents.player import RandomPlayer
+from hierroom.complexity import (
+    AugmentedGraph,
+    Walk,
+    analyze,
+    expected_visits,
+    laplacian,
+    laplacian_hitting_time,
+    laplacian_sensitivity,
+    mean_first_passage_time,
+)
+from hierroom.complexity.walk import PAPER_WALK
+from hierroom.goals import NAMED_GRAPHS, GoalGraph, enumerate_graphs
+from hierroom.lab.measure import measure
+from hierroom.support.errors import InputError
+from hierroom.turns.turns import Turns
+from hierroom.worlds.env_config import EnvConfig
+
+TO_TWO_DIGITS = {
+    False: (8.36, 12.05, 15.07, 15.10, 17.09, 22.44, 27.50),
+    True: (16.54, 25.16, 39.53, 30.23, 36.20, 64.14, 82.46),
+}
+
+
+def dense_hitting_time(weights, source, target):
+    """Equation (1) of `hierroom.complexity.chains.laplacian` with numpy alone."""
+    b = np.zeros(len(weights))
+    b[source], b[target] = 1, -1
+    # D - W is singular: NumPy's own tolerance is so small that its zero is divided by on some machines.
+    return b @ np.linalg.pinv(np.diag(weights.sum(axis=1)) - weights, rcond=1e-12) @ b
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_the_two_digits_of_the_specification(drop_key):
+    values = [analyze(letter, drop_key).hitting_time for letter in NAMED_GRAPHS]
+    assert tuple(round(value, 2) for value in values) == TO_TWO_DIGITS[drop_key]
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+@pytest.mark.parametrize("n_rooms", [2, 3, 4, 5])
+def test_every_graph_against_a_dense_pseudo_inverse(n_rooms, drop_key):
+    for graph in enumerate_graphs(n_rooms):
+        unrolled = AugmentedGraph(graph, drop_key)
+        dense = dense_hitting_time(unrolled.weights.toarray(), unrolled.start, unrolled.exit)
+        assert laplacian_hitting_time(unrolled.weights, 0, unrolled.exit) == pytest.approx(dense, abs=1e-9)
+        assert laplacian_hitting_time(unrolled.weights.toarray(), 0, unrolled.exit) == pytest.approx(dense, abs=1e-9)
+
+
+def test_a_large_graph_against_a_dense_pseudo_inverse():
+    report = analyze(GoalGraph((0, 0, 0, 0, 0, 0), 1), drop_key=True)
+    assert report.nodes == 449
+    dense = dense_hitting_time(report.chain.weights.toarray(), 0, 448)
+    assert report.hitting_time == pytest.approx(dense, abs=1e-9)
+
+
+def solve_exactly(matrix, right):
+    """Gauss-Jordan elimination in fractions."""
+    rows = [[*row, value] for row, value in zip(matrix, right, strict=True)]
+    for column in range(len(rows)):
+        pivot = next(r for r in range(column, len(rows)) if rows[r][column])
+        rows[column], rows[pivot] = rows[pivot], rows[column]
+        rows[column] = [value / rows[column][column] for value in rows[column]]
+        for r in range(len(rows)):
+            if r != column:
+                rows[r] = [a - rows[r][column] * b for a, b in zip(rows[r], rows[column], strict=True)]
+    return [row[-1] for row in rows]
+
+
+def graph_a_in_fractions():
+    """D - W of graph a, written down by hand: start, key 1, start and room 1 with the door open, exit."""
+    move, restart, half = Fraction(19, 100), Fraction(1, 100), Fraction(19, 200)
+    return [
+        [move, -move, 0, 0, 0],
+        [-restart, move + restart, 0, -move, 0],
+        [-restart, 0, move + restart, -move, 0],
+        [-restart, 0, -half, move + restart, -half],
+        [-restart, 0, 0, 0, restart],
+    ]
+
+
+def test_graph_a_in_exact_fractions():
+    k = graph_a_in_fractions()
+    size, b = range(5), [1, 0, 0, 0, -1]
+    # least squares of least norm when the null space is the constants: (K'K + 11') x = K'b
+    normal = [[sum(k[r][i] * k[r][j] for r in size) + 1 for j in size] for i in size]
+    x = solve_exactly(normal, [sum(k[r][i] * b[r] for r in size) for i in size])
+    hitting_time = x[0] - x[4]
+    assert sum(x) == 0
+    assert round(float(hitting_time), 2) == 8.36
+    mean = solve_exactly([row[:4] for row in k[:4]], [1] * 4)[0]
+    report = analyze("a")
+    assert report.hitting_time == pytest.approx(float(hitting_time), abs=1e-12)
+    assert report.expected_steps == pytest.approx(float(mean), abs=1e-11)
+
+
+def corridor(n, ahead, back):
+    """The walk on n nodes in a row."""
+    return np.diag(np.full(n - 1, ahead), 1) + np.diag(np.full(n - 1, back), -1)
+
+
+@pytest.mark.parametrize(("n", "ahead", "back"), [(6, 0.9, 0.001), (8, 0.9, 0.001), (20, 0.9, 0.1)])
+def test_a_corridor_in_exact_fractions_however_its_nodes_are_numbered(n, ahead, back):
+    weights, b = corridor(n, ahead, back), [1] + [0] * (n - 2) + [-1]
+    exact = [[Fraction(float(value)) for value in row] for row in weights]
+    k = [[sum(row) * (i == j) - value for j, value in enumerate(row)] for i, row in enumerate(exact)]
+    normal = [[sum(k[r][i] * k[r][j] for r in range(n)) + 1 for j in range(n)] for i in range(n)]
+    x = solve_exactly(normal, [sum(k[r][i] * b[r] for r in range(n)) for i in range(n)])
+    rng = np.random.default_rng(0)
+    for order in (np.arange(n), np.arange(n)[::-1], *(rng.permutation(n) for _ in range(5))):
+        source, target = (int(np.flatnonzero(order == node)[0]) for node in (0, n - 1))
+        found = laplacian_hitting_time(weights[order][:, order], source, target)
+        assert found == pytest.approx(float(x[0] - x[-1]), rel=1e-11)
+
+
+def by_visits(chain, restart):
+    visits = expected_visits(chain.weights, chain.source, chain.nodes_of("exit"))
+    squares = visits @ visits
+    return (visits[chain.source] + restart * squares) / (1 + restart**2 * squares)
+
+
+@pytest.mark.parametrize("walk", [Walk(), Walk(0.5, 0.3, 0.2), Walk(0.9, 0.0999, 0.0001)])
+@pytest.mark.parametrize("drop_key", [False, True])
+@pytest.mark.parametrize("n_rooms", [2, 3, 4, 5])
+def test_it_follows_from_the_visits_before_the_exit(n_rooms, drop_key, walk):
+    """Equation (2) of `hierroom.complexity.chains.laplacian`."""
+    for graph in enumerate_graphs(n_rooms):
+        report = analyze(graph, drop_key, walk)
+        assert report.hitting_time == pytest.approx(by_visits(report.chain, walk.restart), rel=1e-9)
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+def test_it_exceeds_its_limit_where_many_steps_are_spent_at_the_start(drop_key):
+    above = 0
+    for n_rooms in range(2, 13):
+        report = analyze(GoalGraph(tuple(range(n_rooms - 1)), n_rooms - 1), drop_key)
+        is_above = expected_visits(report.chain.weights, 0, report.chain.nodes_of("exit"))[0] > 100
+        assert (report.hitting_time > 100) == is_above
+        above += is_above
+    assert 0 < above < 11
+
+
+def test_that_of_random_play_follows_from_its_visits_too():
+    turns = Turns(EnvConfig("a", size=11, max_steps=2000), 10, seed=0)
+    chain = measure(turns, RandomPlayer(np.random.default_rng(0)), 20).chain
+    assert chain.hitting_time == pytest.approx(by_visits(chain, PAPER_WALK.restart), rel=1e-9)
+    assert chain.hitting_time > 100
+
+
+def test_with_symmetric_weights_it_is_the_effective_resistance():
+    resistors = np.array([2.0, 3.0, 5.0])
+    in_a_row = np.diag(1 / resistors, 1) + np.diag(1 / resistors, -1)
+    assert laplacian_hitting_time(in_a_row, 0, 3) == pytest.approx(10, rel=1e-12)
+    complete = np.ones((6, 6)) - np.eye(6)
+    assert laplacian_hitting_time(complete, 1, 4) == pytest.approx(2 / 6, rel=1e-12)
+
+
+def test_it_saturates_at_the_inverse_of_the_chance_to_leave_the_exit():
+    rows = [analyze(GoalGraph(tuple(range(n_rooms - 1)), n_rooms - 1)) for n_rooms in (8, 20)]
+    assert [round(row.hitting_time, 1) for row in rows] == [98.7, 100.0]
+    assert rows[1].expected_steps > 1000 * rows[0].expected_steps
+    rarer = analyze(rows[1].graph, walk=Walk(0.80, 0.195, 0.005))
+    assert rarer.hitting_time == pytest.approx(200, rel=5e-3)
+
+
+def test_walks_of_any_shape_against_the_pseudo_inverse():
+    rng = np.random.default_rng(3)
+    several_ends = compared = 0
+    for _ in range(400):
+        n = int(rng.integers(2, 9))
+        weights = rng.random((n, n)) * (rng.random((n, n)) < rng.choice([0.15, 0.3, 0.6]))
+        source, target = rng.choice(n, 2, replace=False).tolist()
+        value = laplacian_hitting_time(weights, source, target)
+        if np.isfinite(value):
+            compared += 1
+            several_ends += np.linalg.matrix_rank(laplacian(weights).toarray()) < n - 1
+            assert value == pytest.approx(dense_hitting_time(weights, source, target), rel=1e-6, abs=1e-7)
+        else:
+            assert mean_first_passage_time(weights / n, target)[source] == np.inf
+    assert compared > 100
+    assert several_ends > 20
+
+
+def test_unreachable_is_infinite():
+    one_way = np.array([[0.0, 0.0], [0.3, 0.0]])
+    assert laplacian_hitting_time(one_way, 0, 1) == np.inf
+    assert laplacian_hitting_time(np.zeros((3, 3)), 0, 2) == np.inf
+    assert laplacian_hitting_time(one_way, 1, 1) == 0
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+@pytest.mark.parametrize("letter", ["a", "d", "g"])
+def test_sensitivity_is_the_slope(letter, drop_key):
+    unrolled = AugmentedGraph(NAMED_GRAPHS[letter], drop_key)
+    weights = unrolled.weights.toarray()
+    for i, j, slope in zip(*sp.find(laplacian_sensitivity(weights, 0, unrolled.exit)), strict=True):
+        nudged = np.zeros_like(weights)
+        nudged[i, j] = 1e-6
+        more = dense_hitting_time(weights + nudged, 0, unrolled.exit)
+        less = dense_hitting_time(weights - nudged, 0, unrolled.exit)
+        assert slope == pytest.approx((more - less) / 2e-6, rel=1e-4, abs=1e-2)
+
+
+def test_sensitivity_of_a_time_that_is_infinite():
+    w = np.array([[0, 0.5, 0], [0.5, 0, 0], [0.3, 0, 0]])
+    assert laplacian_hitting_time(w, 0, 2) == np.inf
+    assert np.isnan(laplacian_sensitivity(w, 0, 2).data).all()
+
+
+def test_nodes_that_hang_together_with_nothing_do_not_matter():
+    loop = np.array([[0, 0.3, 0], [0.1, 0, 0.2], [0.01, 0, 0]])
+    apart = np.zeros((5, 5))
+    apart[np.ix_([0, 2, 4], [0, 2, 4])] = loop
+    slopes = laplacian_sensitivity(apart, 0, 4).toarray()
+    np.testing.assert_allclose(slopes[np.ix_([0, 2, 4], [0, 2, 4])], laplacian_sensitivity(loop, 0, 2).toarray())
+
+
+def test_sensitivity_needs_one_place_to_end_up():
+    with pytest.raises(InputError, match="2 parts that are never left"):
+        laplacian_sensitivity(np.array([[0, 0.1, 0.1], [0, 0, 0], [0, 0, 0]]), 0, 1)

@@ -1,0 +1,131 @@
+"""Reach curves: closed forms, both ways to compute them, 10^5 simulated walks, a million steps."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from simulated_walks import simulate_passage_times
+
+from hierroom.complexity import (
+    AugmentedGraph,
+    analyze,
+    expected_states,
+    hitting_probability,
+    reach_probability,
+)
+from hierroom.complexity.chains import reach as reach_module
+from hierroom.goals import NAMED_GRAPHS, GoalGraph
+from hierroom.support.errors import InputError
+
+TIMES = np.array([0, 1, 2, 3, 10, 100, 999, 1000, 4097, 10**5, 10**6])
+
+
+def complete(n):
+    return (np.ones((n, n)) - np.eye(n)) / (n - 1)
+
+
+@pytest.mark.parametrize("n", [5, 150])  # by squaring and by stepping
+@pytest.mark.parametrize("form", [np.asarray, sp.csr_array])
+def test_complete_graph(n, form):
+    missed = (1 - 1 / (n - 1)) ** TIMES
+    np.testing.assert_allclose(reach_probability(form(complete(n)), 0, 1, TIMES), 1 - missed, atol=1e-12)
+    np.testing.assert_allclose(expected_states(form(complete(n)), 0, TIMES), 1 + (n - 1) * (1 - missed), rtol=1e-10)
+
+
+@pytest.mark.parametrize("small", [0, 10**9])
+def test_powers_of_the_matrix(monkeypatch, small):
+    monkeypatch.setattr(reach_module, "SMALL", small)
+    weights = AugmentedGraph(NAMED_GRAPHS["c"], drop_key=True).weights.toarray()
+    chances = weights + np.diag(1 - weights.sum(axis=1))
+    chances[-1] = np.eye(9)[-1]
+    expected = [np.linalg.matrix_power(chances, t)[0, -1] for t in TIMES]
+    np.testing.assert_allclose(reach_probability(weights, 0, 8, TIMES), expected, atol=1e-11)
+    shuffled = np.random.default_rng(0).permutation(len(TIMES))
+    again = reach_probability(weights, 0, 8, TIMES[shuffled])
+    np.testing.assert_allclose(again, np.take(expected, shuffled), atol=1e-11)
+
+
+def test_a_slow_walk_that_never_restarts_falls_back_to_squaring(monkeypatch):
+    monkeypatch.setattr(reach_module, "PATIENCE", 128)
+    n = 120
+    path = np.diag(np.full(n - 1, 0.25), 1) + np.diag(np.full(n - 1, 0.25), -1)
+    chances = path + np.diag(1 - path.sum(axis=1))
+    chances[-1] = np.eye(n)[-1]
+    expected = [np.linalg.matrix_power(chances, t)[0, -1] for t in (100, 10**4, 10**6)]
+    np.testing.assert_allclose(reach_probability(path, 0, n - 1, (100, 10**4, 10**6)), expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("small", [0, 10**9])
+def test_a_target_that_may_be_missed(monkeypatch, small):
+    monkeypatch.setattr(reach_module, "SMALL", small)
+    w = np.zeros((4, 4))
+    w[0, 1], w[0, 2] = 0.3, 0.1  # node 3 is alone
+    expected = 0.75 * (1 - 0.6**TIMES)
+    np.testing.assert_allclose(reach_probability(w, 0, 1, TIMES), expected, atol=1e-12)
+    assert reach_probability(w, 0, 1, 10**6) == pytest.approx(hitting_probability(w, 1)[0])
+    assert reach_probability(w, 0, 3, TIMES).tolist() == [0] * len(TIMES)
+    assert reach_probability(w, 1, 1, TIMES).tolist() == [1] * len(TIMES)
+    np.testing.assert_allclose(expected_states(w, 0, TIMES), 1 + (1 - 0.6**TIMES), atol=1e-12)
+
+
+@pytest.mark.parametrize("drop_key", [False, True])
+@pytest.mark.parametrize("letter", NAMED_GRAPHS)
+def test_against_simulated_walks(letter, drop_key):
+    report = analyze(letter, drop_key)
+    n_walks, times = 100_000, np.array([5, 20, 60, 150, 400])
+    for goal in ("exit", "door 1"):
+        nodes = report.chain.goals[goal]
+        simulated = simulate_passage_times(report.chain.weights, 0, nodes, n_walks, np.random.default_rng(7))
+        exact = report.reach_probability(times, goal)
+        error = np.sqrt(exact * (1 - exact) / n_walks) + 1 / n_walks
+        assert (abs((simulated[:, None] <= times).mean(axis=0) - exact) < 4.5 * error).all()
+
+
+def test_the_whole_curve_of_a_ten_room_star():
+    report = analyze(GoalGraph((0,) * 9, 1))
+    curve = report.reach_probability(np.arange(2001))
+    assert (np.diff(curve) >= -1e-15).all()
+    # the mean is the sum of the chances to need longer
+    later = 1 - report.reach_probability(np.arange(60_000))
+    assert later.sum() == pytest.approx(report.expected_steps, rel=1e-8)
+    assert report.reach_probability(10**6) == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize("letter", NAMED_GRAPHS)
+def test_expected_states_of_the_first_step_and_of_ever(letter):
+    report = analyze(letter)
+    states = report.expected_states([0, 1, 10**6])
+    np.testing.assert_allclose(states, [1, 1.19, report.nodes], atol=1e-9)
+
+
+def test_times_keep_their_shape():
+    report = analyze("b")
+    assert report.reach_probability(5).shape == ()
+    assert report.reach_probability([[1, 2, 3], [4, 5, 6]]).shape == (2, 3)
+    assert report.expected_states([]).shape == (0,)
+
+
+def test_a_time_without_end_changes_nothing_before_it():
+    report = analyze(GoalGraph((0,) * 7, 1), drop_key=True)
+    weights, exit_node = report.chain.weights, report.augmented.exit
+    times = np.array([0, 50, 300, 2000, 10**5])
+    expected = reach_probability(weights, 0, exit_node, times)
+    for far in (10**12, 10**16, 2**62):
+        reached = reach_probability(weights, 0, exit_node, [*times, far])
+        np.testing.assert_allclose(reached, [*expected, 1], atol=1e-11)
+
+
+def test_no_nodes_are_no_states():
+    assert expected_states(np.eye(3), 0, [0, 5], nodes=[]).tolist() == [0, 0]
+
+
+def test_waits_longer_than_any_clock_are_given_up():
+    w = np.zeros((3, 3))
+    w[0, 1], w[1, 2] = 0.5, 1e-19
+    assert (simulate_passage_times(w, 0, 2, 20, np.random.default_rng(0)) == -1).all()
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("times", [-1, 0.5, [1, -2], np.nan, "soon", np.inf, 1e30, 2**63, True])
+def test_one_clear_message_about_times(times):
+    with pytest.raises(InputError, match="numbers of steps must be whole numbers from 0"):
+        analyze("a").reach_probability(times)

@@ -1,0 +1,192 @@
+"""The long run of a walk against closed forms, and against deeptime where it is installed."""
+
+import math
+from dataclasses import asdict
+
+import networkx as nx
+import numpy as np
+import pytest
+from exact_walks import passage_exactly
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hierroom.complexity import Chain, analyze
+from hierroom.complexity.chains import ergodic
+from hierroom.complexity.measures import (
+    committor,
+    commute_time,
+    cover_time,
+    measure_walk,
+    mixing_time,
+    sampled_cover_time,
+    spectral_gap,
+    stationary_distribution,
+)
+from hierroom.support.errors import InputError
+
+LONG_RUN = [stationary_distribution, spectral_gap, mixing_time]
+
+
+def uniform_walk(graph, stay=0.0):
+    """W of the walk that leaves a node by each edge alike."""
+    adjacency = nx.to_numpy_array(graph)
+    return (1 - stay) * adjacency / adjacency.sum(axis=1, keepdims=True)
+
+
+def random_chain(seed, n=6):
+    rng = np.random.default_rng(seed)
+    weights = rng.random((n, n)) * (rng.random((n, n)) < 0.6) + 0.01
+    np.fill_diagonal(weights, 0)
+    return weights / weights.sum(axis=1, keepdims=True) * rng.uniform(0.1, 1.0, (n, 1))
+
+
+@given(st.floats(0.01, 1.0), st.floats(0.01, 1.0))
+def test_two_nodes(there, back):
+    """pi = (back, there) / (there + back); the other eigenvalue is 1 - there - back; E T = 1 / there."""
+    weights = np.array([[0, there], [back, 0]])
+    pi, other = np.array([back, there]) / (there + back), abs(1 - there - back)
+    np.testing.assert_allclose(stationary_distribution(weights), pi)
+    assert spectral_gap(weights) == pytest.approx(1 - other, abs=1e-9)
+    assert commute_time(weights, 0, 1) == pytest.approx(1 / there + 1 / back)
+    assert cover_time(weights, 0) == pytest.approx(1 / there)
+    t = mixing_time(weights)
+    if other < 1 - 1e-9:
+        far = [pi.max() * other**steps for steps in (t - 1, t)]
+        assert far[1] <= 0.25 * (1 + 1e-6)
+        assert t == 0 or far[0] > 0.25 * (1 - 1e-6)
+
+
+def test_a_walk_that_swaps_two_nodes_never_mixes():
+    weights = np.array([[0.0, 1.0], [1.0, 0.0]])
+    assert mixing_time(weights) == math.inf
+    assert spectral_gap(weights) == 0
+
+
+@pytest.mark.parametrize("n", [3, 5, 8])
+def test_cover_times_with_closed_forms(n):
+    """Complete graph (n - 1) H_(n-1), cycle n (n - 1) / 2, path from its end (n - 1)^2."""
+    harmonic = sum(1 / i for i in range(1, n))
+    assert cover_time(uniform_walk(nx.complete_graph(n)), 0) == pytest.approx((n - 1) * harmonic)
+    assert cover_time(uniform_walk(nx.cycle_graph(n)), 0) == pytest.approx(n * (n - 1) / 2)
+    assert cover_time(uniform_walk(nx.path_graph(n)), 0) == pytest.approx((n - 1) ** 2)
+    assert cover_time(uniform_walk(nx.cycle_graph(n), stay=0.75), 0) == pytest.approx(2 * n * (n - 1))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_sampled_cover_times_agree_with_exact_ones(seed):
+    weights = random_chain(seed)
+    mean, error = sampled_cover_time(weights, 0, 4000, seed)
+    assert abs(mean - cover_time(weights, 0)) < 4.5 * error
+
+
+def test_commute_times_are_resistances():
+    """2 |E| times the effective resistance (Levin and Peres, proposition 10.7), which networkx has."""
+    graph = nx.petersen_graph()
+    weights = uniform_walk(graph)
+    for target in (1, 7):
+        expected = 2 * graph.number_of_edges() * nx.resistance_distance(graph, 0, target)
+        assert commute_time(weights, 0, target) == pytest.approx(expected)
+
+
+def test_committors_of_the_gamblers_ruin():
+    weights = uniform_walk(nx.path_graph(7))
+    np.testing.assert_allclose(committor(weights, 0, 6), np.arange(7) / 6)
+    np.testing.assert_allclose(committor(weights, [0, 6], 3)[[0, 1, 3, 5, 6]], [0, 1 / 3, 1, 1 / 3, 0])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_deeptime_agrees(seed):
+    tools = pytest.importorskip("deeptime.markov.tools.analysis")
+    weights = random_chain(seed)
+    chances = weights + np.diag(1 - weights.sum(axis=1))
+    np.testing.assert_allclose(stationary_distribution(weights), tools.stationary_distribution(chances))
+    np.testing.assert_allclose(committor(weights, [0], [4, 5]), tools.committor(chances, [0], [4, 5]), atol=1e-12)
+    moduli = np.sort(np.abs(tools.eigenvalues(chances)))
+    assert spectral_gap(weights) == pytest.approx(1 - moduli[-2])
+
+
+@pytest.mark.parametrize("most_dense_nodes", [2000, 10])
+@pytest.mark.parametrize("n", [60, 200])
+def test_the_gap_of_a_corridor_however_its_nodes_are_numbered(n, most_dense_nodes, monkeypatch):
+    """Its eigenvalues are 1 and 2 sqrt(f b) cos(pi k / n), with the chances f and b to go ahead and back."""
+    monkeypatch.setattr(ergodic, "MAX_DENSE_NODES", most_dense_nodes)
+    weights = np.diag(np.full(n - 1, 0.9), 1) + np.diag(np.full(n - 1, 0.1), -1)
+    order = np.random.default_rng(1).permutation(n)
+    for one in (weights, weights[order][:, order]):
+        assert spectral_gap(one) == pytest.approx(1 - 0.6 * math.cos(math.pi / n), rel=1e-9)
+
+
+def test_the_gap_of_a_walk_with_several_ends_and_nodes_that_are_left():
+    assert spectral_gap(np.array([[0, 0.5, 0.25], [0, 0, 0], [0, 0, 0]])) == 0, "it remembers where it ends"
+    assert spectral_gap(np.array([[0, 0.25, 0], [0, 0, 1.0], [0, 0.5, 0]])) == pytest.approx(1 - 0.75)
+
+
+@pytest.mark.parametrize("n", [6, 8])
+def test_the_cover_time_of_a_corridor_against_the_stream(n):
+    """From its end all nodes are visited when the first one is."""
+    weights = np.diag(np.full(n - 1, 0.9), 1) + np.diag(np.full(n - 1, 0.001), -1)
+    exact = passage_exactly(weights, 0)[0][n - 1]
+    assert exact > 10**14
+    assert cover_time(weights, n - 1) == pytest.approx(float(exact), rel=1e-13)
+
+
+def test_large_graphs_find_the_same_gap(monkeypatch):
+    weights = random_chain(1, n=12)
+    expected = spectral_gap(weights)
+    monkeypatch.setattr("hierroom.complexity.chains.ergodic.MAX_DENSE_NODES", 5)
+    assert spectral_gap(weights) == pytest.approx(expected)
+    with pytest.raises(InputError, match="up to 5 nodes, not 12"):
+        mixing_time(weights)
+
+
+def test_transient_nodes_and_nodes_out_of_reach():
+    into_a_pair = np.array([[0, 0.5, 0.5], [0, 0, 1.0], [0, 0.5, 0]])
+    np.testing.assert_allclose(stationary_distribution(into_a_pair), [0, 1 / 3, 2 / 3])
+    assert cover_time(into_a_pair, 1) == math.inf
+    assert sampled_cover_time(into_a_pair, 1) == (math.inf, 0.0)
+    assert commute_time(into_a_pair, 0, 1) == math.inf
+    np.testing.assert_allclose(stationary_distribution([[0, 1.0], [0, 0]]), [0, 1])
+    with pytest.raises(InputError, match="2 classes of nodes"):
+        stationary_distribution(np.zeros((2, 2)))
+
+
+def test_measures_of_the_paper_s_walk():
+    """The commute time is the mean time to the exit and 100 steps, the mean time until the walk restarts."""
+    chain = analyze("c").chain
+    found = measure_walk(chain)
+    assert found.commute == pytest.approx(chain.expected_steps + 100)
+    assert found.at_exit == pytest.approx(stationary_distribution(chain.weights)[-1])
+    assert (found.nodes, found.cover_error) == (9, 0.0)
+    assert found.cover >= chain.expected_steps
+    start_leaves = chain.weights[[0]].sum()
+    assert found.at_exit * 0.01 == pytest.approx(
+        stationary_distribution(chain.weights)[0] * start_leaves * found.escape
+    )
+
+
+def test_bad_input_is_one_line():
+    weights = np.array([[0, 1.0], [1.0, 0]])
+    for attempt, words in (
+        (lambda: mixing_time(weights, 0), "between 0 and 1"),
+        (lambda: committor(weights, 0, 0), "must differ"),
+        (lambda: cover_time(np.full((15, 15), 1 / 15), 0), "up to 14 nodes, not 15"),
+        (lambda: sampled_cover_time(weights, 0, 1), "at least 2 walks"),
+        (lambda: commute_time(weights, 0, 2), "from 0 to 1"),
+    ):
+        with pytest.raises(InputError, match=words):
+            attempt()
+
+
+def test_a_chain_of_any_graph_has_them_all():
+    found = measure_walk(Chain.from_networkx(nx.cycle_graph(5), 0, 2))
+    assert found.cover == pytest.approx(10)
+    assert found.at_exit == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_walk_measures_the_same_with_and_without_its_diagonal(seed):
+    moves = random_chain(seed)
+    whole = moves + np.diag(1 - moves.sum(axis=1))
+    one, other = (measure_walk(Chain.from_matrix(weights, 0, 5)) for weights in (moves, whole))
+    for name, value in asdict(one).items():
+        assert asdict(other)[name] == pytest.approx(value, rel=1e-9), name

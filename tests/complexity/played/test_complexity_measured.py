@@ -1,0 +1,286 @@
+"""Chains counted from trajectories: hand-counted, against the walk they were drawn from, and their intervals."""
+
+from itertools import groupby
+
+import numpy as np
+import pytest
+from counted_walks import count_transitions
+
+from hierroom.complexity import analyze
+from hierroom.complexity.played.markov_order import markov_test
+from hierroom.complexity.played.measured import MeasuredReport
+from hierroom.complexity.played.observed import observed, wilson_interval
+from hierroom.support.errors import InputError
+
+
+def walk_episodes(report, n_episodes, max_steps, rng):
+    """Trajectories of a report's own walk, an independent step-by-step simulation that is cut off at max_steps."""
+    weights = report.chain.weights.toarray()
+    chances = weights + np.diag(1 - weights.sum(axis=1))
+    episodes = []
+    for _ in range(n_episodes):
+        nodes = [0]
+        while len(nodes) <= max_steps and nodes[-1] != report.augmented.exit:
+            nodes.append(int(rng.choice(len(chances), p=chances[nodes[-1]])))
+        episodes.append(nodes)
+    return episodes
+
+
+@pytest.fixture(scope="module")
+def measured():
+    report = analyze("b")
+    episodes = walk_episodes(report, 400, 10_000, np.random.default_rng(0))
+    return MeasuredReport(report, count_transitions(episodes, report.nodes, 0, report.augmented.exit)), episodes
+
+
+def test_counting_by_hand():
+    counts = count_transitions([[0, 0, 1, 2], [0, 1, 1, 1]], n_nodes=3, start=0, exit_node=2)
+    assert counts.lengths.tolist() == [3, 3]
+    assert counts.escaped.tolist() == [True, False]
+    # the second episode was truncated at node 1: one transition back to the start
+    assert counts.total().toarray().tolist() == [[1, 2, 0], [1, 2, 1], [0, 0, 0]]
+    assert counts.total([2, 0]).toarray().tolist() == [[2, 2, 0], [0, 0, 2], [0, 0, 0]]
+
+
+def test_a_measured_chain_is_the_shares_of_its_counts():
+    report = analyze("a")
+    counts = count_transitions([[0, 0, 1, 3, 4], [0, 1, 3, 2]], report.nodes, 0, 4)
+    chain = MeasuredReport(report, counts).chain.weights.toarray()
+    np.testing.assert_allclose(
+        chain,
+        [
+            [1 / 3, 2 / 3, 0, 0, 0],
+            [0, 0, 0, 1, 0],
+            [1, 0, 0, 0, 0],
+            [0, 0, 1 / 2, 0, 1 / 2],
+            [0.01, 0, 0, 0, 0],
+        ],
+    )
+
+
+def test_the_chain_of_a_walk_is_that_walk(measured):
+    report, _ = measured
+    for name, interval in report.intervals.items():
+        assert interval.low <= interval.value <= interval.high
+        width = interval.high - interval.low
+        assert abs(report.predictions[name] - interval.value) < width + 1e-6, name
+        assert width < 0.4 * interval.value or name == "exit within 10"
+
+
+def test_expected_steps_are_the_mean_of_the_episodes(measured):
+    report, episodes = measured
+    assert report.success_rate == 1
+    mean = np.mean([len(nodes) - 1 for nodes in episodes])
+    assert report.empirical_steps == pytest.approx(mean, rel=1e-12)
+    assert report.chain.expected_steps == pytest.approx(mean, rel=1e-9)
+
+
+def test_with_truncated_episodes_they_are_all_steps_per_escape():
+    assumed = analyze("c")
+    episodes = walk_episodes(assumed, 200, 60, np.random.default_rng(1))
+    report = MeasuredReport(assumed, count_transitions(episodes, assumed.nodes, 0, assumed.augmented.exit))
+    assert 0.2 < report.success_rate < 0.8
+    assert report.chain.expected_steps == pytest.approx(report.empirical_steps, rel=1e-9)
+
+
+def test_empirical_reach_counts_episodes(measured):
+    report, episodes = measured
+    lengths = np.array([len(nodes) - 1 for nodes in episodes])
+    times = np.array([0, 10, 50, 100, 10_000])
+    np.testing.assert_allclose(report.empirical_reach(times), (lengths[:, None] <= times).mean(axis=0))
+    error = np.sqrt(0.25 / len(episodes))
+    assert np.abs(report.chain.reach_probability(times) - report.empirical_reach(times)).max() < 4 * error
+
+
+def test_intervals_hold_the_truth_about_as_often_as_they_say():
+    assumed, rng = analyze("a"), np.random.default_rng(2)
+    held = 0
+    for _ in range(20):
+        counts = count_transitions(walk_episodes(assumed, 60, 10_000, rng), assumed.nodes, 0, 4)
+        _, low, high = MeasuredReport(assumed, counts, level=0.9, n_resamples=40).intervals["expected_steps"]
+        held += low <= assumed.expected_steps <= high
+    assert held >= 13  # 18 expected; fewer than 13 has a chance of one in four hundred, and the seed is fixed
+
+
+def test_the_same_seed_gives_the_same_intervals(measured):
+    report, _ = measured
+    once, again, other = (
+        MeasuredReport(report.assumed, report.counts, n_resamples=20, seed=seed).intervals for seed in (0, 0, 1)
+    )
+    assert once == again
+    assert once != other
+
+
+def test_nobody_escapes():
+    assumed = analyze("a")
+    report = MeasuredReport(assumed, count_transitions([[0, 0, 1], [0, 0, 0]], 5, 0, 4), n_resamples=5)
+    assert report.empirical_steps == np.inf
+    for name in ("expected_steps", "hitting_time"):
+        assert report.intervals[name].value == np.inf
+        assert str(report.intervals[name]) == "none"
+    value, low, high = report.intervals["exit within 1000"]
+    assert (value, low) == (0, 0)
+    assert high > 0.5  # 0 of 2 says little
+    assert "nobody escaped" in str(report)
+
+
+def test_a_measured_chain_answers_what_an_assumed_one_does(measured):
+    report, _ = measured
+    table = report.to_dict()
+    assert table["measured"]["steps to key 2"]["value"] == report.chain.expected_steps_to("key 2")
+    assert table["assumed"]["steps to key 2"] == report.assumed.expected_steps_to("key 2")
+    assert table["expected_states"]["100"] == report.chain.expected_states(100)
+    assert min(table["goal_sensitivity"]) == min(report.assumed.goal_sensitivity())
+    # a node that nobody came to hangs together with nothing, and is no reason to refuse
+    partly = MeasuredReport(analyze("b"), count_transitions([[0, 1, 3, 12]], 13, 0, 12))
+    assert sum(edge.elasticity for edge in partly.chain.edge_sensitivity()) == pytest.approx(-1, rel=1e-9)
+
+
+def test_moves_name_what_differs():
+    assumed = analyze("a")
+    report = MeasuredReport(assumed, count_transitions([[0, 1, 2, 3, 4]] * 3, 5, 0, 4), n_resamples=5)
+    moves = {(move.source, move.target): move for move in report.moves()}
+    odd = moves["key 1, all closed", "start, open 1"]
+    assert (odd.assumed, odd.measured, odd.count) == (0, 1, 3)
+    assert "3 of 12 steps took an edge that the assumed walk lacks" in str(report)
+
+
+@pytest.mark.parametrize(
+    ("trajectories", "message"),
+    [
+        ([], "no episodes at all"),
+        ([[0, 1, 2], [0]], "episode 1 must be a row of at least two nodes"),
+        ([[0, 7]], "nodes are 0 to 2; episode 0 holds 0 to 7"),
+        ([[1, 2]], "episode 0 must begin at node 0"),
+        ([[0, 2, 1]], "may be at the exit only at its end"),
+        ([[0, 0.5]], "row of at least two nodes"),
+    ],
+)
+def test_one_clear_message(trajectories, message):
+    with pytest.raises(InputError, match=message):
+        count_transitions(trajectories, n_nodes=3, start=0, exit_node=2)
+
+
+def test_counts_of_another_graph_are_refused():
+    counts = count_transitions([[0, 1, 2]], 3, 0, 2)
+    with pytest.raises(InputError, match="over 3 nodes, but goal graph c has 9"):
+        MeasuredReport(analyze("c"), counts)
+    with pytest.raises(InputError, match="at least 2 resamples"):
+        MeasuredReport(analyze("a"), count_transitions([[0, 4]], 5, 0, 4), n_resamples=1)
+
+
+def test_nothing_is_observed_past_the_step_limit():
+    assumed = analyze("c")
+    episodes = walk_episodes(assumed, 100, 60, np.random.default_rng(3))
+    report = MeasuredReport(
+        assumed, count_transitions(episodes, assumed.nodes, 0, assumed.augmented.exit), n_resamples=5
+    )
+    assert report.counts.step_limit == 60
+    reach = report.empirical_reach([10, 60, 61, 1000])
+    assert np.isnan(reach).tolist() == [False, False, True, True]
+    assert reach[1] == report.success_rate
+    line = next(line.split() for line in str(report).splitlines() if line.startswith("  exit within 1000"))
+    assert line[4] == "-"
+    assert "truncated after 60 steps" in str(report)
+
+
+def test_passages_go_on_through_truncated_episodes():
+    counts = count_transitions([[0, 1, 2], [0, 1, 1, 1], [0, 0, 2], [0, 1, 1, 1]], n_nodes=3, start=0, exit_node=2)
+    assert counts.passages().tolist() == [2, 4 + 2]  # three steps and a restart, then two steps
+
+
+def test_no_interval_without_a_width():
+    assumed = analyze("a")
+    alike = MeasuredReport(assumed, count_transitions([[0, 1, 3, 4]] * 12, 5, 0, 4))
+    one = MeasuredReport(assumed, count_transitions([[0, 0, 0, 1, 3, 4]], 5, 0, 4))
+    for report in (alike, one):
+        for name, interval in (*report.intervals.items(), *report.observed.items()):
+            if name.startswith("exit within"):
+                assert interval.low < interval.high, name
+            else:
+                assert np.isnan([interval.low, interval.high]).all(), name
+        assert "none: the episodes are too few, or too much alike" in str(report)
+
+
+def test_resamples_one_after_the_other_are_those_drawn_at_once(measured):
+    counts, n = measured[0].counts, 400
+    rng = np.random.default_rng(3)
+    draws = rng.multinomial(n, np.full(n, 1 / n), size=50)
+    means = draws @ (counts.lengths + ~counts.escaped) / (draws @ counts.escaped)
+    passages = counts.passages()
+    stds = passages[rng.integers(len(passages), size=(50, len(passages)))].std(axis=1, ddof=1)
+    found = observed(counts, (10,), 0.9, 50, np.random.default_rng(3))
+    for name, resampled in (("expected_steps", means), ("std", stds)):
+        ends = np.quantile(resampled, (0.05, 0.95), method="inverted_cdf")
+        assert found[name][1:] == pytest.approx(tuple(ends), rel=1e-12)
+
+
+def test_wilsons_interval():
+    # 10 of 50 in the tables of Brown, Cai and DasGupta's formula, worked out by hand: z = 1.96, z^2 = 3.8415
+    value, low, high = wilson_interval(0.2, 50, 0.95)
+    assert (value, round(low, 4), round(high, 4)) == (0.2, 0.1124, 0.3304)
+    assert wilson_interval(0.0, 300, 0.95).high == pytest.approx(3.8415 / 303.8415, rel=1e-4)
+    assert wilson_interval(1.0, 300, 0.95).low == pytest.approx(300 / 303.8415, rel=1e-4)
+
+
+def test_wilsons_interval_holds_the_truth_as_often_as_it_says():
+    rng = np.random.default_rng(4)
+    for chance in (0.02, 0.3, 0.97):
+        shares = rng.binomial(100, chance, 2000) / 100
+        held = np.mean([low <= chance <= high for _, low, high in (wilson_interval(s, 100, 0.95) for s in shares)])
+        assert 0.92 < held < 0.98
+
+
+def test_the_walk_itself_is_markov():
+    assumed, rng = analyze("a"), np.random.default_rng(5)
+    tests = []
+    for _ in range(100):
+        counts = count_transitions(walk_episodes(assumed, 40, 10_000, rng), assumed.nodes, 0, 4)
+        tests.append(MeasuredReport(assumed, counts).markov)
+    chances = np.array([test.p_value for test in tests if test is not None])
+    assert len(chances) == 100
+    assert 0.4 < chances.mean() < 0.6  # uniform: 0.5, its standard error 0.03
+    assert (chances < 0.05).sum() <= 12  # 5 expected
+    assert (chances < 0.01).sum() <= 5
+
+
+def test_a_walk_with_a_memory_is_not():
+    """Every stay lasts three steps exactly: the chain's mean is right, its deviation is not, and the test says so."""
+    assumed, rng = analyze("a"), np.random.default_rng(6)
+    episodes = [
+        [node for node, _ in groupby(nodes[:-1]) for _ in range(3)] + nodes[-1:]
+        for nodes in walk_episodes(assumed, 60, 10_000, rng)
+    ]
+    report = MeasuredReport(assumed, count_transitions(episodes, assumed.nodes, 0, 4), n_resamples=5)
+    lengths = [len(nodes) - 1 for nodes in episodes]
+    assert report.markov.is_rejected
+    assert report.chain.std > 1.1 * report.observed["std"].value
+    assert report.observed["expected_steps"].value == pytest.approx(np.mean(lengths))
+    assert report.observed["std"].value == pytest.approx(np.std(lengths, ddof=1))
+    assert report.chain.expected_steps == pytest.approx(np.mean(lengths), rel=1e-9)
+    assert "play is NOT Markov" in str(report)
+    assert report.to_dict()["markov_test"]["p_value"] < 1e-6
+
+
+def test_the_test_on_a_table_worked_by_hand():
+    # at node 1: from 0 to 2 30 times and to 3 10, from 4 10 and 30: chi-squared = 80 (30^2 - 10^2)^2 / 40^4 = 20
+    triples = np.array([[0, 1, 2, 30], [0, 1, 3, 10], [4, 1, 2, 10], [4, 1, 3, 30], [2, 5, 0, 3], [3, 5, 2, 2]])
+    statistic, degrees, p_value = markov_test(triples)
+    assert (statistic, degrees) == (pytest.approx(20), 1)
+    assert p_value == pytest.approx(7.744e-6, rel=1e-3)
+    assert markov_test(triples[4:]) is None
+    assert "too few steps to test" in str(MeasuredReport(analyze("a"), count_transitions([[0, 1, 3, 4]], 5, 0, 4)))
+
+
+def test_rare_branches_do_not_look_like_a_memory():
+    """Two forks that are independent of each other, one way of which is rarely taken."""
+    rng, chances = np.random.default_rng(7), []
+    for rare, n in ((0.01, 1000), (0.1, 600)):
+        for _ in range(100):
+            first, second = rng.random((2, n)) < rare
+            triples = [[a, 2, 3 + b, int(((first == a) & (second == b)).sum())] for a in (0, 1) for b in (0, 1)]
+            test = markov_test(np.array([triple for triple in triples if triple[-1]]))
+            assert test is None or rare == 0.1, "ten of a thousand and ten of a thousand are too few together"
+            chances += [] if test is None else [test.p_value]
+    assert len(chances) > 50
+    assert np.mean(np.array(chances) < 0.05) < 0.15
