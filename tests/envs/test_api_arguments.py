@@ -24,6 +24,7 @@ MADE = {
     "make_vec sync": partial(gymnasium.make_vec, ID, num_envs=2, vectorization_mode="sync"),
 }
 OWN = {
+    "env": {},
     "EscapeRoom": {"meta": "none", "render_mode": None},
     "EscapeRooms": {
         "num_envs": 1,
@@ -51,7 +52,8 @@ def test_defaults_are_those_of_the_config_and_of_the_signature(api):
 @pytest.mark.parametrize("api", MADE)
 def test_an_unknown_keyword_raises_input_error_that_names_the_known_ones(api):
     native = {"make": "EscapeRoom", "make_vec": "EscapeRooms", "make_vec sync": "EscapeRoom"}.get(api, api)
-    known = ", ".join([field.name for field in fields(EnvConfig)] + [*OWN.get(native, {"render_mode": None})])
+    own = [name for name in OWN.get(native) or ["render_mode"] if name != "num_envs"]
+    known = ", ".join([*(field.name for field in fields(EnvConfig)), *own])
     for wrong in ({"pay": "bonus"}, {"room_index": 3, "colour": "mauve"}):
         with pytest.raises(InputError) as caught:
             MADE[api](**wrong)

@@ -26,6 +26,7 @@ import hierroom
 from hierroom.gym_env import EscapeRoom
 from hierroom.support.errors import InputError
 from hierroom.vector_env import EscapeRooms
+from hierroom.worlds.env_config import EnvConfig
 
 ID = "hierroom/EscapeRoom-v0"
 NATIVE = {
@@ -66,7 +67,8 @@ def problems(name: str, count: int, seed: int) -> Iterator[tuple[str, str | None
         seed: fixes them.
     """
     rng = random.Random(f"{seed} {name}")
-    parameters = [p for p in inspect.signature(SIGNATURES.get(name, APIS[name])).parameters if p != "num_envs"]
+    own = inspect.signature(SIGNATURES.get(name, APIS[name])).parameters
+    parameters = [*vars(EnvConfig()), *(one for one in own if one not in ("graph", "num_envs", "entries"))]
     right = {"graph": "a", "size": 11, "max_steps": 5}
     if name in ("EscapeRooms", "gymnasium.make_vec"):
         right["num_envs"] = N_ENVS
