@@ -127,6 +127,7 @@ def test_the_bootstrap_draws_graphs_and_seeds(module):
     assert only_graphs.high - only_graphs.low < high - low
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_about_as_often_as_they_say(module):
     """In a population of graphs with Pearson's correlation r, Spearman's is 6 / pi asin(r / 2).
 

@@ -145,6 +145,7 @@ def test_boxes_and_nodes_never_overlap_and_stand_for_all_nodes(unrolled):
             assert one.corner[1] + 0.5 < y < one.corner[1] + one.size[1] - 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "graph", [GoalGraph((0, 0, 0, 1, 2), 5), GoalGraph(tuple(range(6)), 6), GoalGraph((0,) * 6, 1)]
 )

@@ -43,11 +43,14 @@ def test_an_unknown_keyword_raises_input_error_that_names_the_known_ones(api):
         assert str(caught.value) == f"an environment takes {known}; not {', '.join(wrong)}"
 
 
+def first(env):
+    """What an API made, without wrappers; the first environment, where Gymnasium made several."""
+    return (env.envs[0] if isinstance(env, gymnasium.vector.SyncVectorEnv) else env).unwrapped
+
+
 def turns_of(env):
-    """The turns of what an API made; of the first environment, where Gymnasium made several."""
-    if isinstance(env, gymnasium.vector.SyncVectorEnv):
-        env = env.envs[0]
-    return env.unwrapped.turns if isinstance(env.unwrapped, EscapeRooms) else env.unwrapped.single.turns
+    made = first(env)
+    return made.turns if isinstance(made, EscapeRooms) else made.single.turns
 
 
 def graphs_of(env, n_episodes=12):

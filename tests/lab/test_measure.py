@@ -132,6 +132,7 @@ def test_the_goal_graph_is_that_of_the_environments():
         count_transitions(turns_in(graph, n=2), OraclePlayer(), 0)
 
 
+@pytest.mark.slow
 def test_from_play_on_the_command_line(capsys):
     show(ComplexityArguments(from_play="oracle", graph="b", episodes=30))
     text = capsys.readouterr().out
@@ -170,6 +171,7 @@ def test_a_trained_agent_is_measured_from_its_run_folder(tmp_path, capsys):
         show(ComplexityArguments(from_play=str(folder.path), drop=True))
 
 
+@pytest.mark.slow
 def test_an_agent_of_many_graphs_is_measured_in_one_of_them(tmp_path, capsys):
     config = TrainConfig(EnvConfig("hitting_time:8..13", exclude="a", size=11, max_steps=60), num_envs=4)
     folder = RunFolder.create(tmp_path / "run", config)

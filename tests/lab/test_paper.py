@@ -205,6 +205,7 @@ def test_what_the_paper_has_not_is_refused(tmp_path):
         PaperRuns(out=tmp_path, evaluations=0)
 
 
+@pytest.mark.slow
 def test_a_failed_run_is_no_wrong_input(tmp_path):
     runs = PaperRuns(out=tmp_path, graphs=("a",), seeds=1, processes=1)
     folder = tmp_path / "runs" / runs.sweep("a", ["hippo"]).plan.runs()[0].name

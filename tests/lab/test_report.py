@@ -160,6 +160,7 @@ def test_steps_to_a_success_rate_stand_beside_complexity(tmp_path, capsys):
     assert '<section id="replay"' not in page.source
 
 
+@pytest.mark.slow
 def test_runs_that_cannot_be_played_take_no_place_of_those_that_can(tmp_path, capsys):
     for name in ("one", "two"):
         evaluated_runs.make_run(tmp_path / "in" / name, {"a": evaluated_runs.line(1.0)})

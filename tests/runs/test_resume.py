@@ -51,7 +51,9 @@ def fixed(tmp_path_factory) -> Whole:
 
 
 @pytest.mark.usefixtures("heeded_hangup")
-@pytest.mark.parametrize(("number", "at"), [(signal.SIGINT, 1), (signal.SIGHUP, 6), (signal.SIGTERM, 15)])
+@pytest.mark.parametrize(
+    ("number", "at"), [(signal.SIGINT, 1), pytest.param(signal.SIGHUP, 6, marks=pytest.mark.slow), (signal.SIGTERM, 15)]
+)
 def test_a_run_that_was_stopped_ends_with_every_file_equal(number, at, whole, tmp_path, monkeypatch):
     options, folder = whole
     stop_at_update(monkeypatch, number, at)
@@ -63,7 +65,7 @@ def test_a_run_that_was_stopped_ends_with_every_file_equal(number, at, whole, tm
     assert differences(folder, Path(out)) == []
 
 
-@pytest.mark.parametrize("checkpoint", [0, 4, 10])
+@pytest.mark.parametrize("checkpoint", [0, pytest.param(4, marks=pytest.mark.slow), 10])
 def test_a_run_goes_on_from_any_checkpoint_whatever_was_written_after_it(checkpoint, whole, tmp_path):
     _, folder = whole
     shutil.copytree(folder, out := tmp_path / "run")

@@ -92,6 +92,7 @@ def test_empirical_reach_counts_episodes(measured):
     assert np.abs(report.chain.reach_probability(times) - report.empirical_reach(times)).max() < 4 * error
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_about_as_often_as_they_say():
     assumed, rng = analyze("a"), np.random.default_rng(2)
     held = 0
