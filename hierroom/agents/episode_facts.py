@@ -105,6 +105,17 @@ class EpisodeFacts:
             self.achieved[env] = []
         return facts
 
+    def achieved_rows(self) -> NDArray[np.int64]:
+        """Return [K, 3] the environment, step and goal of each achievement so far."""
+        rows = [(env, at, goal) for env, achieved in enumerate(self.achieved) for at, goal in achieved]
+        return np.array(rows, np.int64).reshape(-1, 3)
+
+    def restore(self, rows: NDArray[np.int64]) -> None:
+        """Go back to what `achieved_rows` gave."""
+        self.achieved = [[] for _ in self.achieved]
+        for env, at, goal in rows.tolist():
+            self.achieved[env].append((at, goal))
+
     def _facts(
         self, step: Step, turns: Turns, numbers: NDArray[np.integer], rows: NDArray[np.integer]
     ) -> EndedEpisodes:

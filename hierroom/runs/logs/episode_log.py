@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.goals import NO_GOAL
 from hierroom.goals.goal_set import GoalSet
-from hierroom.support.schema import Array, Items, Real, Row, Table, Whole
+from hierroom.support.schema import Array, Items, Real, Table, Whole, as_array
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 
@@ -108,26 +108,27 @@ class EpisodeLog:
             "episodes": self.episodes,
             "window": {name: list(values) for name, values in self._window.items()},
             "returns": torch.from_numpy(self._facts.returns.copy()),
-            "achieved": [[list(one) for one in achieved] for achieved in self._facts.achieved],
+            "achieved": torch.from_numpy(self._facts.achieved_rows()),
             "clocks": torch.from_numpy(self._clocks.copy()),
         }
 
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
         """Restore what `state_dict` returned."""
         n, ranges = len(self._clocks), {"success": Whole(0, 1), "length": Whole(1), "return": Real()}
-        achievement = Row((Whole(1, 2**62), Whole(0, len(self._goals) - 1)))
+        achieved = as_array(state.get("achieved"), "log.achieved")  # as many as there were
+        limits: Any = ((0, 1, 0), (n - 1, 2**62, len(self._goals) - 1))
         Table(
             {
                 "episodes": Whole(0, 2**62),
                 "window": Table({name: Items(entry, 0, WINDOW) for name, entry in ranges.items()}),
                 "returns": Array(np.float64, (n,)),
-                "achieved": Items(Items(achievement), n, n),
+                "achieved": Array(np.int64, (*achieved.shape[:1], 3), *limits),
                 "clocks": Array(np.int64, (n,), low=0),
             }
         ).check(state, "log")
         self.episodes = state["episodes"]
         self._window = {name: deque(values, WINDOW) for name, values in state["window"].items()}
         self._facts.returns = state["returns"].numpy().copy()
-        self._facts.achieved = [[(at, goal) for at, goal in achieved] for achieved in state["achieved"]]
+        self._facts.restore(achieved)
         self._clocks = state["clocks"].numpy().copy()
         self.ended = []
