@@ -230,7 +230,8 @@ def _as_array(saved: Any, like: np.ndarray, name: str) -> np.ndarray:
     if like.dtype.names is None:
         return as_array(saved, f"turns.{name}")
     array = np.zeros_like(like)
-    Table(dict.fromkeys(like.dtype.names, Anything())).check(saved, name)
+    if not isinstance(saved, dict) or saved.keys() != {*like.dtype.names}:
+        Table(dict.fromkeys(like.dtype.names, Anything())).check(saved, name)  # says what is wrong
     for field in like.dtype.names:
         value, kind = saved[field], like[field]
         given = value.numpy(force=True) if isinstance(value, torch.Tensor) and value.layout is torch.strided else value
