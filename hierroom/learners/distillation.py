@@ -35,10 +35,8 @@ from hierroom.support.errors import InputError
 from hierroom.support.schema import RANDOM_STATE, Array, Exactly, Flag, Items, Table, Whole, like
 
 EPOCHS, MINIBATCHES, SHARE, LEARNING_RATE, CLIP = 4, 4, 0.25, 1e-4, 5.0
-_NETWORKS = ("target", "predictor")
 GROWTH = 2
-"""Length of the warm-up of the returns in horizons 1 / (1 - gamma): returns that start at zero are then within 13% of
-their stationary value."""
+"""Horizons 1 / (1 - gamma) until rewards begin: returns that start at zero are then within 13% of the stationary ones."""
 
 
 class RandomNetworkDistillation:
@@ -106,11 +104,7 @@ class RandomNetworkDistillation:
         return errors / max(np.sqrt(squares / number), 1e-8)
 
     def learn(self) -> dict[str, float]:
-        """Train the predictor on the observations since the last call; returns its mean loss as ``curiosity_error``.
-
-        Raises:
-            DivergenceError: if the loss or a weight of the predictor is not finite, or far too large.
-        """
+        """Train the predictor on the observations since the last call; return its mean loss as ``curiosity_error``."""
         features = np.concatenate(self._pending)
         self._pending = []
         self._counts += np.bincount((features + self._offsets).ravel(), minlength=len(self._counts))
@@ -129,14 +123,13 @@ class RandomNetworkDistillation:
         check_health([("curiosity_error", np.array(losses)), *weights], advice)
         return {"curiosity_error": float(np.mean(losses))}
 
-    def _errors(self, features: NDArray[np.uint8]) -> Tensor:
-        """Mean squared prediction error [M] of each observation."""
+    def _errors(self, features: NDArray[np.uint8]) -> Tensor:  # [M] mean squared prediction errors
         rows = torch.from_numpy(features + self._offsets).to(self._device)
         scale, shift = (torch.from_numpy(a).float().to(self._device) for a in whitening(self._counts, self._sizes))
         return (self.predictor(rows, scale, shift) - self.target(rows, scale, shift)).square().mean(-1)
 
     def state_dict(self) -> dict:
-        """The complete state as tensors on the CPU and plain types; a resumed run then equals an uninterrupted one."""
+        """Return the complete state as tensors on the CPU and plain types."""
         adam = self._adam.state_dict()
         return {
             "target": _copied(self.target.state_dict()),
@@ -145,11 +138,9 @@ class RandomNetworkDistillation:
                 "state": {n: _copied(moments) for n, moments in adam["state"].items()},
                 "param_groups": deepcopy(adam["param_groups"]),
             },
-            "counts": torch.from_numpy(self._counts.copy()),
+            **{name: torch.from_numpy(array.copy()) for name, array in self._arrays().items()},
             "has_learned": self._has_learned,
             "growing": self._growing,
-            "returns": torch.from_numpy(self._returns.copy()),
-            "moments": torch.from_numpy(self._moments.copy()),
             "pending": [torch.from_numpy(features) for features in self._pending],
             "random": self._random.bit_generator.state,
         }
@@ -160,29 +151,33 @@ class RandomNetworkDistillation:
         self.target.load_state_dict(state["target"])
         self.predictor.load_state_dict(state["predictor"])
         self._adam.load_state_dict(state["adam"])
-        for array, name in ((self._counts, "counts"), (self._returns, "returns"), (self._moments, "moments")):
+        for name, array in self._arrays().items():
             array[...] = state[name].numpy()
         self._has_learned, self._growing = state["has_learned"], state["growing"]
         self._pending = [features.numpy().copy() for features in state["pending"]]
         self._random.bit_generator.state = state["random"]
 
+    def _arrays(self) -> dict[str, NDArray[np.float64]]:
+        return {"counts": self._counts, "returns": self._returns, "moments": self._moments}
+
     def _schema(self) -> Table:
-        """What a state of this one may hold."""
-        own, n = self.state_dict(), range(len(list(self.predictor.parameters())))
-        pending = (len(self._returns), len(self._sizes))
+        own, pending = self.state_dict(), (len(self._returns), len(self._sizes))
         moments = {
             i: Table({"step": Array(np.float32, (), 0), "exp_avg": like(p), "exp_avg_sq": like(p, 0)})
-            for i, p in zip(n, self.predictor.parameters(), strict=True)
+            for i, p in enumerate(self.predictor.parameters())
         }
         return Table(
             {
-                **{name: Table({key: like(value) for key, value in own[name].items()}) for name in _NETWORKS},
-                "adam": Table({"state": Table(moments, n), "param_groups": Exactly(own["adam"]["param_groups"])}),
-                "counts": like(own["counts"], 1),
+                **{
+                    name: Table({key: like(value) for key, value in own[name].items()})
+                    for name in ("target", "predictor")
+                },
+                "adam": Table({"state": Table(moments, moments), "param_groups": Exactly(own["adam"]["param_groups"])}),
+                "counts": like(self._counts, 1),
                 "has_learned": Flag(),
                 "growing": Whole(0, self._growing_at_first),
-                "returns": like(own["returns"], 0),
-                "moments": like(own["moments"], 0),
+                "returns": like(self._returns, 0),
+                "moments": like(self._moments, 0),
                 "pending": Items(Array(np.uint8, pending, 0, self._sizes - 1)),
                 "random": RANDOM_STATE,
             }
@@ -208,7 +203,7 @@ class _Embedding(nn.Module):
             nn.init.zeros_(layer.bias)
 
     def forward(self, rows: Tensor, scale: Tensor, shift: Tensor) -> Tensor:
-        """Outputs [M, H] for one-hot indices ``rows`` [M, K]; `whitening` gives scale and shift [R]."""
+        """Return outputs [M, H] for one-hot indices ``rows`` [M, K]; `whitening` gives scale and shift [R]."""
         table = self.weight * scale.unsqueeze(-1)
         features = functional.embedding_bag(rows, table, mode="sum") + shift @ self.weight + self.bias
         for layer in self.layers:
@@ -217,17 +212,14 @@ class _Embedding(nn.Module):
 
 
 def whitening(counts: NDArray[np.float64], sizes: NDArray[np.integer]) -> tuple[NDArray, NDArray]:
-    r"""Scale and shift that whiten one-hot features: entry x of value i becomes ``scale[i] * x + shift[i]``.
+    r"""Return scale and shift [R] that whiten one-hot features: entry x of value i becomes ``scale[i] * x + shift[i]``.
 
     With p the frequency of the value within its feature and :math:`\sigma^2 = p (1 - p)`, a zero becomes
     :math:`-p / \sigma` and a one :math:`(1 - p) / \sigma`, both clipped to 5; the only value of a feature becomes 0.
 
     Args:
-        counts: [R] float, number of observations with each value of each feature, all positive.
-        sizes: [K] int, number of values of each feature.
-
-    Returns:
-        scale and shift, [R] float each.
+        counts: [R] number of observations with each value of each feature, all positive.
+        sizes: [K] number of values of each feature.
     """
     share = counts / np.repeat(np.add.reduceat(counts, np.cumsum([0, *sizes[:-1]])), sizes)
     deviation = np.sqrt(share * (1 - share))
@@ -237,13 +229,8 @@ def whitening(counts: NDArray[np.float64], sizes: NDArray[np.integer]) -> tuple[
 
 
 def _merged(moments: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Count, mean and sum of squared differences after adding ``values`` [N] (Chan, Golub & LeVeque 1983)."""
+    """Return count, mean and sum of squared differences after adding ``values`` (Chan, Golub & LeVeque 1983)."""
     number, mean, squares = moments
     total, difference = number + len(values), values.mean() - mean
-    return np.array(
-        [
-            total,
-            mean + difference * len(values) / total,
-            squares + values.var() * len(values) + difference**2 * number * len(values) / total,
-        ]
-    )
+    squares = squares + values.var() * len(values) + difference**2 * number * len(values) / total
+    return np.array([total, mean + difference * len(values) / total, squares])

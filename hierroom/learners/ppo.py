@@ -72,8 +72,7 @@ from hierroom.learners.torch_backend import STATISTICS, TorchBackend
 from hierroom.support.errors import InputError
 
 UPDATE_STATISTICS = (*STATISTICS, "explained_variance", "learning_rate", "turns")
-"""Names of the entries that `Learner.update` returns: means over the minibatches, then three numbers about the whole
-update."""
+"""The keys that `Learner.update` returns: means over the minibatches, then three numbers of the whole update."""
 
 
 class Learner:
@@ -88,9 +87,9 @@ class Learner:
         config: hyperparameters.
         seed: seed of the weights, actions and shuffles.
         device: torch device, such as ``"cpu"`` or ``"cuda"``.
-        threads: number of threads of the compiled kernels, at least 1; the result does not depend on it.
-        network: builds the network from ``(space, hidden_size)``: a class that implements the `PolicyNetwork` protocol,
-            or a function; None: `RecurrentActorCritic`.
+        threads: threads of the compiled kernels, at least 1; the result does not depend on it.
+        network: class or function that builds a `PolicyNetwork` from ``(space, hidden_size)``; None:
+            `RecurrentActorCritic`.
     """
 
     def __init__(
@@ -157,23 +156,17 @@ class Learner:
     @property
     def n_rollout_bytes(self) -> int:
         """Memory of the stored turns in bytes, which is constant."""
-        return self._rollout.n_bytes
+        return sum(array.nbytes for array in vars(self._rollout.slots).values())
 
     def act(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.int64]:
-        """Begin a turn in some environments: sample actions, store the turns and update the recurrent states.
+        """Begin a turn in some environments: sample legal actions [M], store the turns and move the recurrent states.
 
         Args:
             envs: [M] int, distinct environments without an open turn; may be empty.
             features: [M, K] uint8, each below its cardinality.
             masks: [M, A] bool, the legal actions, at least one per environment.
-
-        Returns:
-            [M] int64 actions, all legal.
-
-        Raises:
-            RuntimeError: if the last turn of an environment has not finished, or `update` is overdue.
         """
         self.space.check_features(envs, features)
         self.space.check_masks(envs, masks)
@@ -187,7 +180,8 @@ class Learner:
             states[resets] = self._backend.initial_states(1)  # a user's own network may learn it
         logits, values, self._states[envs] = self._backend.step(features, states)
         actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(envs)))
-        self._rollout.begin(envs, states, resets, features, masks, actions, log_probs, values)
+        turn = {"resets": resets, "features": features, "masks": masks, "actions": actions, "log_probs": log_probs}
+        self._rollout.begin(envs, states, values, **turn)
         self._starts_episode[envs] = False
         return actions
 
@@ -206,16 +200,12 @@ class Learner:
         Args:
             envs: [M] int, environments with an open turn.
             rewards: [M] float, rewards of the turns.
-            elapsed: [M] int, number of primitive steps that the turn lasted, at least 1.
-            terminated: [M] bool, whether the return ends here with nothing to come: the agent reached the exit or the
-                rewarded subgoal.
-            truncated: [M] bool, whether the return is cut off here although it would continue, by a time limit.
+            elapsed: [M] int, primitive steps of the turn, at least 1.
+            terminated: [M] bool, whether the return ends here, at the exit or the rewarded subgoal.
+            truncated: [M] bool, whether a time limit cuts the return off here although it would continue.
             episode_ended: [M] bool, whether the next turn starts from the initial recurrent state.
-            last_features: [C, K] uint8, the final observations of the C turns that are truncated and not terminated;
-                their values bootstrap the returns. None if there is no such turn.
-
-        Raises:
-            RuntimeError: if an environment has no open turn.
+            last_features: [C, K] uint8, the final observations of the C turns that are truncated and not terminated,
+                whose values bootstrap the returns; None if there is no such turn.
         """
         if not self._rollout.is_open[envs].all():
             raise RuntimeError("finish() was called for an environment in which no turn has begun")
@@ -231,10 +221,7 @@ class Learner:
         self._starts_episode[envs[episode_ended]] = True
 
     def bootstrap(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
-        """Store the value of the next observation for full sequences whose return continues.
-
-        `act` does this for the environments in which it begins a turn. Before an `update`, call this method for the
-        other environments.
+        """Store the value of the next observation for full sequences that continue; `act` does so where it is called.
 
         Args:
             envs: [M] int, distinct environments without an open turn.
@@ -247,19 +234,13 @@ class Learner:
             self._rollout.bootstrap(envs, self._backend.step(features, self._states[envs])[1])
 
     def update(self, progress: float) -> dict[str, float]:
-        """Learn from all full sequences, then discard them.
+        """Learn from all full sequences, discard them, and return `UPDATE_STATISTICS`.
 
         Args:
             progress: fraction of training that is done, 0 to 1; anneals the learning rate.
 
-        Returns:
-            `UPDATE_STATISTICS`: the means of the losses over the minibatches; ``explained_variance`` of the old values;
-                ``learning_rate``; ``turns``, the number of turns learned from.
-
         Raises:
-            RuntimeError: if the learner is not `ready`, or a full sequence still needs `bootstrap`.
-            DivergenceError: if a number is not finite or far too large: of what was collected, from which nothing has
-                been learned then, of the losses and the gradient, or of the weights and what they give.
+            DivergenceError: if a turn, a loss, the gradient, a new weight or its output is not finite or far too large.
         """
         if not self.ready:
             raise RuntimeError("update() was called before enough sequences were full; check `ready` first")
@@ -289,10 +270,7 @@ class Learner:
         }
 
     def _renewed(self, batch: Batch) -> tuple[Batch, NDArray[np.float32]]:
-        """The batch as the current weights see it, and the weights [T, M] of its turns in the policy loss.
-
-        Sequences that were begun before the last update are replayed from their stored states: see point 8 above.
-        """
+        """Return the batch as the current weights see it, and its turns' weights [T, M] in the loss: point 8 above."""
         weights = np.ones_like(batch.log_probs)
         if not batch.spans_update.any():
             return batch, weights
@@ -310,11 +288,11 @@ class Learner:
         return replace(batch, log_probs=log_probs, values=values, next_values=next_values), weights
 
     def policy(self, num_envs: int, *, seed: int) -> Policy:
-        """A policy for evaluation that acts with the learner's current weights in ``num_envs`` environments."""
+        """Return a policy for evaluation that acts with the learner's current weights."""
         return Policy(self._backend, self.space, num_envs, seed)
 
     def state_dict(self) -> dict:
-        """The complete state as tensors and plain types, so that a resumed run equals an uninterrupted one."""
+        """Return the complete state as tensors and plain types, so that a resumed run equals an uninterrupted one."""
         return {
             "backend": self._backend.state_dict(),
             "rollout": self._rollout.state_dict(),

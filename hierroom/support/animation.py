@@ -18,11 +18,11 @@ FORMATS = (".gif", ".mp4")
 
 
 def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_frame: float = 0.1) -> None:
-    """Write pictures of equal size as an animation; the last one is shown for a second.
+    """Write pictures of equal size as an animation that shows the last one for a second.
 
     Args:
         frames: [H, W, 3] uint8 each, at least one.
-        path: the file, whose folder must exist: a .gif, which loops for ever, or an .mp4, which needs PyAV.
+        path: a .gif, which loops for ever, or an .mp4, which needs PyAV; its folder must exist.
         seconds_per_frame: duration of each other picture, which GIFs store in units of 0.01.
     """
     kind = Path(path).suffix.lower()
@@ -36,7 +36,7 @@ def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_f
 
 
 def require_format(path: str | Path) -> None:
-    """Check that what an animation in a file needs is there, before hours are spent on what it is to show."""
+    """Check that PyAV is there for an MP4, before hours of work on the pictures."""
     if Path(path).suffix.lower() == ".mp4":
         try:
             import av  # noqa: F401  # pyright: ignore[reportMissingImports]

@@ -13,15 +13,14 @@ from hierroom.support.errors import InputError, in_one_line
 
 
 def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds: str = "Class") -> Any:
-    """Load the class, or what else a user's name refers to.
+    """Load the class or function that a user names; error messages use ``what``, ``shipped`` and ``kinds``.
 
     Args:
-        spec: name of an entry point in the group, or ``package.module:Class``; modules in the current folder are found
-            too.
-        what: kind of the class, for error messages, such as ``meta-controller``.
-        shipped: names of the classes that ship with hierroom, for error messages.
+        spec: name of an entry point in the group, or ``package.module:Class``, also of a module in the current folder.
+        what: kind of the class, such as ``meta-controller``.
+        shipped: names of the classes that ship with hierroom.
         group: the group of entry points.
-        kinds: what a module may hold of that kind, for error messages.
+        kinds: the objects that a module may define of that kind.
     """
     found = [*entry_points(group=group, name=spec)]
     if not found and ":" not in spec:
@@ -36,8 +35,7 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds:
         module, _, name = spec.partition(":")
         return getattr(importlib.import_module(module), name)
     except ModuleNotFoundError as error:
-        raise InputError(
-            f"there is no module {error.name!r} for the {what} {spec!r}; it is looked for in the current folder too"
-        ) from error
+        place = "it is looked for in the current folder too"
+        raise InputError(f"there is no module {error.name!r} for the {what} {spec!r}; {place}") from error
     except (Exception, SystemExit) as error:  # a user's code may raise anything, or be a script that ends
         raise InputError(f"the {what} {spec!r} cannot be loaded: {in_one_line(error)}") from error

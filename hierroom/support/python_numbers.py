@@ -1,4 +1,4 @@
-"""Numbers of NumPy as Python's, which do not overflow and can be written down."""
+"""Conversion of NumPy's numbers to Python's, which do not overflow and which files can hold."""
 
 from __future__ import annotations
 

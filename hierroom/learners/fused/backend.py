@@ -1,8 +1,8 @@
 """The learner's arithmetic in compiled kernels: the CPU counterpart of `TorchBackend` for the default network.
 
 A minibatch is split into shards of sequences, and shards are assigned to workers, both always in the same way. Each
-worker sums the gradients of its shards, and the sums of the workers are added in order. The number of threads only
-decides how many workers run at the same time, so it does not change the result.
+worker sums the gradients of its shards, and the sums of the workers are added in order. So the result does not depend
+on the number of threads, which only decides how many workers run at the same time.
 """
 
 from __future__ import annotations
@@ -34,11 +34,6 @@ class FusedBackend:
     """Forward passes, loss, gradients and Adam in Numba.
 
     The parameters of the network become views of one flat vector, so torch can still use the module.
-
-    Args:
-        network: the default network; its parameters are moved into the flat vector.
-        config: hyperparameters.
-        threads: number of workers that run at the same time, at least 1.
     """
 
     def __init__(self, network: RecurrentActorCritic, config: PPOConfig, threads: int) -> None:
@@ -60,7 +55,7 @@ class FusedBackend:
         self._workers = [ShardWorker(share, network, config) for share in self._shares]
 
     def __getstate__(self) -> dict:
-        """What a copy is made from: its weights are to be views of a vector of its own."""
+        """Return what a copy is made from, as its weights must be views of its own vector."""
         return {"arguments": (self._network, self._config, self._threads), "state": self.state_dict()}
 
     def __setstate__(self, copied: dict) -> None:
@@ -68,11 +63,11 @@ class FusedBackend:
         self.load_state_dict(copied["state"])
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
-        """Recurrent states [n, S] of ``n`` environments at the start of an episode."""
+        """Return the recurrent states [n, S] at the start of an episode."""
         return self._network.initial_state(n).numpy()
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """Compute one turn: logits [M, A], values [M] and new states [M, S] from features [M, K] and states [M, S]."""
+        """Compute one turn; see `TorchBackend.step`."""
         num_envs, features = len(features), np.ascontiguousarray(features)
         logits = np.empty((num_envs, len(self._weights.policy_bias)), np.float32)
         values, new_states = np.empty(num_envs, np.float32), np.empty_like(states)
@@ -95,7 +90,7 @@ class FusedBackend:
         return logits, values, new_states
 
     def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """As `step`, for a turn that is not learned from."""
+        """Compute a turn that is not learned from, as `step` does."""
         return self.step(features, states)
 
     def train(
@@ -116,7 +111,7 @@ class FusedBackend:
         measured = []
         for part in minibatches:
             compare_rows(self._table(), self._weights.encoder_bias, self._offsets, common, differences, base)
-            shift, scale = _normalization(advantages.take(part, axis=1), self._config)
+            shift, scale = self._normalization(advantages.take(part, axis=1))
             minibatch = Minibatch(
                 self._weights,
                 differences,
@@ -131,12 +126,28 @@ class FusedBackend:
                 turn_weight=1 / (len(advantages) * len(part)),
             )
             statistics, norm = self._gradient(minibatch, part)
-            self._descend(norm, learning_rate)
             measured.append([*statistics, norm])
+            self._n_steps += 1
+            adam_step(
+                self._parameters,
+                self._shares[0],
+                self._means,
+                self._squares,
+                min(1.0, self._config.max_gradient_norm / (norm + 1e-6)),  # as torch's clip_grad_norm_
+                learning_rate,
+                self._config.adam_epsilon,
+                self._n_steps,
+            )
         return np.mean(measured, axis=0)
 
+    def _normalization(self, advantages: NDArray[np.float32]) -> tuple[np.float32, np.float32]:
+        """Return the shift and then the factor that normalise a minibatch's advantages; see `normalized`."""
+        if not self._config.normalize_advantages:
+            return np.float32(0), np.float32(1)
+        return advantages.mean(), np.float32(1 / max(advantages.std(), self._config.min_advantage_std))
+
     def _gradient(self, minibatch: Minibatch, part: NDArray[np.integer]) -> tuple[NDArray[np.float64], float]:
-        """Write the gradient to the first row of the shares; returns five of `STATISTICS` and the gradient's norm."""
+        """Write the gradient to the first row of the shares; return five of `STATISTICS` and the gradient's norm."""
         shards = np.array_split(part, -(-len(part) // _SHARD))
         workers = self._workers[: len(shards)]
 
@@ -151,7 +162,7 @@ class FusedBackend:
         return statistics, sum_gradients(self._shares[: len(workers)])
 
     def _each(self, work: Callable, workers: list[ShardWorker], tasks: list) -> list:
-        """Run ``work(worker, task)`` for each worker and its task on all threads; returns the results in order."""
+        """Run ``work(worker, task)`` for each worker and its task on all threads; return the results in order."""
         pairs = list(zip(workers, tasks, strict=True))
 
         def share(thread: int) -> list:
@@ -173,16 +184,8 @@ class FusedBackend:
         add_scaled_rows(*self._numbers, weight, table)
         return table
 
-    def _descend(self, norm: float, learning_rate: float) -> None:
-        self._n_steps += 1
-        scale = min(1.0, self._config.max_gradient_norm / (norm + 1e-6))  # as torch's clip_grad_norm_
-        moments = self._means, self._squares
-        adam_step(
-            self._parameters, self._shares[0], *moments, scale, learning_rate, self._config.adam_epsilon, self._n_steps
-        )
-
     def state_dict(self) -> dict:
-        """Copies of the weights and of Adam's moments."""
+        """Return copies of the weights and of Adam's moments."""
         return {
             "network": {name: tensor.clone() for name, tensor in self._network.state_dict().items()},
             "means": torch.from_numpy(self._means.copy()),
@@ -196,10 +199,3 @@ class FusedBackend:
         self._means[...] = state["means"].numpy()
         self._squares[...] = state["squares"].numpy()
         self._n_steps = state["n_steps"]
-
-
-def _normalization(advantages: NDArray[np.float32], config: PPOConfig) -> tuple[np.float32, np.float32]:
-    """Shift and factor that normalise a minibatch's advantages, in this order; see `torch_backend.normalized`."""
-    if not config.normalize_advantages:
-        return np.float32(0), np.float32(1)
-    return advantages.mean(), np.float32(1 / max(advantages.std(), config.min_advantage_std))

@@ -17,18 +17,14 @@ from hierroom.support.errors import InputError
 class FeatureEncoder(nn.Module):
     r"""ReLU of the bias plus one table row per feature: :math:`x = \max(0, b + \sum_k W_{k, c_k})`.
 
-    This equals a linear layer on the concatenated one-hot features, but costs K row additions instead of a matrix
-    product.
-
-    A feature can also be represented by fixed numbers (the paper does so with MiniGrid's object, colour and state ids).
-    Its rows are then ``vectors @ weights`` with one learned row of weights per number, and the rest of the encoder is
-    the same.
+    This equals a linear layer on the concatenated one-hot features, at the cost of K row additions.
 
     Args:
         cardinalities: number of values of each of the K features.
         hidden_size: number of outputs H.
-        feature_vectors: None, or for each feature either None (a learned row per value) or a [cardinality, d] array:
-            the d numbers that represent each value.
+        feature_vectors: for each feature None (a learned row per value) or a [cardinality, d] array of the d fixed
+            numbers that represent each value, as the paper does with MiniGrid's ids. Its rows are then
+            ``vectors @ weights`` with one learned row of weights per number. None: a learned row per value of each.
     """
 
     offsets: Tensor
@@ -54,7 +50,7 @@ class FeatureEncoder(nn.Module):
         nn.init.orthogonal_(self.weight, math.sqrt(2.0))
 
     def table(self) -> Tensor:
-        """The rows of all features, stacked: [sum of cardinalities, H]."""
+        """Return the stacked rows of all features: [sum of cardinalities, H]."""
         return self.weight if self.inputs is None else self.inputs @ self.weight
 
     def forward(self, features: Tensor) -> Tensor:
@@ -66,7 +62,7 @@ class FeatureEncoder(nn.Module):
 
 
 def _input_matrix(cardinalities: Sequence[int], feature_vectors: Sequence[ArrayLike | None]) -> Tensor:
-    """The block-diagonal matrix [sum of cardinalities, D] of the numbers that represent each value of each feature."""
+    """Return the block-diagonal matrix [sum of cardinalities, D] of the vectors of all features."""
     if len(feature_vectors) != len(cardinalities):
         raise InputError(f"feature_vectors needs {len(cardinalities)} entries (features), not {len(feature_vectors)}")
     blocks = []
