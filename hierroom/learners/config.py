@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hierroom.support.errors import InputError, require_number
-from hierroom.support.python_numbers import use_python_numbers
+from hierroom.support.errors import InputError, require_number, use_python_numbers
 
 MOST = {"sequence_length": 2**20, "minibatches": 2**20, "epochs": 2**20, "hidden_size": 2**16}
 """The largest whole numbers: beyond any use, and small enough for 64-bit arithmetic."""
@@ -18,8 +17,7 @@ class PPOConfig:
 
     Args:
         sequence_length: T, consecutive turns of one agent in one environment that form a training sequence, at least 1.
-        sequences_per_update: M, full sequences that an update waits for, at least ``minibatches``; None: as many as
-            there are environments.
+        sequences_per_update: M, full sequences for an update, at least ``minibatches``; None: one per environment.
         minibatches: minibatches of whole sequences in each epoch, at least 1.
         epochs: passes over the data of an update, at least 1.
         learning_rate: Adam's step size at the start of training, above 0.
@@ -33,9 +31,8 @@ class PPOConfig:
         gamma: discount per primitive step, 0 to 1.
         gae_lambda: lambda of generalised advantage estimation, applied per turn, 0 to 1.
         normalize_advantages: whether to normalise the advantages of each minibatch to mean 0 and deviation 1.
-        min_advantage_std: lower bound of that deviation before normalising, above 0, so that noise is not amplified:
-            without it flat PPO, rewarded only at the exit, had not learned graph a after 3M steps (one seed; with it
-            100%).
+        min_advantage_std: lower bound of that deviation before normalising, above 0, so that noise is not amplified.
+            Without it flat PPO, rewarded at the exit, had not learned graph a after 3M steps (one seed; with it 100%).
         hidden_size: units of the encoder and of the recurrent core, at least 1.
     """
 
@@ -66,9 +63,9 @@ class PPOConfig:
                 few = f"{self.sequences_per_update} sequences_per_update"
                 raise InputError(f"each of the {self.minibatches} minibatches needs a sequence; there are {few}")
         for name in ("learning_rate", "adam_epsilon", "max_gradient_norm", "clip", "min_advantage_std"):
-            require_number(name, getattr(self, name), -math.inf)
-            if getattr(self, name) <= 0:
-                raise InputError(f"{name} must be above 0, not {getattr(self, name)}")
+            require_number(name, value := getattr(self, name), -math.inf)
+            if value <= 0:
+                raise InputError(f"{name} must be above 0, not {value}")
         for name in ("value_weight", "entropy_weight"):
             require_number(name, getattr(self, name), 0)
         for name in ("gamma", "gae_lambda", "final_learning_rate_fraction"):

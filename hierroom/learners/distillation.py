@@ -3,17 +3,15 @@ r"""Random network distillation: a reward for observations on which a predictor 
 The method is that of Burda, Edwards, Storkey & Klimov, Exploration by Random Network Distillation (2018). Our version
 differs as follows:
 
-- Extrinsic and intrinsic rewards are added, and one value function estimates their common return, which ends with the
-  episode. Their section 2.3 allows this where both rewards are episodic and have the same discount; MiniGrid baselines
-  do the same (Raileanu & Rocktaeschel, RIDE, 2020). Their two value heads serve an intrinsic return that continues
-  across episodes.
-- Observations are categorical features. Their whitening (section 2.4: subtract the mean, divide by the standard
-  deviation, clip to 5) is applied to the one-hot vector of each feature, so that rare values, such as a key in view,
-  stand out. The observations before the predictor's first update replace those of their random agent: they are counted
-  for the whitening but give no reward.
-- Intrinsic rewards are divided by the running standard deviation of their returns, as in section 2.4, but it is updated
-  at every step instead of once per rollout, because the learner needs the rewards at every step. There is also no
-  reward while the first returns are still growing from zero.
+- One value function estimates the return of extrinsic plus intrinsic rewards, which ends with the episode. Their
+  section 2.3 allows this where both rewards are episodic and have the same discount; MiniGrid baselines do the same
+  (Raileanu & Rocktaeschel, RIDE, 2020). Their two value heads serve an intrinsic return that continues across episodes.
+- Their whitening (section 2.4: subtract the mean, divide by the standard deviation, clip to 5) applies to the one-hot
+  vector of each categorical feature, so that rare values, such as a key in view, stand out. The observations before the
+  predictor's first update replace those of their random agent: they count for the whitening but give no reward.
+- The running standard deviation of returns that divides intrinsic rewards (section 2.4) is updated at every step
+  instead of once per rollout, because the learner needs the rewards at every step. There is also no reward while the
+  first returns are still growing from zero.
 - The predictor learns once per update from a random quarter of the observations, the share that they use with 128
   environments, with their learning rate of 1e-4. Layers have 64 units instead of 512, and there are no convolutions.
 """
@@ -36,7 +34,7 @@ from hierroom.support.schema import RANDOM_STATE, Array, Exactly, Flag, Items, T
 
 EPOCHS, MINIBATCHES, SHARE, LEARNING_RATE, CLIP = 4, 4, 0.25, 1e-4, 5.0
 GROWTH = 2
-"""Horizons 1 / (1 - gamma) until rewards begin: returns that start at zero are then within 13% of the stationary ones."""
+"""Horizons 1 / (1 - gamma) until rewards begin: returns that start at 0 are then within 13% of the stationary ones."""
 
 
 class RandomNetworkDistillation:
@@ -45,23 +43,15 @@ class RandomNetworkDistillation:
     f is the fixed random network, f-hat its predictor, H the number of their outputs and sigma the running standard
     deviation of the returns :math:`R_t = \gamma R_{t-1} + \| \cdot \|^2 / H` of all environments. Rewards are zero
     until the predictor has learned once, and for `GROWTH` horizons after that.
-
-    Args:
-        cardinalities: number of values of each of the K features of an observation, 1 to 256 each.
-        num_envs: number of environments N.
-        gamma: discount of the returns whose standard deviation scales the rewards, 0 to below 1.
-        seed: seed of the weights and minibatches.
-        hidden_size: number of units H of each layer.
-        device: torch device of the networks, such as ``"cpu"`` or ``"cuda"``.
     """
 
     def __init__(
         self,
-        cardinalities: Sequence[int],
+        cardinalities: Sequence[int],  # number of values of each of the K features of an observation
         num_envs: int,
         *,
-        gamma: float,
-        seed: int,
+        gamma: float,  # discount of the returns, below 1
+        seed: int,  # of the weights and minibatches
         hidden_size: int = 64,
         device: str = "cpu",
     ) -> None:
@@ -85,11 +75,7 @@ class RandomNetworkDistillation:
         self._pending: list[NDArray[np.uint8]] = []
 
     def rewards(self, features: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """Return the intrinsic rewards [N] of a step, and keep the observations for `learn`.
-
-        Args:
-            features: [N, K] uint8, the observations after the step; where it ended the episode, the final ones.
-        """
+        """Return the intrinsic rewards [N] of a step, and keep the observations [N, K] after it for `learn`."""
         with torch.no_grad():
             errors = self._errors(features).cpu().numpy().astype(np.float64)
         self._pending.append(features.copy())
@@ -131,13 +117,11 @@ class RandomNetworkDistillation:
     def state_dict(self) -> dict:
         """Return the complete state as tensors on the CPU and plain types."""
         adam = self._adam.state_dict()
+        moments = {n: _copied(tensors) for n, tensors in adam["state"].items()}
         return {
             "target": _copied(self.target.state_dict()),
             "predictor": _copied(self.predictor.state_dict()),
-            "adam": {
-                "state": {n: _copied(moments) for n, moments in adam["state"].items()},
-                "param_groups": deepcopy(adam["param_groups"]),
-            },
+            "adam": {"state": moments, "param_groups": deepcopy(adam["param_groups"])},
             **{name: torch.from_numpy(array.copy()) for name, array in self._arrays().items()},
             "has_learned": self._has_learned,
             "growing": self._growing,
@@ -216,10 +200,7 @@ def whitening(counts: NDArray[np.float64], sizes: NDArray[np.integer]) -> tuple[
 
     With p the frequency of the value within its feature and :math:`\sigma^2 = p (1 - p)`, a zero becomes
     :math:`-p / \sigma` and a one :math:`(1 - p) / \sigma`, both clipped to 5; the only value of a feature becomes 0.
-
-    Args:
-        counts: [R] number of observations with each value of each feature, all positive.
-        sizes: [K] number of values of each feature.
+    ``counts`` [R] are the observations of each value, all positive, and ``sizes`` [K] the features' numbers of values.
     """
     share = counts / np.repeat(np.add.reduceat(counts, np.cumsum([0, *sizes[:-1]])), sizes)
     deviation = np.sqrt(share * (1 - share))

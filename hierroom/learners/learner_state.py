@@ -20,9 +20,8 @@ def weights_schema(network: nn.Module) -> Table:
 
 
 def _network_schema(network: nn.Module) -> Table:
-    # Parameters are finite; buffers are the network's own affair.
-    parameters = dict(network.named_parameters())
-    return Table({name: like(value, is_finite=name in parameters) for name, value in network.state_dict().items()})
+    finite = dict(network.named_parameters())  # buffers may hold any numbers
+    return Table({name: like(value, is_finite=name in finite) for name, value in network.state_dict().items()})
 
 
 def check_learner_state(
@@ -44,16 +43,10 @@ def check_learner_state(
         "awaiting": (-1, capacity - 1),
     }
     rollout: dict[str, Schema] = {name: like(array, *bounds.get(name, ())) for name, array in arrays.items()}
+    moments = {"means": like(own["backend"]["means"]), "squares": like(own["backend"]["squares"], 0)}
     Table(
         {
-            "backend": Table(
-                {
-                    "network": _network_schema(network),
-                    "means": like(own["backend"]["means"]),
-                    "squares": like(own["backend"]["squares"], 0),
-                    "n_steps": Whole(0, _MOST),
-                }
-            ),
+            "backend": Table({"network": _network_schema(network), **moments, "n_steps": Whole(0, _MOST)}),
             "rollout": Table({"arrays": Table(rollout), "free": columns, "full": columns}),
             "states": like(own["states"]),
             "starts_episode": like(own["starts_episode"]),
@@ -74,12 +67,11 @@ def _check_columns(rollout: Mapping[str, Any]) -> None:
     n_begun[rollout["full"]] = len(actions)
     n_begun[columns[writes]] = (turns + is_open)[writes]
     is_turn = np.arange(len(actions))[:, None] < n_begun
+    in_use = sorted([*rollout["free"], *rollout["full"], *columns[writes].tolist()])
     is_legal = np.take_along_axis(masks, actions[..., None], axis=2)[..., 0]
     require(
         {
-            "each of its columns is free, full or one environment's": np.array_equal(
-                np.sort([*rollout["free"], *rollout["full"], *columns[writes]]), np.arange(len(n_begun))
-            ),
+            "each of its columns is free, full or one environment's": in_use == [*range(len(n_begun))],
             "an environment that writes no column has begun no turn": writes | ~(is_open | (turns > 0)),
             "columns that await a value are full": np.isin(awaiting, rollout["full"]) | ~waits,
             "no two environments await a value for the same column": len(np.unique(awaiting[waits])) == waits.sum(),

@@ -58,26 +58,21 @@ class Policy:
         self.decision: Decision | None = None
 
     def act(
-        self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
-    ) -> NDArray[np.int64]:
-        """Sample actions [M] int64 as in training; arguments as in `Learner.act`."""
-        uniforms = self._random.random(len(envs) + self._n_left_out)[self._kept]
-        return self.act_by(uniforms, envs, features, masks)
-
-    def act_by(
         self,
-        uniforms: NDArray[np.float64],
         envs: NDArray[np.integer],
         features: NDArray[np.uint8],
         masks: NDArray[np.bool_],
+        uniforms: NDArray[np.float64] | None = None,  # [M] in [0, 1); None: from the policy's own generator
     ) -> NDArray[np.int64]:
-        """Act by the given random numbers [M] in [0, 1) instead of its own."""
+        """Sample actions [M] as in training; arguments as in `Learner.act`."""
+        if uniforms is None:
+            uniforms = self._random.random(len(envs) + self._n_left_out)[self._kept]
         return sample_actions(self._logits(envs, features, masks), masks, uniforms)[0]
 
     def act_greedily(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.int64]:
-        """Return the most probable legal actions [M] int64; arguments as in `Learner.act`."""
+        """Return the most probable legal actions [M]; arguments as in `Learner.act`."""
         return greedy_actions(self._logits(envs, features, masks), masks)
 
     def reset(self, envs: NDArray[np.integer]) -> None:
@@ -87,8 +82,7 @@ class Policy:
     def part(self, envs: NDArray[np.integer]) -> Policy:
         """Return the same policy in some environments [M], with the random numbers that the whole would draw for them.
 
-        Each call of `act` must name all environments, here and there. They share the generator of random numbers, so
-        do not use this policy afterwards.
+        Each call of `act` must name all environments. The two share a generator, so do not use this one afterwards.
         """
         part = copy(self)
         n_drawn = len(self._states) + self._n_left_out

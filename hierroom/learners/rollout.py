@@ -37,10 +37,7 @@ _BY_SEQUENCE = ("initial_states", "spans_update")  # entries of a `Batch` per se
 
 
 class Rollout:
-    """A pool of ``capacity`` columns, and the column that each environment is writing.
-
-    Each of the ``num_envs`` environments has at most one open turn; ``length`` is the number of turns in a sequence.
-    """
+    """A pool of ``capacity`` columns of ``length`` turns, and the column that each environment is writing."""
 
     def __init__(
         self, num_envs: int, length: int, capacity: int, n_features: int, n_actions: int, state_size: int
@@ -74,16 +71,13 @@ class Rollout:
         return len(self._full)
 
     def begin(
-        self, envs: NDArray[np.integer], states: NDArray[np.float32], values: NDArray[np.float32], **turn: NDArray
+        self,
+        envs: NDArray[np.integer],  # [M]
+        states: NDArray[np.float32],  # [M, S] the recurrent states before the turn
+        values: NDArray[np.float32],  # [M]
+        **turn: NDArray,  # [M, ...] the resets, features, masks, actions and log_probs, as in `Batch`
     ) -> None:
-        """Open a turn in each of ``envs`` [M].
-
-        Args:
-            envs: environments without an open turn.
-            states: [M, S] the recurrent states before the turn.
-            values: [M] as in `Batch`.
-            **turn: [M, ...] the resets, features, masks, actions and log_probs, as in `Batch`.
-        """
+        """Open a turn in each of ``envs``."""
         starting = np.flatnonzero(self.columns[envs] < 0)
         if len(starting):
             if len(starting) > len(self._free):

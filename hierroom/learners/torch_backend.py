@@ -77,16 +77,10 @@ class TorchBackend:
             logits, values = self._network.sequence(
                 data["features"][:, part], data["initial_states"][part], data["resets"][:, part]
             )
-        loss, statistics = ppo_loss(
-            logits,
-            values,
-            data["masks"][:, part],
-            data["actions"][:, part],
-            data["log_probs"][:, part],
-            normalized(advantages[:, part], self._config) * weights[:, part],
-            (advantages + data["values"])[:, part],
-            self._config,
-        )
+        turns = data["masks"][:, part], data["actions"][:, part], data["log_probs"][:, part]
+        scores = normalized(advantages[:, part], self._config) * weights[:, part]
+        targets = (advantages + data["values"])[:, part]
+        loss, statistics = ppo_loss(logits, values, *turns, scores, targets, self._config)
         self._adam.zero_grad()
         loss.backward()
         norm = nn.utils.clip_grad_norm_(self._module.parameters(), self._config.max_gradient_norm)
@@ -101,15 +95,13 @@ class TorchBackend:
 
     def state_dict(self) -> dict:
         """Return copies on the CPU in the format of `FusedBackend.state_dict`."""
-        moments = {name: [] for name in _MOMENTS}
-        n_steps = 0
-        for parameter in self._module.parameters():
-            of_parameter = self._adam.state.get(parameter, {})
-            n_steps = max(n_steps, int(of_parameter.get("step", 0)))
-            for name, key in _MOMENTS.items():
-                moments[name].append(of_parameter.get(key, torch.zeros_like(parameter)).detach().cpu().ravel())
         network = {name: tensor.detach().cpu().clone() for name, tensor in self._module.state_dict().items()}
-        return {"network": network, **{name: torch.cat(parts) for name, parts in moments.items()}, "n_steps": n_steps}
+        states = [(self._adam.state.get(p, {}), torch.zeros_like(p)) for p in self._module.parameters()]
+        moments = {
+            name: torch.cat([state.get(key, zeros).detach().cpu().ravel() for state, zeros in states])
+            for name, key in _MOMENTS.items()
+        }
+        return {"network": network, **moments, "n_steps": max(int(state.get("step", 0)) for state, _ in states)}
 
     def load_state_dict(self, state: dict) -> None:
         """Restore what `state_dict` returned."""

@@ -18,13 +18,7 @@ FORMATS = (".gif", ".mp4")
 
 
 def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_frame: float = 0.1) -> None:
-    """Write pictures of equal size as an animation that shows the last one for a second.
-
-    Args:
-        frames: [H, W, 3] uint8 each, at least one.
-        path: a .gif, which loops for ever, or an .mp4, which needs PyAV; its folder must exist.
-        seconds_per_frame: duration of each other picture, which GIFs store in units of 0.01.
-    """
+    """Write pictures [H, W, 3] as a .gif, which loops for ever, or an .mp4; both show the last one for a second."""
     kind = Path(path).suffix.lower()
     if kind not in FORMATS:
         raise InputError(f"an animation is a {' or '.join(FORMATS)} file, not {path}")

@@ -14,11 +14,8 @@ _Set = tuple[tuple[NDArray, ...], dict[str, NDArray]]
 class ArrayPool:
     """Two sets of arrays that take turns; a set with an array that somebody still holds is replaced by a new one.
 
-    Callers see new arrays, without the allocator's price: at small batches it takes longer than filling the arrays, and
-    at large ones the operating system clears every page again.
-
-    Args:
-        make: makes a set: arrays that own their memory, and a dict of some of them by name.
+    At small batches the allocator takes longer than filling the arrays, and at large ones the operating system clears
+    every page again. ``make`` makes a set: arrays that own their memory, and a dict of some of them by name.
     """
 
     def __init__(self, make: Callable[[], _Set]) -> None:

@@ -21,10 +21,7 @@ _NUMBERS = ConstructorRegistry()
 
 
 def read_arguments(kind: type[T], command: str, argv: Sequence[str], default: T | None = None) -> T:
-    """Read the words after a command's name; tyro ends the process with exit code 2 and a message for wrong ones.
-
-    ``kind`` is the dataclass of the options, or a union of such, one for each subcommand.
-    """
+    """Read the words after a command's name into a dataclass, or one of a union; tyro exits with code 2 if wrong."""
     _refuse_lost_values(argv)
     start = tyro.MISSING_NONPROP if default is None else default
     return tyro.cli(kind, prog=f"python -m hierroom {command}", args=argv, default=start, registry=_NUMBERS)
@@ -64,10 +61,7 @@ def _whole_number(text: str) -> int:
 
 
 def run(command: Callable[[], int]) -> None:
-    """Run a command and leave the process with its exit code, or with 2 for invalid input.
-
-    Output that is closed, unread or unable to show a character is no failure.
-    """
+    """Run a command and exit with its code, or 2 for invalid input; closed or unread output is no failure."""
     _open_streams()
     try:
         code = command()
@@ -100,10 +94,8 @@ def _failure(error: Exception) -> tuple[int, str]:
             return 2, f"cannot write the output: {error.strerror}"
         case OSError():  # such as a name that is too long, or a folder without permission
             return 2, f"{error.strerror or error}: {os.fsdecode(error.filename)!r}"
-        case MemoryError():
-            return 2, f"not enough memory: {error}"
-        case RuntimeError() if "allocate" in str(error):  # torch has no MemoryError
-            return 2, f"not enough memory: {error}"
+    if isinstance(error, MemoryError) or (isinstance(error, RuntimeError) and "allocate" in str(error)):  # from torch
+        return 2, f"not enough memory: {error}"
     raise error
 
 

@@ -1,4 +1,4 @@
-"""Errors for invalid input, checks of numbers and names, and errors in a user's code as one line."""
+"""Errors for invalid input, checks of a user's numbers and names, and errors in a user's code as one line."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import sysconfig
 import traceback
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -46,6 +47,13 @@ def require_number(name: str, value: object, low: float, high: float = math.inf,
         elif high == math.inf and not math.isfinite(value):  # pyright: ignore[reportArgumentType] - it is a number
             bound = "finite"
         raise InputError(f"{name} must be {bound}, not {value}")
+
+
+def use_python_numbers(config: Any) -> None:
+    """Replace NumPy's numbers in a frozen dataclass by Python's, which do not overflow and which files can hold."""
+    for entry in fields(config):
+        if isinstance(value := getattr(config, entry.name), np.generic):
+            object.__setattr__(config, entry.name, value.item())
 
 
 def require_name(name: str, value: object, allowed: Collection[str | None]) -> None:

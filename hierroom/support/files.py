@@ -119,10 +119,7 @@ def is_unfinished(path: Path) -> bool:
 
 
 def to_json(value: Any, *, indent: int | None = 2) -> str:
-    """Return plain types as JSON, with named tuples as objects and infinities and NaNs as null.
-
-    With ``indent`` None, all is on one line and without spaces.
-    """
+    """Return plain types as JSON, with named tuples as objects and infinities and NaNs as null."""
 
     def finite(value: Any) -> Any:
         value = getattr(value, "_asdict", lambda: value)()

@@ -13,15 +13,7 @@ from hierroom.support.errors import InputError, in_one_line
 
 
 def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds: str = "Class") -> Any:
-    """Load the class or function that a user names; error messages use ``what``, ``shipped`` and ``kinds``.
-
-    Args:
-        spec: name of an entry point in the group, or ``package.module:Class``, also of a module in the current folder.
-        what: kind of the class, such as ``meta-controller``.
-        shipped: names of the classes that ship with hierroom.
-        group: the group of entry points.
-        kinds: the objects that a module may define of that kind.
-    """
+    """Load a user's class or function: an entry point of the group, or of a module, also in the current folder."""
     found = [*entry_points(group=group, name=spec)]
     if not found and ":" not in spec:
         known = f"{', '.join(shipped)}, an entry point of {group} or package.module:{kinds}"

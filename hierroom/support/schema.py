@@ -23,7 +23,7 @@ _Parts = list[tuple["Schema", Any, str]]
 
 
 class Schema:
-    """The allowed values of one entry of a state."""
+    """The allowed values of one entry of a state: any, unless a subclass says otherwise."""
 
     def check(self, value: Any, name: str) -> None:
         """Check an entry called ``name``, such as ``levels.direction``, and all that is in it."""
@@ -33,13 +33,6 @@ class Schema:
 
     def _look(self, value: Any, name: str) -> _Parts:
         """Check an entry without its parts, and return these."""
-        raise NotImplementedError
-
-
-class Anything(Schema):
-    """Any value, such as a state that only a user's code reads."""
-
-    def _look(self, value: Any, name: str) -> _Parts:
         return []
 
 
@@ -57,7 +50,7 @@ class Table(Schema):
         missing = [repr(key) for key in self.entries if key not in value and key not in self.optional]
         unknown = [shown(key) for key in value if key not in self.entries and not self.is_open]
         if missing or unknown:
-            wrong = [f"lacks {', '.join(missing)}"] * bool(missing) + [f"has {', '.join(unknown)}"] * bool(unknown)
+            wrong = [f"{verb} {', '.join(keys)}" for verb, keys in (("lacks", missing), ("has", unknown)) if keys]
             raise InputError(f"{name} does not hold what it should: it {' and '.join(wrong)}")
         return [(schema, value[key], f"{name}.{key}") for key, schema in self.entries.items() if key in value]
 
@@ -128,17 +121,13 @@ class Whole(Schema):
         return []
 
 
-@dataclass(frozen=True)
 class Real(Schema):
     """A finite number, no bool."""
 
-    low: float = -math.inf
-
     def _look(self, value: Any, name: str) -> _Parts:
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not is_number or not max(self.low, -sys.float_info.max) <= value <= sys.float_info.max:
-            allowed = "a finite number" if self.low == -math.inf else f"a finite number of at least {self.low:g}"
-            raise InputError(f"{name} must be {allowed}, not {shown(value)}")
+        if not is_number or not abs(value) <= sys.float_info.max:
+            raise InputError(f"{name} must be a finite number, not {shown(value)}")
         return []
 
 
@@ -174,7 +163,7 @@ def like(example: Any, low: Any = None, high: Any = None, *, is_finite: bool = T
     try:
         array = example if isinstance(example, np.ndarray) else example.detach().cpu().numpy()
     except (AttributeError, TypeError, RuntimeError):
-        return Anything()
+        return Schema()
     return Array(array.dtype, array.shape, low, high, is_finite)
 
 

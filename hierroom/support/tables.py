@@ -17,11 +17,7 @@ _TEX = {"∞": r"$\infty$", " +- ": r" $\pm$ ", "<": r"\textless{}", ">": r"\tex
 
 
 def print_table(table: Table, console: Console | None = None) -> None:
-    """Print a table without folding numbers: on a narrow terminal, lines run beyond it.
-
-    Columns that are justified to the right are numbers. Columns with ``no_wrap`` and their headings are not folded
-    either.
-    """
+    """Print a table without folding columns of numbers, on the right, or with ``no_wrap``: lines may be too long."""
     from rich import get_console
     from rich.cells import cell_len
     from rich.measure import Measurement
@@ -57,10 +53,7 @@ def telling_columns(table: pd.DataFrame) -> list[str]:
 
 
 def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a Markdown table without a line break at the end.
-
-    The first column and columns with a cell that begins with a letter are aligned left, others right.
-    """
+    """Return a Markdown table with the first column, and those with a letter first in a cell, aligned left."""
     lines = [[cell.replace("|", r"\|") for cell in cells] for cells in (headings, *rows)]
     columns = [column[1:] for column in zip(*lines, strict=True)]
     of_words = [n == 0 or any(cell[:1].isalpha() for cell in cells) for n, cells in enumerate(columns)]
@@ -97,12 +90,7 @@ def text_table(head: str, header: Sequence[str], rows: Sequence[Sequence[str]], 
     """Return a table in plain text, with names and columns called "... interval" aligned left, numbers right."""
     lines = [header, *rows]
     widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
-    is_left = [i == 0 or name.endswith("interval") for i, name in enumerate(header)]
-    texts = [
-        "   ".join(
-            f"{cell:<{width}}" if left else f"{cell:>{width}}"
-            for cell, width, left in zip(line, widths, is_left, strict=True)
-        ).rstrip()
-        for line in lines
-    ]
+    pads = [str.ljust if i == 0 or name.endswith("interval") else str.rjust for i, name in enumerate(header)]
+    padded = [[pad(cell, n) for pad, cell, n in zip(pads, line, widths, strict=True)] for line in lines]
+    texts = ["   ".join(cells).rstrip() for cells in padded]
     return "\n".join([head, *(f"  {text}" for text in [*texts, *notes])])

@@ -9,7 +9,7 @@ from typing import Any
 
 
 class ThreadPool:
-    """A pool of at most ``threads`` threads, which start at the first task, anew in each process and in each copy.
+    """A pool of threads, which start at the first task, anew in each process and in each copy.
 
     Threads do not survive a fork: in the new process, the old pool would wait for them for ever.
     """

@@ -23,27 +23,22 @@ from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.learners.rollout import Batch
 from hierroom.support.thread_pool import ThreadPool
 
-# 16 sequences of 128 turns take about 5 MB, which fits the last-level cache; fewer make the matrix products small.
-_SHARD = 16
+_SHARD = 16  # sequences: of 128 turns they fit the last-level cache, and fewer make the matrix products small
 _MAX_WORKERS = 8
-# For fewer environments, waking another thread takes longer than the computation.
-_MIN_ENVS_PER_THREAD = 256
+_MIN_ENVS_PER_THREAD = 256  # for fewer environments, waking another thread takes longer than the computation
 
 
 class FusedBackend:
-    """Forward passes, loss, gradients and Adam in Numba.
-
-    The parameters of the network become views of one flat vector, so torch can still use the module.
-    """
+    """Forward passes, loss, gradients and Adam in Numba; the network's parameters become views of one flat vector."""
 
     def __init__(self, network: RecurrentActorCritic, config: PPOConfig, threads: int) -> None:
         self._network = network
         self._config = config
         self._threads = threads
-        self._pool = ThreadPool(max(1, threads - 1))  # besides the calling thread
+        self._pool = ThreadPool(threads)
         self._parameters = np.concatenate([p.detach().numpy().ravel() for p in network.parameters()])
         self._weights = Parameters.views(self._parameters, network)
-        for parameter, view in zip(network.parameters(), self._weights.arrays(), strict=True):
+        for parameter, view in zip(network.parameters(), vars(self._weights).values(), strict=True):
             parameter.data = torch.from_numpy(view)
         self._offsets = network.encoder.offsets.numpy()
         self._n_table_rows = len(network.encoder.table())
@@ -89,9 +84,7 @@ class FusedBackend:
         self._each(work, self._workers[:n_parts], parts)
         return logits, values, new_states
 
-    def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """Compute a turn that is not learned from, as `step` does."""
-        return self.step(features, states)
+    evaluate = step  # the default network has no evaluation mode
 
     def train(
         self,
@@ -111,40 +104,21 @@ class FusedBackend:
         measured = []
         for part in minibatches:
             compare_rows(self._table(), self._weights.encoder_bias, self._offsets, common, differences, base)
-            shift, scale = self._normalization(advantages.take(part, axis=1))
-            minibatch = Minibatch(
-                self._weights,
-                differences,
-                base,
-                self._offsets,
-                common,
-                rows,
-                counts,
-                batch,
-                scores=(advantages - shift) * scale * importance_weights,
-                targets=targets,
-                turn_weight=1 / (len(advantages) * len(part)),
-            )
+            shift, scale = np.float32(0), np.float32(1)
+            if self._config.normalize_advantages:  # as `torch_backend.normalized`
+                chosen = advantages.take(part, axis=1)
+                shift, scale = chosen.mean(), np.float32(1 / max(chosen.std(), self._config.min_advantage_std))
+            scores = (advantages - shift) * scale * importance_weights
+            encoding = differences, base, self._offsets, common, rows, counts
+            turn_weight = 1 / (len(advantages) * len(part))
+            minibatch = Minibatch(self._weights, *encoding, batch, scores, targets, turn_weight)
             statistics, norm = self._gradient(minibatch, part)
             measured.append([*statistics, norm])
             self._n_steps += 1
-            adam_step(
-                self._parameters,
-                self._shares[0],
-                self._means,
-                self._squares,
-                min(1.0, self._config.max_gradient_norm / (norm + 1e-6)),  # as torch's clip_grad_norm_
-                learning_rate,
-                self._config.adam_epsilon,
-                self._n_steps,
-            )
+            clipped = min(1.0, self._config.max_gradient_norm / (norm + 1e-6))  # as torch's clip_grad_norm_
+            settings = clipped, learning_rate, self._config.adam_epsilon, self._n_steps
+            adam_step(self._parameters, self._shares[0], self._means, self._squares, *settings)
         return np.mean(measured, axis=0)
-
-    def _normalization(self, advantages: NDArray[np.float32]) -> tuple[np.float32, np.float32]:
-        """Return the shift and then the factor that normalise a minibatch's advantages; see `normalized`."""
-        if not self._config.normalize_advantages:
-            return np.float32(0), np.float32(1)
-        return advantages.mean(), np.float32(1 / max(advantages.std(), self._config.min_advantage_std))
 
     def _gradient(self, minibatch: Minibatch, part: NDArray[np.integer]) -> tuple[NDArray[np.float64], float]:
         """Write the gradient to the first row of the shares; return five of `STATISTICS` and the gradient's norm."""
@@ -163,25 +137,17 @@ class FusedBackend:
 
     def _each(self, work: Callable, workers: list[ShardWorker], tasks: list) -> list:
         """Run ``work(worker, task)`` for each worker and its task on all threads; return the results in order."""
-        pairs = list(zip(workers, tasks, strict=True))
-
-        def share(thread: int) -> list:
-            return [work(*pair) for pair in pairs[thread :: self._threads]]
-
-        others = [self._pool.submit(share, thread) for thread in range(1, min(self._threads, len(pairs)))]
-        results: list = [None] * len(pairs)
-        results[:: self._threads] = share(0)
-        for thread, other in enumerate(others, start=1):
-            results[thread :: self._threads] = other.result()
-        return results
+        if min(self._threads, len(workers)) == 1:
+            return list(map(work, workers, tasks))
+        futures = [self._pool.submit(work, *pair) for pair in zip(workers, tasks, strict=True)]
+        return [future.result() for future in futures]
 
     def _table(self) -> NDArray[np.float32]:
-        """The current rows [R, H] of the encoder's table."""
-        weight = self._weights.encoder_weight
+        """Return the current rows [R, H] of the encoder's table."""
         if self._numbers is None:
-            return weight
+            return self._weights.encoder_weight
         table = np.zeros((self._n_table_rows, self._config.hidden_size), np.float32)
-        add_scaled_rows(*self._numbers, weight, table)
+        add_scaled_rows(*self._numbers, self._weights.encoder_weight, table)
         return table
 
     def state_dict(self) -> dict:

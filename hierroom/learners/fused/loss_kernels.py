@@ -20,6 +20,7 @@ def heads(
     logits: NDArray[np.floating],  # [N, A] written
     values: NDArray[np.floating],  # [N] written
 ) -> None:
+    """Apply the policy and the value head."""
     for n in range(len(hidden)):
         for action in range(len(policy_bias)):
             logits[n, action] = _dot(policy_weight, action, hidden, n) + policy_bias[action]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 class Parameters:
     """Views of one flat vector: the parameters of `RecurrentActorCritic` or their gradient, in the module's order."""
 
-    encoder_weight: NDArray[np.floating]  # [D, H]; D is R unless some features are represented by fixed numbers
+    encoder_weight: NDArray[np.floating]  # [D, H]; D is R unless some features have fixed numbers
     encoder_bias: NDArray[np.floating]  # [H]
     core_weight: NDArray[np.floating]  # [2 H, 4 H]
     core_bias: NDArray[np.floating]  # [4 H]
@@ -32,10 +32,6 @@ class Parameters:
     def views(cls, vector: NDArray[np.floating], network: RecurrentActorCritic) -> Parameters:
         """Split ``vector`` [P] into views in the shapes of the network's parameters."""
         return cls(*_views(vector, [tuple(p.shape) for p in network.parameters()]))
-
-    def arrays(self) -> list[NDArray[np.floating]]:
-        """Return the views in the module's order."""
-        return [getattr(self, field.name) for field in fields(self)]
 
 
 @dataclass(frozen=True)

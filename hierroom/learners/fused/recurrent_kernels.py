@@ -54,23 +54,14 @@ def lstm_forward(
     n_steps, n_rows, size = hidden.shape
     before = driven[:, :, driven.shape[2] - size :]
     panels = pack(weight)
-    for m in range(n_rows):
-        for j in range(size):
-            cells[0, m, j] = states[m, size + j]
+    cells[0] = states[:, size:]
     for t in range(n_steps):
         for m in range(n_rows):
+            before[t, m] = states[m, :size] if t == 0 else hidden[t - 1, m]
             if resets[t, m]:
-                for j in range(size):
-                    before[t, m, j] = 0
-                    cells[t, m, j] = 0
-            elif t == 0:
-                for j in range(size):
-                    before[t, m, j] = states[m, j]
-            else:
-                for j in range(size):
-                    before[t, m, j] = hidden[t - 1, m, j]
-            for j in range(4 * size):
-                gates[t, m, j] = bias[j]
+                before[t, m] = 0
+                cells[t, m] = 0
+            gates[t, m] = bias
         add_product(driven[t], panels, gates[t])
         _cells_forward(gates[t].reshape(n_rows, 4, size), cells[t], cells[t + 1], squashed[t], hidden[t])
 

@@ -44,13 +44,10 @@ class ShardWorker:
         self._config = config
         self._share = share
         self._gradient = Parameters.views(share, network)
-        # With fixed numbers the table is computed from the weights, so their gradient follows from the table's.
         self._numbers = fixed_numbers(network)
-        self._d_table = (
-            self._gradient.encoder_weight
-            if self._numbers is None
-            else np.zeros((len(network.encoder.table()), config.hidden_size), np.float32)
-        )
+        self._d_table = self._gradient.encoder_weight
+        if self._numbers is not None:  # the table is computed from the weights, so their gradient follows from its own
+            self._d_table = np.zeros((len(network.encoder.table()), config.hidden_size), np.float32)
         self._sums = np.zeros(5)
         self.memory = TapeMemory(self._gradient)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,10 +10,10 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from hierroom.learners.networks.encoder import FeatureEncoder
+from hierroom.learners.networks.encoder import FeatureEncoder, Vectors
 from hierroom.learners.networks.recurrent import ResetLSTM
 from hierroom.support.errors import InputError
 
@@ -42,10 +42,8 @@ class AgentSpace:
         _check_rows("features", features, len(envs), self.n_features)
         if (features > self._last_values).any():
             m, feature = np.argwhere(features > self._last_values)[0]
-            raise InputError(
-                f"feature {feature} must be below {self.cardinalities[feature]}, "
-                f"but it is {features[m, feature]} in environment {envs[m]}"
-            )
+            found = f"it is {features[m, feature]} in environment {envs[m]}"
+            raise InputError(f"feature {feature} must be below {self.cardinalities[feature]}, but {found}")
 
     def check_masks(self, envs: NDArray[np.integer], masks: NDArray[np.bool_]) -> None:
         """Check masks [M, A] of ``envs`` [M]."""
@@ -77,53 +75,34 @@ class PolicyNetwork(Protocol):
         ...
 
     def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Compute logits [N, A], values [N] and the next states [N, S] of a turn.
-
-        Args:
-            features: [N, K] uint8, the observations.
-            state: [N, S] float, the states before the turn.
-        """
+        """Compute logits [N, A], values [N] and new states [N, S] from observations [N, K] and states [N, S]."""
         ...
 
     def sequence(self, features: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
-        """Compute logits [T, M, A] and values [T, M] of T turns, as T calls of `step` with resets in between do.
+        """Compute logits [T, M, A] and values [T, M] of T turns from observations [T, M, K] and first states [M, S].
 
-        Args:
-            features: [T, M, K] uint8, the observations.
-            state: [M, S] float, the states before turn 0.
-            resets: [T, M] bool, whether a turn begins an episode: the state before it is then `initial_state`.
+        The result is that of T calls of `step`, with `initial_state` before each turn where ``resets`` [T, M] is True.
         """
         ...
 
 
 class RecurrentActorCritic(nn.Module):
-    """An encoder, an LSTM core, and linear policy and value heads that both read the core.
+    """An encoder and an LSTM core of H hidden units each, and linear policy and value heads that read the core.
 
     The initialisation is that of "The 37 Implementation Details of PPO" (Huang et al. 2022): orthogonal weights with
     gain sqrt 2 in the encoder, 0.01 in the policy head (so that the first policy is nearly uniform) and 1 in the value
-    head; biases are zero.
-
-    Args:
-        space: observations and actions of the agent.
-        hidden_size: number of units H of the encoder and of the core.
-        feature_vectors: fixed representations of feature values; see `FeatureEncoder`.
+    head; biases are zero. `FeatureEncoder` explains ``feature_vectors``.
     """
 
-    def __init__(
-        self,
-        space: AgentSpace,
-        hidden_size: int,
-        feature_vectors: Sequence[ArrayLike | None] | None = None,
-    ) -> None:
+    def __init__(self, space: AgentSpace, hidden_size: int, feature_vectors: Vectors = None) -> None:
         super().__init__()
         self.encoder = FeatureEncoder(space.cardinalities, hidden_size, feature_vectors)
         self.core = ResetLSTM(hidden_size, hidden_size)
         self.policy_head = nn.Linear(hidden_size, space.n_actions)
         self.value_head = nn.Linear(hidden_size, 1)
-        nn.init.orthogonal_(self.policy_head.weight, 0.01)
-        nn.init.orthogonal_(self.value_head.weight, 1.0)
-        nn.init.zeros_(self.policy_head.bias)
-        nn.init.zeros_(self.value_head.bias)
+        for head, gain in ((self.policy_head, 0.01), (self.value_head, 1.0)):
+            nn.init.orthogonal_(head.weight, gain)
+            nn.init.zeros_(head.bias)
 
     def initial_state(self, n: int) -> Tensor:
         """Return zeros [n, 2 H]; see `PolicyNetwork.initial_state`."""

@@ -40,13 +40,11 @@ class ResetLSTM(nn.Module):
         hidden, cell = lstm_cell(torch.addmm(self.bias, hidden, of_hidden) + inputs @ of_inputs, cell)
         return hidden, torch.cat([hidden, cell], dim=-1)
 
-    def sequence(
-        self,
-        inputs: Tensor,  # [T, M, X]
-        state: Tensor,  # [M, 2 H] the state before step 0
-        resets: Tensor,  # [T, M] whether the state is set to zero before the step
-    ) -> Tensor:
-        """Compute the outputs [T, M, H] of T consecutive steps."""
+    def sequence(self, inputs: Tensor, state: Tensor, resets: Tensor) -> Tensor:
+        """Compute the outputs [T, M, H] of T steps from inputs [T, M, X] and the state [M, 2 H] before the first one.
+
+        The state is zero before each step where ``resets`` [T, M] is True.
+        """
         of_inputs, of_hidden = self.split_weight()
         driven = inputs @ of_inputs  # [T, M, 4 H]: what does not depend on the previous step
         keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]

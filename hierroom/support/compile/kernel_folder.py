@@ -39,16 +39,11 @@ def kernel_folder() -> str | None:
             _remove_old({*folder.parent.glob(f"{installation}-*")} - {folder})
             return str(folder)
     folder = _private_folder()
-    kept = (
-        f"is kept in {folder}" if folder else "is lost at the end of each process, and the next one compiles it again"
-    )
+    kept = f"is kept in {folder}" if folder else "is lost at the end of each process, so the next compiles it again"
     if multiprocessing.parent_process() is None:
-        warnings.warn(
-            f"neither the package nor the user's cache folder can be written: the compiled code of its kernels {kept}; "
-            "set NUMBA_CACHE_DIR to a folder of your own to keep it elsewhere",
-            RuntimeWarning,
-            stacklevel=2,
-        )
+        reason = f"neither the package nor the user's cache folder can be written: the compiled code of kernels {kept}"
+        advice = "set NUMBA_CACHE_DIR to a folder of your own to keep it elsewhere"
+        warnings.warn(f"{reason}; {advice}", RuntimeWarning, stacklevel=2)
     return folder and str(folder / name)
 
 
