@@ -9,8 +9,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
-from hierroom.support.errors import InputError, require_number, shown
-from hierroom.support.python_numbers import use_python_numbers
+from hierroom.support.errors import InputError, require_number, shown, use_python_numbers
 
 FeatureName = Literal[
     "view",

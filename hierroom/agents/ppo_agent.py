@@ -15,7 +15,7 @@ from hierroom.controller import Observation
 from hierroom.learners.policy import Decision, Policy
 from hierroom.learners.ppo import UPDATE_STATISTICS, Learner
 from hierroom.support.errors import InputError, shown
-from hierroom.support.schema import AnyMapping, Exactly, Real, Table
+from hierroom.support.schema import ANY_MAPPING, Exactly, Real, Table
 from hierroom.turns.records import Step
 from hierroom.turns.situation import Situation
 from hierroom.turns.turns import Turns
@@ -130,7 +130,7 @@ class PPOAgent:
     def take_weights(self, state: dict[str, Any]) -> None:
         """Take the weights of another agent's `state_dict` and nothing else."""
         for name in ("description", "learner"):
-            AnyMapping().check(state.get(name), name)
+            ANY_MAPPING.check(state.get(name), name)
         for what, ours in self._description.items():
             theirs = state["description"].get(what)
             if ours != theirs:
@@ -164,7 +164,7 @@ class PPOAgent:
         restored = {name: part for name, part in parts.items() if part is not None}
         description = Table({what: Exactly(ours) for what, ours in self._description.items()})
         statistics = Table(dict.fromkeys(self._updated, Real()), optional=self._updated)
-        rest = dict.fromkeys(restored, AnyMapping())
+        rest = dict.fromkeys(restored, ANY_MAPPING)
         Table({"description": description, "statistics": statistics, **rest}).check(state, "agent")
         for name, part in restored.items():
             part.load_state_dict(state[name])

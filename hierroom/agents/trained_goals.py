@@ -41,7 +41,7 @@ class TrainedGoals:
         """
         uniforms = (situation.uniforms[:, 0] + self._shift) % 1.0
         features = self._trained.features.encode(situation)
-        return self._policy.act_by(uniforms, situation.envs, features, situation.masks)
+        return self._policy.act(situation.envs, features, situation.masks, uniforms)
 
     def reset(self, envs: NDArray[np.integer]) -> None:
         """Forget the last episode of some environments [M]."""

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from hierroom.support.errors import InputError, require_number
-from hierroom.support.python_numbers import use_python_numbers
+from hierroom.support.errors import InputError, require_number, use_python_numbers
 
 MOST = {"sequence_length": 2**20, "minibatches": 2**20, "epochs": 2**20, "hidden_size": 2**16}
-"""The largest whole numbers: beyond any use, and small enough for what is computed with them to fit into 64 bits."""
+"""The largest whole numbers: beyond any use, and small enough for 64-bit arithmetic."""
 
 
 @dataclass(frozen=True)
@@ -17,28 +16,24 @@ class PPOConfig:
     """Hyperparameters of recurrent PPO; `hierroom.learners.ppo` explains where each one is used.
 
     Args:
-        sequence_length: T, number of consecutive turns of one agent in one environment that form a training sequence,
-            at least 1; gradients are backpropagated through at most T turns.
-        sequences_per_update: M, number of full sequences that an update waits for, at least ``minibatches``; None: the
-            number of environments.
-        minibatches: number of minibatches per epoch, at least 1; a sequence is never split between minibatches.
-        epochs: number of passes over the data of an update, at least 1.
+        sequence_length: T, consecutive turns of one agent in one environment that form a training sequence, at least 1.
+        sequences_per_update: M, full sequences for an update, at least ``minibatches``; None: one per environment.
+        minibatches: minibatches of whole sequences in each epoch, at least 1.
+        epochs: passes over the data of an update, at least 1.
         learning_rate: Adam's step size at the start of training, above 0.
-        final_learning_rate_fraction: learning rate at the end of training as a fraction of the initial one, 0 to 1,
-            with linear annealing in between, which the last update reaches: with 0 it learns nothing; 1 keeps the rate
-            constant.
+        final_learning_rate_fraction: the last update's learning rate as a fraction of the first one's, 0 to 1, with
+            linear annealing in between; with 0 the last update learns nothing.
         adam_epsilon: constant added to the denominator of Adam's update, above 0.
-        max_gradient_norm: the norm of the gradient of all parameters together is clipped to this value, above 0.
-        clip: the probability ratio is clipped to the interval from 1 - clip to 1 + clip; above 0.
+        max_gradient_norm: clips the norm of the gradient of all parameters together, above 0.
+        clip: clips the probability ratio to the interval from 1 - clip to 1 + clip, above 0.
         value_weight: weight of the value loss, which is half the mean squared error; at least 0.
         entropy_weight: weight of the entropy bonus, in nats over the legal actions; at least 0.
         gamma: discount per primitive step, 0 to 1.
         gae_lambda: lambda of generalised advantage estimation, applied per turn, 0 to 1.
-        normalize_advantages: whether the advantages of each minibatch are normalised to mean 0 and deviation 1.
-        min_advantage_std: lower bound of the standard deviation that advantages are divided by, above 0, so that noise
-            is not amplified: without it flat PPO, rewarded only at the exit, had not learned even graph a after 3M
-            steps (one seed; with it 100%).
-        hidden_size: number of units of the encoder and of the recurrent core, at least 1.
+        normalize_advantages: whether to normalise the advantages of each minibatch to mean 0 and deviation 1.
+        min_advantage_std: lower bound of that deviation before normalising, above 0, so that noise is not amplified.
+            Without it flat PPO, rewarded at the exit, had not learned graph a after 3M steps (one seed; with it 100%).
+        hidden_size: units of the encoder and of the recurrent core, at least 1.
     """
 
     sequence_length: int = 32
@@ -68,9 +63,9 @@ class PPOConfig:
                 few = f"{self.sequences_per_update} sequences_per_update"
                 raise InputError(f"each of the {self.minibatches} minibatches needs a sequence; there are {few}")
         for name in ("learning_rate", "adam_epsilon", "max_gradient_norm", "clip", "min_advantage_std"):
-            require_number(name, getattr(self, name), -math.inf)
-            if getattr(self, name) <= 0:
-                raise InputError(f"{name} must be above 0, not {getattr(self, name)}")
+            require_number(name, value := getattr(self, name), -math.inf)
+            if value <= 0:
+                raise InputError(f"{name} must be above 0, not {value}")
         for name in ("value_weight", "entropy_weight"):
             require_number(name, getattr(self, name), 0)
         for name in ("gamma", "gae_lambda", "final_learning_rate_fraction"):

@@ -3,17 +3,15 @@ r"""Random network distillation: a reward for observations on which a predictor 
 The method is that of Burda, Edwards, Storkey & Klimov, Exploration by Random Network Distillation (2018). Our version
 differs as follows:
 
-- Extrinsic and intrinsic rewards are added, and one value function estimates their common return, which ends with the
-  episode. Their section 2.3 allows this where both rewards are episodic and have the same discount; MiniGrid baselines
-  do the same (Raileanu & Rocktaeschel, RIDE, 2020). Their two value heads serve an intrinsic return that continues
-  across episodes.
-- Observations are categorical features. Their whitening (section 2.4: subtract the mean, divide by the standard
-  deviation, clip to 5) is applied to the one-hot vector of each feature, so that rare values, such as a key in view,
-  stand out. The observations before the predictor's first update replace those of their random agent: they are counted
-  for the whitening but give no reward.
-- Intrinsic rewards are divided by the running standard deviation of their returns, as in section 2.4, but it is updated
-  at every step instead of once per rollout, because the learner needs the rewards at every step. There is also no
-  reward while the first returns are still growing from zero.
+- One value function estimates the return of extrinsic plus intrinsic rewards, which ends with the episode. Their
+  section 2.3 allows this where both rewards are episodic and have the same discount; MiniGrid baselines do the same
+  (Raileanu & Rocktaeschel, RIDE, 2020). Their two value heads serve an intrinsic return that continues across episodes.
+- Their whitening (section 2.4: subtract the mean, divide by the standard deviation, clip to 5) applies to the one-hot
+  vector of each categorical feature, so that rare values, such as a key in view, stand out. The observations before the
+  predictor's first update replace those of their random agent: they count for the whitening but give no reward.
+- The running standard deviation of returns that divides intrinsic rewards (section 2.4) is updated at every step
+  instead of once per rollout, because the learner needs the rewards at every step. There is also no reward while the
+  first returns are still growing from zero.
 - The predictor learns once per update from a random quarter of the observations, the share that they use with 128
   environments, with their learning rate of 1e-4. Layers have 64 units instead of 512, and there are no convolutions.
 """
@@ -35,10 +33,8 @@ from hierroom.support.errors import InputError
 from hierroom.support.schema import RANDOM_STATE, Array, Exactly, Flag, Items, Table, Whole, like
 
 EPOCHS, MINIBATCHES, SHARE, LEARNING_RATE, CLIP = 4, 4, 0.25, 1e-4, 5.0
-_NETWORKS = ("target", "predictor")
 GROWTH = 2
-"""Length of the warm-up of the returns in horizons 1 / (1 - gamma): returns that start at zero are then within 13% of
-their stationary value."""
+"""Horizons 1 / (1 - gamma) until rewards begin: returns that start at 0 are then within 13% of the stationary ones."""
 
 
 class RandomNetworkDistillation:
@@ -47,23 +43,15 @@ class RandomNetworkDistillation:
     f is the fixed random network, f-hat its predictor, H the number of their outputs and sigma the running standard
     deviation of the returns :math:`R_t = \gamma R_{t-1} + \| \cdot \|^2 / H` of all environments. Rewards are zero
     until the predictor has learned once, and for `GROWTH` horizons after that.
-
-    Args:
-        cardinalities: number of values of each of the K features of an observation, 1 to 256 each.
-        num_envs: number of environments N.
-        gamma: discount of the returns whose standard deviation scales the rewards, 0 to below 1.
-        seed: seed of the weights and minibatches.
-        hidden_size: number of units H of each layer.
-        device: torch device of the networks, such as ``"cpu"`` or ``"cuda"``.
     """
 
     def __init__(
         self,
-        cardinalities: Sequence[int],
+        cardinalities: Sequence[int],  # number of values of each of the K features of an observation
         num_envs: int,
         *,
-        gamma: float,
-        seed: int,
+        gamma: float,  # discount of the returns, below 1
+        seed: int,  # of the weights and minibatches
         hidden_size: int = 64,
         device: str = "cpu",
     ) -> None:
@@ -87,11 +75,7 @@ class RandomNetworkDistillation:
         self._pending: list[NDArray[np.uint8]] = []
 
     def rewards(self, features: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """Return the intrinsic rewards [N] of a step, and keep the observations for `learn`.
-
-        Args:
-            features: [N, K] uint8, the observations after the step; where it ended the episode, the final ones.
-        """
+        """Return the intrinsic rewards [N] of a step, and keep the observations [N, K] after it for `learn`."""
         with torch.no_grad():
             errors = self._errors(features).cpu().numpy().astype(np.float64)
         self._pending.append(features.copy())
@@ -106,11 +90,7 @@ class RandomNetworkDistillation:
         return errors / max(np.sqrt(squares / number), 1e-8)
 
     def learn(self) -> dict[str, float]:
-        """Train the predictor on the observations since the last call; returns its mean loss as ``curiosity_error``.
-
-        Raises:
-            DivergenceError: if the loss or a weight of the predictor is not finite, or far too large.
-        """
+        """Train the predictor on the observations since the last call; return its mean loss as ``curiosity_error``."""
         features = np.concatenate(self._pending)
         self._pending = []
         self._counts += np.bincount((features + self._offsets).ravel(), minlength=len(self._counts))
@@ -129,27 +109,22 @@ class RandomNetworkDistillation:
         check_health([("curiosity_error", np.array(losses)), *weights], advice)
         return {"curiosity_error": float(np.mean(losses))}
 
-    def _errors(self, features: NDArray[np.uint8]) -> Tensor:
-        """Mean squared prediction error [M] of each observation."""
+    def _errors(self, features: NDArray[np.uint8]) -> Tensor:  # [M] mean squared prediction errors
         rows = torch.from_numpy(features + self._offsets).to(self._device)
         scale, shift = (torch.from_numpy(a).float().to(self._device) for a in whitening(self._counts, self._sizes))
         return (self.predictor(rows, scale, shift) - self.target(rows, scale, shift)).square().mean(-1)
 
     def state_dict(self) -> dict:
-        """The complete state as tensors on the CPU and plain types; a resumed run then equals an uninterrupted one."""
+        """Return the complete state as tensors on the CPU and plain types."""
         adam = self._adam.state_dict()
+        moments = {n: _copied(tensors) for n, tensors in adam["state"].items()}
         return {
             "target": _copied(self.target.state_dict()),
             "predictor": _copied(self.predictor.state_dict()),
-            "adam": {
-                "state": {n: _copied(moments) for n, moments in adam["state"].items()},
-                "param_groups": deepcopy(adam["param_groups"]),
-            },
-            "counts": torch.from_numpy(self._counts.copy()),
+            "adam": {"state": moments, "param_groups": deepcopy(adam["param_groups"])},
+            **{name: torch.from_numpy(array.copy()) for name, array in self._arrays().items()},
             "has_learned": self._has_learned,
             "growing": self._growing,
-            "returns": torch.from_numpy(self._returns.copy()),
-            "moments": torch.from_numpy(self._moments.copy()),
             "pending": [torch.from_numpy(features) for features in self._pending],
             "random": self._random.bit_generator.state,
         }
@@ -160,29 +135,33 @@ class RandomNetworkDistillation:
         self.target.load_state_dict(state["target"])
         self.predictor.load_state_dict(state["predictor"])
         self._adam.load_state_dict(state["adam"])
-        for array, name in ((self._counts, "counts"), (self._returns, "returns"), (self._moments, "moments")):
+        for name, array in self._arrays().items():
             array[...] = state[name].numpy()
         self._has_learned, self._growing = state["has_learned"], state["growing"]
         self._pending = [features.numpy().copy() for features in state["pending"]]
         self._random.bit_generator.state = state["random"]
 
+    def _arrays(self) -> dict[str, NDArray[np.float64]]:
+        return {"counts": self._counts, "returns": self._returns, "moments": self._moments}
+
     def _schema(self) -> Table:
-        """What a state of this one may hold."""
-        own, n = self.state_dict(), range(len(list(self.predictor.parameters())))
-        pending = (len(self._returns), len(self._sizes))
+        own, pending = self.state_dict(), (len(self._returns), len(self._sizes))
         moments = {
             i: Table({"step": Array(np.float32, (), 0), "exp_avg": like(p), "exp_avg_sq": like(p, 0)})
-            for i, p in zip(n, self.predictor.parameters(), strict=True)
+            for i, p in enumerate(self.predictor.parameters())
         }
         return Table(
             {
-                **{name: Table({key: like(value) for key, value in own[name].items()}) for name in _NETWORKS},
-                "adam": Table({"state": Table(moments, n), "param_groups": Exactly(own["adam"]["param_groups"])}),
-                "counts": like(own["counts"], 1),
+                **{
+                    name: Table({key: like(value) for key, value in own[name].items()})
+                    for name in ("target", "predictor")
+                },
+                "adam": Table({"state": Table(moments, moments), "param_groups": Exactly(own["adam"]["param_groups"])}),
+                "counts": like(self._counts, 1),
                 "has_learned": Flag(),
                 "growing": Whole(0, self._growing_at_first),
-                "returns": like(own["returns"], 0),
-                "moments": like(own["moments"], 0),
+                "returns": like(self._returns, 0),
+                "moments": like(self._moments, 0),
                 "pending": Items(Array(np.uint8, pending, 0, self._sizes - 1)),
                 "random": RANDOM_STATE,
             }
@@ -208,7 +187,7 @@ class _Embedding(nn.Module):
             nn.init.zeros_(layer.bias)
 
     def forward(self, rows: Tensor, scale: Tensor, shift: Tensor) -> Tensor:
-        """Outputs [M, H] for one-hot indices ``rows`` [M, K]; `whitening` gives scale and shift [R]."""
+        """Return outputs [M, H] for one-hot indices ``rows`` [M, K]; `whitening` gives scale and shift [R]."""
         table = self.weight * scale.unsqueeze(-1)
         features = functional.embedding_bag(rows, table, mode="sum") + shift @ self.weight + self.bias
         for layer in self.layers:
@@ -217,17 +196,11 @@ class _Embedding(nn.Module):
 
 
 def whitening(counts: NDArray[np.float64], sizes: NDArray[np.integer]) -> tuple[NDArray, NDArray]:
-    r"""Scale and shift that whiten one-hot features: entry x of value i becomes ``scale[i] * x + shift[i]``.
+    r"""Return scale and shift [R] that whiten one-hot features: entry x of value i becomes ``scale[i] * x + shift[i]``.
 
     With p the frequency of the value within its feature and :math:`\sigma^2 = p (1 - p)`, a zero becomes
     :math:`-p / \sigma` and a one :math:`(1 - p) / \sigma`, both clipped to 5; the only value of a feature becomes 0.
-
-    Args:
-        counts: [R] float, number of observations with each value of each feature, all positive.
-        sizes: [K] int, number of values of each feature.
-
-    Returns:
-        scale and shift, [R] float each.
+    ``counts`` [R] are the observations of each value, all positive, and ``sizes`` [K] the features' numbers of values.
     """
     share = counts / np.repeat(np.add.reduceat(counts, np.cumsum([0, *sizes[:-1]])), sizes)
     deviation = np.sqrt(share * (1 - share))
@@ -237,13 +210,8 @@ def whitening(counts: NDArray[np.float64], sizes: NDArray[np.integer]) -> tuple[
 
 
 def _merged(moments: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Count, mean and sum of squared differences after adding ``values`` [N] (Chan, Golub & LeVeque 1983)."""
+    """Return count, mean and sum of squared differences after adding ``values`` (Chan, Golub & LeVeque 1983)."""
     number, mean, squares = moments
     total, difference = number + len(values), values.mean() - mean
-    return np.array(
-        [
-            total,
-            mean + difference * len(values) / total,
-            squares + values.var() * len(values) + difference**2 * number * len(values) / total,
-        ]
-    )
+    squares = squares + values.var() * len(values) + difference**2 * number * len(values) / total
+    return np.array([total, mean + difference * len(values) / total, squares])

@@ -7,17 +7,17 @@ from numpy.typing import NDArray
 
 
 def generalized_advantages(
-    rewards: NDArray[np.floating],
-    values: NDArray[np.floating],
-    next_values: NDArray[np.floating],
-    elapsed: NDArray[np.integer],
-    terminated: NDArray[np.bool_],
-    truncated: NDArray[np.bool_],
+    rewards: NDArray[np.floating],  # [T, M] of each turn, summed or discounted over its primitive steps
+    values: NDArray[np.floating],  # [T, M] V of the observation on which the turn acted
+    next_values: NDArray[np.floating],  # [T, M] V' of the observation after the turn, the final one where truncated
+    elapsed: NDArray[np.integer],  # [T, M] k, primitive steps of the turn, at least 1
+    terminated: NDArray[np.bool_],  # [T, M] whether the return ends after the turn with nothing to come
+    truncated: NDArray[np.bool_],  # [T, M] whether the return is cut off after the turn although it would continue
     *,
     gamma: float,
     gae_lambda: float,
 ) -> NDArray[np.floating]:
-    r"""Estimate the advantages of a batch of sequences of turns.
+    r"""Estimate the advantages [T, M] of sequences of turns; the value targets are advantages plus ``values``.
 
     A turn t that lasted :math:`k_t` primitive steps is discounted by :math:`\gamma^{k_t}`, like an option (Sutton,
     Precup & Singh 1999). The estimator is equation 16 of Schulman et al. (2016), with lambda applied once per turn:
@@ -28,20 +28,6 @@ def generalized_advantages(
 
     where ended means terminated or truncated. Both end the return, but a truncated return bootstraps from the value of
     its final observation (Pardo et al. 2018).
-
-    Args:
-        rewards: [T, M] float, reward of turn t; the rewards of its primitive steps are already summed or discounted.
-        values: [T, M] float, :math:`V_t` of the observation on which turn t acted.
-        next_values: [T, M] float, :math:`V'_t` of the observation after turn t: that of the next turn, or the final one
-            where the return was truncated; ignored where terminated.
-        elapsed: [T, M] int, :math:`k_t`, at least 1.
-        terminated: [T, M] bool, whether the return ends after turn t with nothing to come.
-        truncated: [T, M] bool, whether the return is cut off after turn t although it would continue.
-        gamma: discount per primitive step, 0 to 1.
-        gae_lambda: lambda, from 0 (one-turn estimates) to 1 (whole returns).
-
-    Returns:
-        [T, M] float advantages; the targets of the value function (lambda-returns) are advantages plus ``values``.
     """
     discounts = np.power(values.dtype.type(gamma), elapsed, dtype=values.dtype)  # [T, M]
     deltas = rewards + discounts * np.where(terminated, 0, next_values) - values

@@ -1,4 +1,4 @@
-"""What the state of a learner may hold: what the learner's own holds, in the same shapes, and in these ranges."""
+"""Checks of a learner's state before the learner goes back to it."""
 
 from __future__ import annotations
 
@@ -9,54 +9,47 @@ import numpy as np
 from torch import nn
 
 from hierroom.learners.networks.actor_critic import AgentSpace
-from hierroom.support.schema import RANDOM_STATE, Array, Items, Schema, Table, Whole, like, require
+from hierroom.support.schema import RANDOM_STATE, Items, Schema, Table, Whole, like, require
 
 _MOST = 2**31
 
 
 def weights_schema(network: nn.Module) -> Table:
-    """The schema of a state of which a learner with this network takes the weights, whatever else it holds."""
+    """Return the schema of a state with weights for a network, whatever else it holds."""
     return Table({"backend": Table({"network": _network_schema(network)}, is_open=True)}, is_open=True)
 
 
 def _network_schema(network: nn.Module) -> Table:
-    """The schema of a network's ``state_dict``: its parameters are finite, what else it keeps is its own affair."""
-    parameters = dict(network.named_parameters())
-    return Table({name: like(value, is_finite=name in parameters) for name, value in network.state_dict().items()})
+    finite = dict(network.named_parameters())  # buffers may hold any numbers
+    return Table({name: like(value, is_finite=name in finite) for name, value in network.state_dict().items()})
 
 
 def check_learner_state(
-    state: Any,  # what is to be the state of a learner
-    own: Mapping[str, Any],  # the state that the learner has now
-    network: nn.Module,  # its network
-    space: AgentSpace,  # what its agent observes and can do
+    state: Any,
+    own: Mapping[str, Any],  # the learner's present state, which has the same shapes
+    network: nn.Module,
+    space: AgentSpace,
 ) -> None:
-    """Check a state before a learner goes back to it."""
+    """Check the types, shapes and ranges of a state, and that its turns can have been taken."""
     arrays = own["rollout"]["arrays"]
-    (length, capacity), num_envs = arrays["actions"].shape, len(arrays["columns"])
-    last_action, columns = space.n_actions - 1, Items(Whole(0, capacity - 1), 0, capacity)
+    length, capacity = arrays["actions"].shape
+    columns = Items(Whole(0, capacity - 1), 0, capacity)
     bounds = {
         "features": (0, np.array(space.cardinalities) - 1),
-        "actions": (0, last_action),
+        "actions": (0, space.n_actions - 1),
         "elapsed": (1, _MOST),
         "columns": (-1, capacity - 1),
         "turns": (0, length - 1),
         "awaiting": (-1, capacity - 1),
     }
     rollout: dict[str, Schema] = {name: like(array, *bounds.get(name, ())) for name, array in arrays.items()}
+    moments = {"means": like(own["backend"]["means"]), "squares": like(own["backend"]["squares"], 0)}
     Table(
         {
-            "backend": Table(
-                {
-                    "network": _network_schema(network),
-                    "means": like(own["backend"]["means"]),
-                    "squares": like(own["backend"]["squares"], 0),
-                    "n_steps": Whole(0, _MOST),
-                }
-            ),
+            "backend": Table({"network": _network_schema(network), **moments, "n_steps": Whole(0, _MOST)}),
             "rollout": Table({"arrays": Table(rollout), "free": columns, "full": columns}),
             "states": like(own["states"]),
-            "starts_episode": Array(np.bool_, (num_envs,)),
+            "starts_episode": like(own["starts_episode"]),
             "action_random": RANDOM_STATE,
             "shuffle_random": RANDOM_STATE,
         }
@@ -74,12 +67,11 @@ def _check_columns(rollout: Mapping[str, Any]) -> None:
     n_begun[rollout["full"]] = len(actions)
     n_begun[columns[writes]] = (turns + is_open)[writes]
     is_turn = np.arange(len(actions))[:, None] < n_begun
+    in_use = sorted([*rollout["free"], *rollout["full"], *columns[writes].tolist()])
     is_legal = np.take_along_axis(masks, actions[..., None], axis=2)[..., 0]
     require(
         {
-            "each of its columns is free, full or one environment's": np.array_equal(
-                np.sort([*rollout["free"], *rollout["full"], *columns[writes]]), np.arange(len(n_begun))
-            ),
+            "each of its columns is free, full or one environment's": in_use == [*range(len(n_begun))],
             "an environment that writes no column has begun no turn": writes | ~(is_open | (turns > 0)),
             "columns that await a value are full": np.isin(awaiting, rollout["full"]) | ~waits,
             "no two environments await a value for the same column": len(np.unique(awaiting[waits])) == waits.sum(),

@@ -1,4 +1,4 @@
-"""A policy for evaluation: it acts with the weights of a learner, does not learn, and keeps what it last computed."""
+"""A policy for evaluation: it acts with the weights of a learner and does not learn."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from hierroom.learners.sampling import greedy_actions, sample_actions
 
 @dataclass(frozen=True, eq=False)
 class Decision:
-    """What a policy computed for a turn in M environments."""
+    """A policy's outputs for a turn in M environments."""
 
-    envs: NDArray[np.integer]  # [M] the environments
+    envs: NDArray[np.integer]  # [M]
     logits: NDArray[np.floating]  # [M, A]
     masks: NDArray[np.bool_]  # [M, A] the legal actions
-    values: NDArray[np.floating]  # [M] the discounted return of the policy's own reward that it expected
+    values: NDArray[np.floating]  # [M] the expected discounted return of the policy's own reward
 
     @property
     def probabilities(self) -> NDArray[np.floating]:
-        """[M, A] the softmax over the legal actions; the others have none."""
+        """[M, A] the softmax over the legal actions, 0 elsewhere."""
         legal = np.where(self.masks, self.logits, -np.inf)
         weights = np.exp(legal - legal.max(axis=-1, keepdims=True))
         return weights / weights.sum(axis=-1, keepdims=True)
@@ -34,7 +34,7 @@ class Stepper(Protocol):
     """The methods of a backend that a `Policy` needs."""
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
-        """Recurrent states [n, S] of ``n`` environments at the start of an episode."""
+        """Return the recurrent states [n, S] at the start of an episode."""
         ...
 
     def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
@@ -45,16 +45,8 @@ class Stepper(Protocol):
 class Policy:
     """Acts in N environments with its own recurrent states and random numbers; it stores no turns.
 
-    The weights are not copied: each call uses the current weights of the learner that made the policy.
-
-    Args:
-        stepper: the backend that computes a turn.
-        space: observations and actions of the agent.
-        num_envs: number of environments N.
-        seed: seed of the sampled actions.
-
-    Attributes:
-        decision: what the last call of `act` or `act_greedily` computed; None before the first.
+    The weights are not copied: each call uses the current weights of the learner that made the policy. ``decision`` is
+    that of the last call, or None before the first.
     """
 
     def __init__(self, stepper: Stepper, space: AgentSpace, num_envs: int, seed: int) -> None:
@@ -66,26 +58,21 @@ class Policy:
         self.decision: Decision | None = None
 
     def act(
-        self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
-    ) -> NDArray[np.int64]:
-        """Sample actions [M] int64 as in training; arguments as in `Learner.act`."""
-        uniforms = self._random.random(len(envs) + self._n_left_out)[self._kept]
-        return self.act_by(uniforms, envs, features, masks)
-
-    def act_by(
         self,
-        uniforms: NDArray[np.float64],
         envs: NDArray[np.integer],
         features: NDArray[np.uint8],
         masks: NDArray[np.bool_],
+        uniforms: NDArray[np.float64] | None = None,  # [M] in [0, 1); None: from the policy's own generator
     ) -> NDArray[np.int64]:
-        """As `act`, by random numbers [M] in [0, 1) that are given instead of its own."""
+        """Sample actions [M] as in training; arguments as in `Learner.act`."""
+        if uniforms is None:
+            uniforms = self._random.random(len(envs) + self._n_left_out)[self._kept]
         return sample_actions(self._logits(envs, features, masks), masks, uniforms)[0]
 
     def act_greedily(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.int64]:
-        """Return the most probable legal actions [M] int64; arguments as in `Learner.act`."""
+        """Return the most probable legal actions [M]; arguments as in `Learner.act`."""
         return greedy_actions(self._logits(envs, features, masks), masks)
 
     def reset(self, envs: NDArray[np.integer]) -> None:
@@ -93,10 +80,9 @@ class Policy:
         self._states[envs] = self._stepper.initial_states(len(envs))
 
     def part(self, envs: NDArray[np.integer]) -> Policy:
-        """The same policy in some of its environments [M], for which it draws the numbers that the whole would draw.
+        """Return the same policy in some environments [M], with the random numbers that the whole would draw for them.
 
-        Its `act` must be called with all M environments, as this one's must have been. They share the generator of
-        random numbers, so this one is not to be used any more.
+        Each call of `act` must name all environments. The two share a generator, so do not use this one afterwards.
         """
         part = copy(self)
         n_drawn = len(self._states) + self._n_left_out

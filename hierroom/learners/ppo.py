@@ -1,50 +1,44 @@
 """Recurrent PPO for any agent that acts in turns.
 
-This list describes the implementation point by point and names the source of each point. "37 details" is Huang et al.,
-The 37 Implementation Details of Proximal Policy Optimization (2022); "Andrychowicz" is What Matters in On-Policy
-Reinforcement Learning (2021).
+This list describes the implementation point by point with its sources. "37 details" is Huang et al., The 37
+Implementation Details of Proximal Policy Optimization (2022); "Andrychowicz" is What Matters in On-Policy Reinforcement
+Learning (2021).
 
-1.  The clipped surrogate objective, value loss and entropy bonus form one loss (Schulman et al. 2017, equation 9),
-    which is minimised for several epochs of minibatches on each batch. `torch_backend.ppo_loss`.
-2.  Advantages are estimated by GAE (Schulman et al. 2016). The value target is the advantage plus the old value. Both
-    are computed once per update. `gae.generalized_advantages`.
+1.  The clipped surrogate objective, value loss and entropy bonus form one loss (Schulman et al. 2017, equation 9) for
+    several epochs of minibatches on each batch. `torch_backend.ppo_loss`.
+2.  GAE estimates advantages (Schulman et al. 2016), once per update; the value target is the advantage plus the old
+    value. `gae.generalized_advantages`.
 3.  A turn of k primitive steps is discounted by ``gamma ** k`` (options: Sutton, Precup & Singh 1999).
-4.  Termination and truncation are distinguished: a truncated return bootstraps from V of its final observation (Pardo
-    et al. 2018). That V is computed from the recurrent state after the turn and leaves the stored state unchanged. A
-    sequence that is full while its return continues bootstraps from V of the next observation, which the next turn
-    provides or, before an update, `Learner.bootstrap`.
-5.  An achieved subgoal ends the return but not the episode: the advantage estimate stops there, and the recurrent state
-    is kept.
-6.  A sequence holds T consecutive turns of one agent in one environment, whatever other agents did in between. Nothing
-    is padded.
-7.  A sequence is replayed from the recurrent state stored at its first turn, and the state is reset where an episode
-    begins inside the sequence. Before the first gradient step this gives exactly the probabilities with which the
-    actions were sampled (37 details, LSTM 2-5; Kapturowski et al. 2019 on stored states), except for the sequences of
-    point 8. Later minibatches use the same stored state, which is then slightly stale.
-8.  The first action after an update is sampled with the new weights, because `act` is not called between the last
-    `finish` and `update`. An agent whose environments all fill their sequences together, as the controller's do, thus
-    learns from turns of one policy. Of others, some sequences were begun before the last update. In a batch with such,
-    log-probabilities, values and the recurrent states inside sequences are computed anew before advantages are
-    estimated. Ratios then begin at 1, up to rounding, and what is clipped is multiplied by min(1, p / q), with p the
-    probability of the action under the policy that the update starts from and q the one it was sampled with (the
-    decoupled objective of Hilton, Cobbe & Schulman 2022, whose weight is p / q; truncated as in V-trace, Espeholt et
-    al. 2018). Three things still come from the weights before the last update: the state before the first turn of such
-    a sequence; the state after its last turn, and so the value that bootstraps there; and the value that bootstraps a
-    truncated turn. `Learner._renewed`.
+4.  A truncated return, unlike a terminated one, bootstraps from V of its final observation (Pardo et al. 2018), found
+    from the recurrent state after the turn. A full sequence that continues bootstraps from V of the next observation,
+    which the next turn provides or, before an update, `Learner.bootstrap`.
+5.  An achieved subgoal ends the return and its advantage estimate but not the episode, so the recurrent state remains.
+6.  A sequence has T consecutive turns of one agent in one environment, whatever other agents did in between. Nothing is
+    padded.
+7.  A sequence is replayed from the recurrent state stored at its first turn, with resets where episodes begin. Before
+    the first gradient step this gives exactly the probabilities with which the actions were sampled (37 details, LSTM
+    2-5; Kapturowski et al. 2019 on stored states), except in point 8. For later minibatches that state is stale.
+8.  The first action after an update uses the new weights, because `act` is not called between the last `finish` and
+    `update`. An agent that fills all its sequences together, as the controller does, thus learns from turns of one
+    policy. Other agents began some sequences before the last update. A batch with such sequences gets new
+    log-probabilities, values and recurrent states before advantages are estimated. Ratios then begin at 1, up to
+    rounding, and the clipped term is multiplied by min(1, p / q), with p the probability of the action when the update
+    starts and q when it was sampled (the decoupled objective of Hilton, Cobbe & Schulman 2022 has p / q; truncated as
+    in V-trace, Espeholt et al. 2018). Older weights remain in the states before the first and after the last turn of
+    such a sequence, and in the bootstrap values there and of truncated turns. `Learner._renewed`.
 9.  Minibatches consist of whole sequences, in a new random order every epoch (37 details, LSTM 4).
-10. Illegal actions are masked out of the softmax, and the entropy is that of the masked distribution (Huang & Ontanon
-    2020).
+10. The softmax and its entropy are those of the legal actions (Huang & Ontanon 2020).
 11. Advantages are normalised per minibatch (37 details, 7) by the population standard deviation, which has a lower
     bound so that noise is not amplified (`PPOConfig.min_advantage_std`).
 12. The value loss is half the mean squared error and is not clipped (Andrychowicz, 3.4, advises against clipping it).
-13. Weights are initialised orthogonally, with gain sqrt 2, 0.01 for the policy head and 1 for the value head; the LSTM
-    is orthogonal too, and biases are 0 (37 details, 2 and LSTM 1). `networks.RecurrentActorCritic`.
-14. One Adam optimiser updates all parameters, with epsilon 1e-5 (37 details, 3) and a learning rate that is constant or
-    annealed linearly (37 details, 4).
+13. Weights start orthogonal, with gain sqrt 2, 0.01 for the policy head and 1 for the value head and the LSTM; biases
+    start at 0 (37 details, 2 and LSTM 1). `networks.RecurrentActorCritic`.
+14. One Adam optimiser updates all parameters, with epsilon 1e-5 (37 details, 3) and a constant or linearly annealed
+    learning rate (37 details, 4).
 15. The norm of the gradient of all parameters together is clipped to 0.5 (37 details, 11).
 16. Policy and value function share the encoder and the recurrent core (37 details, 13).
-17. Actions are sampled by inverting the distribution function at uniforms from the learner's own generator; weights and
-    shuffles have generators of their own. No global random state is read or written.
+17. Actions invert the distribution function at uniforms from the learner's generator; weights and shuffles have other
+    generators. No global random state is read or written.
 """
 
 from __future__ import annotations
@@ -62,7 +56,7 @@ from torch import nn
 from hierroom.learners.config import PPOConfig
 from hierroom.learners.fused.backend import FusedBackend
 from hierroom.learners.gae import generalized_advantages
-from hierroom.learners.health import check_batch, check_start, check_update, weights_of
+from hierroom.learners.health import check_batch, check_start, check_update
 from hierroom.learners.learner_state import check_learner_state, weights_schema
 from hierroom.learners.networks.actor_critic import AgentSpace, PolicyNetwork, RecurrentActorCritic, seeded_weights
 from hierroom.learners.policy import Policy
@@ -72,8 +66,7 @@ from hierroom.learners.torch_backend import STATISTICS, TorchBackend
 from hierroom.support.errors import InputError
 
 UPDATE_STATISTICS = (*STATISTICS, "explained_variance", "learning_rate", "turns")
-"""Names of the entries that `Learner.update` returns: means over the minibatches, then three numbers about the whole
-update."""
+"""The keys that `Learner.update` returns: means over the minibatches, then three numbers of the whole update."""
 
 
 class Learner:
@@ -81,16 +74,6 @@ class Learner:
 
     A turn begins with `act` and ends with `finish`; each call may concern any subset of the environments. When `ready`,
     call `bootstrap` and `update` before the next `act`.
-
-    Args:
-        space: observations and actions of the agent.
-        num_envs: number of environments N, at least 1.
-        config: hyperparameters.
-        seed: seed of the weights, actions and shuffles.
-        device: torch device, such as ``"cpu"`` or ``"cuda"``.
-        threads: number of threads of the compiled kernels, at least 1; the result does not depend on it.
-        network: builds the network from ``(space, hidden_size)``: a class that implements the `PolicyNetwork` protocol,
-            or a function; None: `RecurrentActorCritic`.
     """
 
     def __init__(
@@ -99,15 +82,11 @@ class Learner:
         num_envs: int,
         config: PPOConfig,
         *,
-        seed: int,
-        device: str = "cpu",
-        threads: int = 1,
-        network: Callable[[AgentSpace, int], nn.Module] | None = None,
+        seed: int,  # of the weights, actions and shuffles
+        device: str = "cpu",  # torch device
+        threads: int = 1,  # of the compiled kernels; the result does not depend on it
+        network: Callable[[AgentSpace, int], nn.Module] | None = None,  # builds a `PolicyNetwork` of a hidden size
     ) -> None:
-        if num_envs < 1:
-            raise InputError(f"a learner needs at least 1 environment, not {num_envs}")
-        if threads < 1:
-            raise InputError(f"a learner needs at least 1 thread, not {threads}")
         self.space = space
         self.config = config
         self.num_envs = num_envs
@@ -134,15 +113,10 @@ class Learner:
             self._backend = TorchBackend(self.network, config, device)
         self._states = self._backend.initial_states(num_envs)  # [N, S]
         self._starts_episode = np.ones(num_envs, bool)
-        self._rollout = Rollout(
-            num_envs,
-            config.sequence_length,
-            # One short of an update, a single `finish` can still fill the sequences of all environments.
-            capacity=self.sequences_per_update + num_envs,
-            n_features=space.n_features,
-            n_actions=space.n_actions,
-            state_size=self._states.shape[1],
-        )
+        # One short of an update, a single `finish` can still fill the sequences of all environments.
+        capacity = self.sequences_per_update + num_envs
+        sizes = space.n_features, space.n_actions, self._states.shape[1]
+        self._rollout = Rollout(num_envs, config.sequence_length, capacity, *sizes)
 
     @property
     def ready(self) -> bool:
@@ -157,23 +131,15 @@ class Learner:
     @property
     def n_rollout_bytes(self) -> int:
         """Memory of the stored turns in bytes, which is constant."""
-        return self._rollout.n_bytes
+        return sum(array.nbytes for array in vars(self._rollout.slots).values())
 
     def act(
         self, envs: NDArray[np.integer], features: NDArray[np.uint8], masks: NDArray[np.bool_]
     ) -> NDArray[np.int64]:
-        """Begin a turn in some environments: sample actions, store the turns and update the recurrent states.
+        """Begin a turn: sample legal actions [M], store the turns and move the recurrent states.
 
-        Args:
-            envs: [M] int, distinct environments without an open turn; may be empty.
-            features: [M, K] uint8, each below its cardinality.
-            masks: [M, A] bool, the legal actions, at least one per environment.
-
-        Returns:
-            [M] int64 actions, all legal.
-
-        Raises:
-            RuntimeError: if the last turn of an environment has not finished, or `update` is overdue.
+        The environments [M] are distinct and have no open turn; there may be none. Features are [M, K], each below its
+        cardinality, and masks [M, A], with at least one legal action per environment.
         """
         self.space.check_features(envs, features)
         self.space.check_masks(envs, masks)
@@ -187,36 +153,22 @@ class Learner:
             states[resets] = self._backend.initial_states(1)  # a user's own network may learn it
         logits, values, self._states[envs] = self._backend.step(features, states)
         actions, log_probs = sample_actions(logits, masks, self._action_random.random(len(envs)))
-        self._rollout.begin(envs, states, resets, features, masks, actions, log_probs, values)
+        turn = {"resets": resets, "features": features, "masks": masks, "actions": actions, "log_probs": log_probs}
+        self._rollout.begin(envs, states, values, **turn)
         self._starts_episode[envs] = False
         return actions
 
     def finish(
         self,
-        envs: NDArray[np.integer],
-        rewards: NDArray[np.floating],
-        elapsed: NDArray[np.integer],
-        terminated: NDArray[np.bool_],
-        truncated: NDArray[np.bool_],
-        episode_ended: NDArray[np.bool_],
-        last_features: NDArray[np.uint8] | None = None,
+        envs: NDArray[np.integer],  # [M]
+        rewards: NDArray[np.floating],  # [M]
+        elapsed: NDArray[np.integer],  # [M] primitive steps of the turn, at least 1
+        terminated: NDArray[np.bool_],  # [M] whether the return ends here, at the exit or the rewarded subgoal
+        truncated: NDArray[np.bool_],  # [M] whether a time limit cuts the return off here
+        episode_ended: NDArray[np.bool_],  # [M] whether the next turn starts from the initial recurrent state
+        last_features: NDArray[np.uint8] | None = None,  # [C, K] the final observations of C turns
     ) -> None:
-        """End the open turn of some environments.
-
-        Args:
-            envs: [M] int, environments with an open turn.
-            rewards: [M] float, rewards of the turns.
-            elapsed: [M] int, number of primitive steps that the turn lasted, at least 1.
-            terminated: [M] bool, whether the return ends here with nothing to come: the agent reached the exit or the
-                rewarded subgoal.
-            truncated: [M] bool, whether the return is cut off here although it would continue, by a time limit.
-            episode_ended: [M] bool, whether the next turn starts from the initial recurrent state.
-            last_features: [C, K] uint8, the final observations of the C turns that are truncated and not terminated;
-                their values bootstrap the returns. None if there is no such turn.
-
-        Raises:
-            RuntimeError: if an environment has no open turn.
-        """
+        """End open turns; ``last_features`` bootstrap the returns of the C that are truncated and not terminated."""
         if not self._rollout.is_open[envs].all():
             raise RuntimeError("finish() was called for an environment in which no turn has begun")
         if (episode_ended & ~(terminated | truncated)).any():
@@ -231,14 +183,9 @@ class Learner:
         self._starts_episode[envs[episode_ended]] = True
 
     def bootstrap(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
-        """Store the value of the next observation for full sequences whose return continues.
+        """Store the values of the current observations [M, K] of ``envs`` [M] for full sequences that continue.
 
-        `act` does this for the environments in which it begins a turn. Before an `update`, call this method for the
-        other environments.
-
-        Args:
-            envs: [M] int, distinct environments without an open turn.
-            features: [M, K] uint8, the agent's current observations there.
+        `act` does so for the environments in which it begins a turn.
         """
         lacking = np.flatnonzero(self._rollout.awaiting[envs] >= 0)
         envs, features = envs[lacking], features[lacking]
@@ -247,19 +194,10 @@ class Learner:
             self._rollout.bootstrap(envs, self._backend.step(features, self._states[envs])[1])
 
     def update(self, progress: float) -> dict[str, float]:
-        """Learn from all full sequences, then discard them.
+        """Learn from all full sequences, discard them, and return `UPDATE_STATISTICS`.
 
-        Args:
-            progress: fraction of training that is done, 0 to 1; anneals the learning rate.
-
-        Returns:
-            `UPDATE_STATISTICS`: the means of the losses over the minibatches; ``explained_variance`` of the old values;
-                ``learning_rate``; ``turns``, the number of turns learned from.
-
-        Raises:
-            RuntimeError: if the learner is not `ready`, or a full sequence still needs `bootstrap`.
-            DivergenceError: if a number is not finite or far too large: of what was collected, from which nothing has
-                been learned then, of the losses and the gradient, or of the weights and what they give.
+        ``progress``, the fraction of training that is done, anneals the learning rate. A `DivergenceError` says that a
+        turn, a loss, the gradient, a new weight or its output is not finite or far too large.
         """
         if not self.ready:
             raise RuntimeError("update() was called before enough sequences were full; check `ready` first")
@@ -279,7 +217,7 @@ class Learner:
         ]
         learning_rate = config.learning_rate * (1 + progress * (config.final_learning_rate_fraction - 1))
         means = self._backend.train(batch, advantages, importance_weights, minibatches, learning_rate)
-        check_update(means, weights_of(self.network), self._backend, batch, learning_rate)
+        check_update(means, self.network.state_dict().items(), self._backend, batch, learning_rate)
         target_variance = np.var(advantages + batch.values)
         return {
             **dict(zip(STATISTICS, means.tolist(), strict=True)),
@@ -289,10 +227,7 @@ class Learner:
         }
 
     def _renewed(self, batch: Batch) -> tuple[Batch, NDArray[np.float32]]:
-        """The batch as the current weights see it, and the weights [T, M] of its turns in the policy loss.
-
-        Sequences that were begun before the last update are replayed from their stored states: see point 8 above.
-        """
+        """Return the batch as the current weights see it, and its turns' weights [T, M] in the loss: point 8 above."""
         weights = np.ones_like(batch.log_probs)
         if not batch.spans_update.any():
             return batch, weights
@@ -310,11 +245,11 @@ class Learner:
         return replace(batch, log_probs=log_probs, values=values, next_values=next_values), weights
 
     def policy(self, num_envs: int, *, seed: int) -> Policy:
-        """A policy for evaluation that acts with the learner's current weights in ``num_envs`` environments."""
+        """Return a policy for evaluation that acts with the learner's current weights."""
         return Policy(self._backend, self.space, num_envs, seed)
 
     def state_dict(self) -> dict:
-        """The complete state as tensors and plain types, so that a resumed run equals an uninterrupted one."""
+        """Return the complete state as tensors and plain types, so that a resumed run equals an uninterrupted one."""
         return {
             "backend": self._backend.state_dict(),
             "rollout": self._rollout.state_dict(),

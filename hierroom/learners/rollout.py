@@ -1,9 +1,8 @@
 """Storage of turns until an update: sequences of each environment's own turns.
 
-Only turns of the agent are stored, so an environment in which it rarely acts fills its sequence slowly. The storage is
-a pool of columns ``[T, C]``. Each environment writes its turns into one column. A column with T finished turns is full
-and waits for the update; the environment's next turn opens another column, whose initial state is the recurrent state
-at that moment.
+The storage is a pool of columns ``[T, C]``. Each environment writes its turns into one column. A column with T finished
+turns is full and waits for the update; the environment's next turn opens another column, whose initial state is the
+recurrent state at that moment.
 """
 
 from __future__ import annotations
@@ -34,21 +33,11 @@ class Batch:
     next_values: NDArray[np.float32]  # [T, M] zero where terminated
 
 
-_BY_SEQUENCE = ("initial_states", "spans_update")
-"""What a `Batch` has once for each sequence and not for each turn."""
+_BY_SEQUENCE = ("initial_states", "spans_update")  # entries of a `Batch` per sequence; the others are per turn
 
 
 class Rollout:
-    """A pool of columns, and the column that each environment is writing.
-
-    Args:
-        num_envs: number of environments N, each with at most one open turn.
-        length: number of turns T in a sequence.
-        capacity: number of columns C, at least N.
-        n_features: number of features K of an observation.
-        n_actions: number of actions A.
-        state_size: number of entries S of a recurrent state.
-    """
+    """A pool of ``capacity`` columns of ``length`` turns, and the column that each environment is writing."""
 
     def __init__(
         self, num_envs: int, length: int, capacity: int, n_features: int, n_actions: int, state_size: int
@@ -81,23 +70,14 @@ class Rollout:
         """Number of sequences that wait for an update."""
         return len(self._full)
 
-    @property
-    def n_bytes(self) -> int:
-        """Memory of the pool in bytes, which is constant."""
-        return sum(array.nbytes for array in vars(self.slots).values())
-
     def begin(
         self,
-        envs: NDArray[np.integer],
-        states: NDArray[np.float32],
-        resets: NDArray[np.bool_],
-        features: NDArray[np.uint8],
-        masks: NDArray[np.bool_],
-        actions: NDArray[np.int64],
-        log_probs: NDArray[np.float32],
-        values: NDArray[np.float32],
+        envs: NDArray[np.integer],  # [M]
+        states: NDArray[np.float32],  # [M, S] the recurrent states before the turn
+        values: NDArray[np.float32],  # [M]
+        **turn: NDArray,  # [M, ...] the resets, features, masks, actions and log_probs, as in `Batch`
     ) -> None:
-        """Open a turn in each of ``envs`` [M]; ``states`` [M, S] are those before the turn, the rest as in `Batch`."""
+        """Open a turn in each of ``envs``."""
         starting = np.flatnonzero(self.columns[envs] < 0)
         if len(starting):
             if len(starting) > len(self._free):
@@ -105,14 +85,10 @@ class Rollout:
             self.columns[envs[starting]] = [self._free.pop(0) for _ in starting]
             self.slots.initial_states[self.columns[envs[starting]]] = states[starting]
             self.slots.spans_update[self.columns[envs[starting]]] = False
-        columns, turns = self.columns[envs], self.turns[envs]
-        slots = self.slots
-        slots.resets[turns, columns] = resets
-        slots.features[turns, columns] = features
-        slots.masks[turns, columns] = masks
-        slots.actions[turns, columns] = actions
-        slots.log_probs[turns, columns] = log_probs
+        columns, turns, slots = self.columns[envs], self.turns[envs], self.slots
         slots.values[turns, columns] = values
+        for name, entries in turn.items():
+            getattr(slots, name)[turns, columns] = entries
         # The value of this observation bootstraps the previous turn, unless its return ended there.
         before = turns - 1
         follows = (turns > 0) & ~(slots.terminated[before, columns] | slots.truncated[before, columns])
@@ -138,13 +114,11 @@ class Rollout:
     ) -> None:
         """Close the open turn of each of ``envs`` [M].
 
-        ``next_values`` [M] are the bootstrap values of truncated turns and must be zero elsewhere. Columns that become
-        full join the queue in the order of ``envs``; where the return continues, `bootstrap` or `begin` adds the value
-        of the next turn later.
+        ``next_values`` [M] are the bootstrap values of truncated turns and zero elsewhere. Where the return of a full
+        column continues, `bootstrap` or `begin` adds the value of the next turn later.
         """
-        columns, turns = self.columns[envs], self.turns[envs]
-        slots = self.slots
-        with np.errstate(over="ignore"):  # what float32 cannot hold becomes infinite, which the update then reports
+        columns, turns, slots = self.columns[envs], self.turns[envs], self.slots
+        with np.errstate(over="ignore"):  # a reward beyond float32 becomes infinite, which the update then reports
             slots.rewards[turns, columns] = rewards
         slots.elapsed[turns, columns] = elapsed
         slots.terminated[turns, columns] = terminated
@@ -169,7 +143,7 @@ class Rollout:
         return batch
 
     def state_dict(self) -> dict:
-        """The complete state as tensors and lists, open turns and partly filled sequences included."""
+        """Return the complete state as tensors and lists, open turns and partly filled sequences included."""
         arrays = {name: torch.from_numpy(array.copy()) for name, array in self._arrays().items()}
         return {"arrays": arrays, "free": list(self._free), "full": list(self._full)}
 
@@ -180,10 +154,5 @@ class Rollout:
         self._free, self._full = list(state["free"]), list(state["full"])
 
     def _arrays(self) -> dict[str, NDArray]:
-        return {
-            **vars(self.slots),
-            "columns": self.columns,
-            "turns": self.turns,
-            "is_open": self.is_open,
-            "awaiting": self.awaiting,
-        }
+        of_envs = {name: getattr(self, name) for name in ("columns", "turns", "is_open", "awaiting")}
+        return {**vars(self.slots), **of_envs}

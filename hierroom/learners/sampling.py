@@ -16,11 +16,7 @@ def sample_actions(
     masks: NDArray[np.bool_],  # [N, A] the legal actions, at least one True in each row
     uniforms: NDArray[np.floating],  # [N] float in [0, 1)
 ) -> tuple[NDArray[np.int64], NDArray[np.floating]]:
-    """Sample one action per environment from the softmax over its legal actions by inverse transform sampling.
-
-    Returns:
-        [N] int64 actions, always legal, and [N] float, their log-probabilities among the legal actions.
-    """
+    """Sample legal actions [N] from the softmax by inverse transform; also return their log-probabilities [N]."""
     num_envs, n_actions = logits.shape
     actions = np.empty(num_envs, np.int64)
     log_probs = np.empty(num_envs, logits.dtype)
@@ -50,7 +46,7 @@ def sample_actions(
 def log_probabilities(
     logits: NDArray[np.floating], masks: NDArray[np.bool_], actions: NDArray[np.integer]
 ) -> NDArray[np.floating]:
-    """Log-probabilities [N] of actions [N] in the softmax over the legal ones; minus infinity if illegal."""
+    """Return the log-probabilities [N] of actions [N] in the softmax over the legal ones; minus infinity if illegal."""
     legal = np.where(masks, logits, -np.inf)
     highest = legal.max(axis=-1)
     totals = np.log(np.exp(legal - highest[:, None]).sum(axis=-1))
@@ -58,5 +54,5 @@ def log_probabilities(
 
 
 def greedy_actions(logits: NDArray[np.floating], masks: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """The most probable legal action [N] of each environment, the first of equals; arguments as in `sample_actions`."""
+    """Return the most probable legal action [N] of each environment, the first of equals."""
     return np.where(masks, logits, -np.inf).argmax(axis=-1)

@@ -17,23 +17,13 @@ from hierroom.learners.rollout import Batch
 from hierroom.support.errors import own_code
 
 STATISTICS = ("policy_loss", "value_loss", "entropy", "approx_kl", "clip_fraction", "gradient_norm")
-"""Names of the values that `TorchBackend.train` averages over the minibatches of an update, in this order."""
-
-_MOMENTS = {"means": "exp_avg", "squares": "exp_avg_sq"}
-"""Names of Adam's moments in checkpoints, and in torch."""
-
-# Finite, so that the entropy term of an illegal action, 0 times its log-probability, is 0 and not NaN.
-_ILLEGAL = -1e9
+"""Names of the values that a backend's ``train`` averages over the minibatches of an update, in this order."""
+_MOMENTS = {"means": "exp_avg", "squares": "exp_avg_sq"}  # names of Adam's moments in checkpoints, and in torch
+_ILLEGAL = -1e9  # finite, so that an illegal action's term in the entropy is 0 and not NaN
 
 
 class TorchBackend:
-    """Forward passes, loss, gradients and Adam in torch.
-
-    Args:
-        network: a module that implements the `PolicyNetwork` protocol.
-        config: hyperparameters.
-        device: torch device of the network and its arithmetic.
-    """
+    """Forward passes, loss, gradients and Adam in torch, for a module that implements `PolicyNetwork`."""
 
     def __init__(self, network: nn.Module, config: PPOConfig, device: str) -> None:
         self._module = network.to(device)
@@ -43,7 +33,7 @@ class TorchBackend:
         self._adam = torch.optim.Adam(network.parameters(), lr=config.learning_rate, eps=config.adam_epsilon)
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
-        """Recurrent states [n, S] of ``n`` environments at the start of an episode."""
+        """Return the recurrent states [n, S] at the start of an episode."""
         with torch.no_grad(), self._own_code():
             # A copy: one row that is expanded to n, or the weights themselves, are not to be written to.
             return self._network.initial_state(n).cpu().numpy().copy()
@@ -57,7 +47,7 @@ class TorchBackend:
         return logits, values, new_states
 
     def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """As `step`, for a turn that is not learned from: the network is in its evaluation mode."""
+        """Compute a turn that is not learned from, with the network in its evaluation mode."""
         modes = [(module, module.training) for module in self._module.modules()]
         self._module.eval()
         try:
@@ -74,7 +64,7 @@ class TorchBackend:
         minibatches: Iterable[NDArray[np.integer]],  # for each one the indices of its sequences, 0 to M - 1
         learning_rate: float,  # Adam's step size
     ) -> NDArray[np.float64]:
-        """Take one gradient step per minibatch; returns [6] float64, the mean of each of `STATISTICS`."""
+        """Take one gradient step per minibatch; return [6] the mean of each of `STATISTICS`."""
         for group in self._adam.param_groups:
             group["lr"] = learning_rate
         tensors = {name: self._tensor(array) for name, array in vars(batch).items()}
@@ -87,16 +77,10 @@ class TorchBackend:
             logits, values = self._network.sequence(
                 data["features"][:, part], data["initial_states"][part], data["resets"][:, part]
             )
-        loss, statistics = ppo_loss(
-            logits,
-            values,
-            data["masks"][:, part],
-            data["actions"][:, part],
-            data["log_probs"][:, part],
-            normalized(advantages[:, part], self._config) * weights[:, part],
-            (advantages + data["values"])[:, part],
-            self._config,
-        )
+        turns = data["masks"][:, part], data["actions"][:, part], data["log_probs"][:, part]
+        scores = normalized(advantages[:, part], self._config) * weights[:, part]
+        targets = (advantages + data["values"])[:, part]
+        loss, statistics = ppo_loss(logits, values, *turns, scores, targets, self._config)
         self._adam.zero_grad()
         loss.backward()
         norm = nn.utils.clip_grad_norm_(self._module.parameters(), self._config.max_gradient_norm)
@@ -110,16 +94,14 @@ class TorchBackend:
         return torch.from_numpy(array).to(self._device)
 
     def state_dict(self) -> dict:
-        """Copies of the weights and of Adam's moments on the CPU, in the format of `FusedBackend.state_dict`."""
-        moments = {name: [] for name in _MOMENTS}
-        n_steps = 0
-        for parameter in self._module.parameters():
-            of_parameter = self._adam.state.get(parameter, {})
-            n_steps = max(n_steps, int(of_parameter.get("step", 0)))
-            for name, key in _MOMENTS.items():
-                moments[name].append(of_parameter.get(key, torch.zeros_like(parameter)).detach().cpu().ravel())
+        """Return copies on the CPU in the format of `FusedBackend.state_dict`."""
         network = {name: tensor.detach().cpu().clone() for name, tensor in self._module.state_dict().items()}
-        return {"network": network, **{name: torch.cat(parts) for name, parts in moments.items()}, "n_steps": n_steps}
+        states = [(self._adam.state.get(p, {}), torch.zeros_like(p)) for p in self._module.parameters()]
+        moments = {
+            name: torch.cat([state.get(key, zeros).detach().cpu().ravel() for state, zeros in states])
+            for name, key in _MOMENTS.items()
+        }
+        return {"network": network, **moments, "n_steps": max(int(state.get("step", 0)) for state, _ in states)}
 
     def load_state_dict(self, state: dict) -> None:
         """Restore what `state_dict` returned."""
@@ -137,7 +119,7 @@ class TorchBackend:
 
 
 def normalized(advantages: Tensor, config: PPOConfig) -> Tensor:
-    """Advantages of a minibatch with mean 0 and population standard deviation 1; see `PPOConfig.min_advantage_std`."""
+    """Scale advantages to mean 0 and population standard deviation 1; see `PPOConfig.min_advantage_std`."""
     if not config.normalize_advantages:
         return advantages
     deviation = advantages.std(correction=0).clamp(min=config.min_advantage_std)
@@ -154,14 +136,11 @@ def ppo_loss(
     targets: Tensor,  # [T, M] the value targets G
     config: PPOConfig,  # the clip range :math:`\epsilon` and the weights
 ) -> tuple[Tensor, list[Tensor]]:
-    r"""The clipped surrogate loss of Schulman et al. (2017), equations 7 and 9, over legal actions.
+    r"""Return the loss of Schulman et al. (2017), equations 7 and 9, and the first five of `STATISTICS`.
 
     .. math::
         L = \overline{-\min(r A, \mathrm{clip}(r, 1 - \epsilon, 1 + \epsilon) A)}
             + w_v \overline{\tfrac12 (V - G)^2} - w_e \overline{H}
-
-    Returns:
-        the loss, and the first five of `STATISTICS`, detached.
     """
     log_policy = torch.log_softmax(logits.masked_fill(~masks, _ILLEGAL), dim=-1)  # [T, M, A]
     log_ratio = log_policy.gather(-1, actions.unsqueeze(-1)).squeeze(-1) - log_probs

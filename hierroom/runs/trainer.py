@@ -22,7 +22,7 @@ from hierroom.runs.logs.episode_log import EpisodeLog
 from hierroom.support.compile.clock import compile_clock
 from hierroom.support.errors import DivergenceError, InputError
 from hierroom.support.files import to_json
-from hierroom.support.schema import Anything, Array, Table, as_array
+from hierroom.support.schema import Array, Schema, Table, as_array
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 
@@ -203,7 +203,7 @@ class Trainer:
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go on from what `state_dict` gave, in a trainer with the same config."""
         now = self.turns.get_state()
-        Table(dict.fromkeys(now, Anything())).check(state["turns"], "turns")
+        Table(dict.fromkeys(now, Schema())).check(state["turns"], "turns")
         self.turns.set_state({name: _as_array(state["turns"][name], like, name) for name, like in now.items()})
         for name, agent in self.agents.items():
             try:

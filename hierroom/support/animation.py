@@ -18,13 +18,7 @@ FORMATS = (".gif", ".mp4")
 
 
 def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_frame: float = 0.1) -> None:
-    """Write pictures of equal size as an animation; the last one is shown for a second.
-
-    Args:
-        frames: [H, W, 3] uint8 each, at least one.
-        path: the file, whose folder must exist: a .gif, which loops for ever, or an .mp4, which needs PyAV.
-        seconds_per_frame: duration of each other picture, which GIFs store in units of 0.01.
-    """
+    """Write pictures [H, W, 3] as a .gif, which loops for ever, or an .mp4; both show the last one for a second."""
     kind = Path(path).suffix.lower()
     if kind not in FORMATS:
         raise InputError(f"an animation is a {' or '.join(FORMATS)} file, not {path}")
@@ -36,7 +30,7 @@ def animate(frames: Iterable[NDArray[np.uint8]], path: str | Path, seconds_per_f
 
 
 def require_format(path: str | Path) -> None:
-    """Check that what an animation in a file needs is there, before hours are spent on what it is to show."""
+    """Check that PyAV is there for an MP4, before hours of work on the pictures."""
     if Path(path).suffix.lower() == ".mp4":
         try:
             import av  # noqa: F401  # pyright: ignore[reportMissingImports]

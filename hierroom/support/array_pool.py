@@ -1,4 +1,4 @@
-"""Arrays that are handed out at every step, and used again as soon as nobody holds them."""
+"""Arrays for every step, used again when nobody holds them any more."""
 
 from __future__ import annotations
 
@@ -12,29 +12,24 @@ _Set = tuple[tuple[NDArray, ...], dict[str, NDArray]]
 
 
 class ArrayPool:
-    """Two sets of arrays that are handed out in turn: new ones, as far as anybody who gets them can tell.
+    """Two sets of arrays that take turns; a set with an array that somebody still holds is replaced by a new one.
 
-    An array that nobody else holds, nor a view of it, would be freed and its memory given to the next one. This does
-    the same without the way through the allocator, which at small batches takes longer than to fill the arrays, and
-    at large ones has the operating system clear every page again. Whoever keeps an array of a set keeps it for good:
-    the pool then makes another set.
-
-    Args:
-        make: makes a set: arrays that own their memory, and a dict of some of them by name.
+    At small batches the allocator takes longer than filling the arrays, and at large ones the operating system clears
+    every page again. ``make`` makes a set: arrays that own their memory, and a dict of some of them by name.
     """
 
     def __init__(self, make: Callable[[], _Set]) -> None:
         self._make = make
         self._sets: list[_Set] = []
-        self._free: list[int] = []  # how many hold each array while nobody else does
+        self._free: list[int] = []  # the number of references to each array while nobody else holds one
         self._at = 0
 
     def __reduce__(self) -> tuple[type[ArrayPool], tuple[Any]]:
-        """A copy has arrays of its own."""
+        """Give each copy its own arrays."""
         return ArrayPool, (self._make,)
 
     def take(self) -> _Set:
-        """A set of arrays, to be written, and the dict; whoever gives the dict away gives a copy."""
+        """Return a set of arrays to write, and the dict; whoever passes the dict on passes a copy."""
         if not self._sets:
             self._sets = [self._make(), self._make()]
             self._free = list(map(getrefcount, self._sets[0][0]))

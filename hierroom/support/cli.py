@@ -1,4 +1,4 @@
-"""How a command reads its words and how it ends: one line for an error, and exit code 2 for invalid input."""
+"""Commands: reading their words, one line for an error, and exit code 2 for invalid input."""
 
 from __future__ import annotations
 
@@ -16,19 +16,12 @@ from hierroom.support.errors import InputError, RunError, one_line
 
 T = TypeVar("T")
 LISTS = ("--graph", "--graphs", "--exclude", "--sizes", "--metas", "--features", "--meta-features")
-"""Options that take several values."""
+"""Options with several values."""
 _NUMBERS = ConstructorRegistry()
 
 
 def read_arguments(kind: type[T], command: str, argv: Sequence[str], default: T | None = None) -> T:
-    """Read a command line. For a wrong one tyro prints what is wrong, and the process ends with exit code 2.
-
-    Args:
-        kind: dataclass of the options, or a union of such, one for each subcommand.
-        command: its name, for usage texts.
-        argv: the words after the name.
-        default: the options to start from.
-    """
+    """Read the words after a command's name into a dataclass, or one of a union; tyro exits with code 2 if wrong."""
     _refuse_lost_values(argv)
     start = tyro.MISSING_NONPROP if default is None else default
     return tyro.cli(kind, prog=f"python -m hierroom {command}", args=argv, default=start, registry=_NUMBERS)
@@ -68,10 +61,7 @@ def _whole_number(text: str) -> int:
 
 
 def run(command: Callable[[], int]) -> None:
-    """Run a command and leave the process with its exit code, or with 2 for invalid input.
-
-    Output that is closed, that nobody reads any more or that lacks a character is no failure.
-    """
+    """Run a command and exit with its code, or 2 for invalid input; closed or unread output is no failure."""
     _open_streams()
     try:
         code = command()
@@ -83,13 +73,18 @@ def run(command: Callable[[], int]) -> None:
     except SystemExit as error:  # rich makes one of a broken pipe; tyro ends so after --help and wrong options
         code = 0 if isinstance(error.__context__, BrokenPipeError) else error.code
     except Exception as error:
-        code, message = _failure(error)
-        _print_error(message)
+        code = _report(error)
     sys.exit(_flush(code))
 
 
+def _report(error: Exception) -> int:
+    """Print an error that a command expects and return its exit code; raise any other again."""
+    code, message = _failure(error)
+    print(one_line(f"error: {message}"), file=sys.stderr)
+    return code
+
+
 def _failure(error: Exception) -> tuple[int, str]:
-    """The exit code and the message of an error that a command expects; any other is raised again."""
     match error:
         case InputError():
             return 2, str(error)
@@ -99,20 +94,14 @@ def _failure(error: Exception) -> tuple[int, str]:
             return 2, f"cannot write the output: {error.strerror}"
         case OSError():  # such as a name that is too long, or a folder without permission
             return 2, f"{error.strerror or error}: {os.fsdecode(error.filename)!r}"
-        case MemoryError():
-            return 2, f"not enough memory: {error}"
-        case RuntimeError() if "allocate" in str(error):  # torch has no MemoryError
-            return 2, f"not enough memory: {error}"
+    if isinstance(error, MemoryError) or (isinstance(error, RuntimeError) and "allocate" in str(error)):  # from torch
+        return 2, f"not enough memory: {error}"
     raise error
 
 
-def _print_error(message: str) -> None:
-    print(one_line(f"error: {message}"), file=sys.stderr)
-
-
 def _open_streams() -> None:
-    """Replace closed standard streams, and let the others write characters that they lack as escapes."""
-    if os.environ.get("COLUMNS") == "0":  # what some programs say where there is no terminal; rich would print nothing
+    """Replace closed standard streams, and let the others escape characters that they lack."""
+    if os.environ.get("COLUMNS") == "0":  # some programs set it where there is no terminal; rich would print nothing
         del os.environ["COLUMNS"]
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
@@ -127,7 +116,7 @@ def _open_streams() -> None:
 
 
 def _flush(code: int | str | None) -> int | str | None:
-    """Write what the streams still have in memory; returns the exit code, 2 where that fails."""
+    """Write the rest of the streams; return the exit code, 2 where that fails."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
@@ -135,6 +124,5 @@ def _flush(code: int | str | None) -> int | str | None:
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, stream.fileno())  # Python flushes once more at exit
             if not isinstance(error, BrokenPipeError) and stream is sys.stdout and not code:
-                code, message = _failure(error)
-                _print_error(message)
+                code = _report(error)
     return code

@@ -1,4 +1,4 @@
-"""Errors for invalid input, checks of numbers and names, and errors in a user's code as one line."""
+"""Errors for invalid input, checks of a user's numbers and names, and errors in a user's code as one line."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import sysconfig
 import traceback
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -15,23 +16,23 @@ import numpy as np
 
 
 class InputError(Exception):
-    """What a user gave cannot be used; the message is one line: what was wrong, what is allowed, what was given."""
+    """Invalid user input; the message is one line: what was wrong, what is allowed, what was given."""
 
     def __str__(self) -> str:
-        """The message, on one line whatever was given."""
+        """Return the message on one line."""
         return one_line(super().__str__())
 
 
 class CheckpointError(InputError):
-    """A checkpoint that is damaged, or was written in another format."""
+    """A damaged checkpoint, or one in another format."""
 
 
 class DivergenceError(FloatingPointError):
-    """Training has diverged; the message is one line: which numbers are not finite or far too large, and what to do."""
+    """Divergence of training; the message is one line: the numbers that are too large or not finite, and advice."""
 
 
 class RunError(Exception):
-    """Runs have failed, whatever was given; the message is one line: how many, one of them, and why."""
+    """Failure of runs with valid input; the message is one line: how many, one of them, and why."""
 
 
 def require_number(name: str, value: object, low: float, high: float = math.inf, *, is_whole: bool = False) -> None:
@@ -48,15 +49,22 @@ def require_number(name: str, value: object, low: float, high: float = math.inf,
         raise InputError(f"{name} must be {bound}, not {value}")
 
 
+def use_python_numbers(config: Any) -> None:
+    """Replace NumPy's numbers in a frozen dataclass by Python's, which do not overflow and which files can hold."""
+    for entry in fields(config):
+        if isinstance(value := getattr(config, entry.name), np.generic):
+            object.__setattr__(config, entry.name, value.item())
+
+
 def require_name(name: str, value: object, allowed: Collection[str | None]) -> None:
-    """Refuse what is not one of the allowed names or None; ``name`` is that of the value and a verb."""
+    """Refuse a value that is not allowed; ``name`` begins the message, such as ``the presets are``."""
     if not (value is None or isinstance(value, str)) or value not in allowed:
         names = ", ".join(one for one in allowed if one is not None)
         raise InputError(f"{name} {names}{' or None' * (None in allowed)}, not {shown(value)}")
 
 
 def shown(value: Any) -> str:
-    """A value in a few words, on one line."""
+    """Return a value in a few words, on one line."""
     if isinstance(value, (str, bytes, int, float, type(None))) or not hasattr(value, "__len__"):
         text = text_of(value)
         return text if len(text) <= 60 else f"{text[:57]}..."
@@ -64,21 +72,20 @@ def shown(value: Any) -> str:
 
 
 def text_of(value: Any) -> str:
-    """A value as Python writes it, on one line, or what it is if that is too much."""
+    """Return a value as Python writes it, on one line, or its type if that fails."""
     try:
         return " ".join(repr(value).split())
-    except (ValueError, RecursionError):  # a number of thousands of digits; lists in lists in lists ...
+    except (ValueError, RecursionError):  # a number of thousands of digits; deeply nested lists
         return f"a huge {type(value).__name__}"
     except Exception:  # a user's own class may have a __repr__ that fails
         return f"a {type(value).__name__}"
 
 
-_MAX_CHARACTERS = 1000
-"""Of a line: what was given may be a whole file."""
+_MAX_CHARACTERS = 1000  # of a line: a message may quote a whole file
 
 
 def one_line(text: str) -> str:
-    """A text as one line that no terminal obeys: control characters escaped, and the middle of a long text cut."""
+    """Return a text as one line that no terminal obeys: escape control characters, cut the middle of a long text."""
     plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
     half = (_MAX_CHARACTERS - len(" ... ")) // 2
     return plain if len(plain) <= _MAX_CHARACTERS else f"{plain[:half]} ... {plain[-half:]}"
@@ -86,22 +93,22 @@ def one_line(text: str) -> str:
 
 @contextmanager
 def own_code(name: str) -> Iterator[None]:
-    """A context in which a user's code runs, called ``name`` in the one line that whatever it raises becomes."""
+    """Turn any error of the user's code in this context into one line, in which ``name`` is the code's name."""
     try:
         yield
-    except (Exception, SystemExit) as error:  # a user's code may raise anything
+    except (Exception, SystemExit) as error:
         raise_told(name, error)
 
 
 def raise_told(name: str, error: BaseException) -> NoReturn:
-    """Raise what a user's code raised, as one line; for code that runs so often that `own_code` would slow it down."""
+    """Raise an error of a user's code as one line, where `own_code` would be too slow."""
     if isinstance(error, (InputError, DivergenceError)):
         raise error
     raise InputError(f"{name} fails: {in_one_line(error)}") from error
 
 
 def in_one_line(error: BaseException) -> str:
-    """The type and message of an error on one line, with the last line of a user's code that led to it."""
+    """Return the type and message of an error on one line, with the last line of a user's code that led to it."""
     if isinstance(error, (InputError, DivergenceError)):
         return str(error)
     try:
@@ -115,4 +122,4 @@ def in_one_line(error: BaseException) -> str:
 
 _LIBRARIES = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib")}
 _NOT_OWN = ("<", *(f"{folder}{os.sep}" for folder in (Path(__file__).parents[1], *_LIBRARIES)))
-"""How the names of files begin that are not a user's own: this package's, Python's, and what is installed."""
+"""Beginnings of the names of files that are not a user's: this package's, Python's, and installed ones."""

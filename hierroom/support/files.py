@@ -21,12 +21,7 @@ _UNFINISHED = re.compile(r"\.[0-9a-f]{16}\.part")
 
 
 def write_atomically(path: str | Path, content: bytes | Iterable[bytes]) -> None:
-    """Write a file so that it always holds either the old content or the new one, even after a crash.
-
-    Args:
-        path: the file; its folder must exist.
-        content: the new content, in one piece or in several.
-    """
+    """Write a file in an existing folder so that it holds the old or the new content, even after a crash."""
     path = Path(path)
     # Nobody can know the name beforehand, and a file or link that has it nevertheless is not opened ("x").
     unfinished = path.with_name(f".{secrets.token_hex(8)}.part")
@@ -47,12 +42,7 @@ def write_atomically(path: str | Path, content: bytes | Iterable[bytes]) -> None
 
 
 def read_toml(path: Path, kind: str) -> dict[str, Any]:
-    """The table in a TOML file, with or without a byte order mark.
-
-    Args:
-        path: the file.
-        kind: what it holds, for the message where it cannot be read, such as ``"config"``.
-    """
+    """Return the table in a TOML file; ``kind``, such as ``config``, is for messages."""
     try:
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except OSError as error:
@@ -63,7 +53,7 @@ def read_toml(path: Path, kind: str) -> dict[str, Any]:
 
 @contextmanager
 def _open_to_write(path: Path, flags: int = 0) -> Iterator[int]:
-    """A context with the number of an open regular file; no link is followed, as whoever planted it would choose it."""
+    """Open a regular file, by its number; follow no link, as whoever planted it would choose the file."""
     plain = sum(getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
     try:
         number = os.open(path, os.O_WRONLY | plain | flags, 0o666)
@@ -78,12 +68,7 @@ def _open_to_write(path: Path, flags: int = 0) -> Iterator[int]:
 
 
 def append_whole(path: Path, content: bytes) -> None:
-    """Append to a file all of some content or, where that fails, nothing.
-
-    Args:
-        path: the file, which is created if it is not there.
-        content: what to append.
-    """
+    """Append all of some content to a file, which may be new, or nothing where that fails."""
     with _open_to_write(path, os.O_APPEND | os.O_CREAT) as file:
         size = os.fstat(file).st_size
         try:
@@ -102,14 +87,14 @@ def truncate(path: Path, size: int) -> None:
 
 
 def sync(path: Path) -> None:
-    """Have what was appended to a file, if it is there, outlive a loss of power."""
+    """Make the content of a file, if it exists, outlive a loss of power."""
     if path.exists():
         with _open_to_write(path) as file:
             os.fsync(file)
 
 
 def sync_folder(folder: Path) -> None:
-    """Have the names of a folder's files outlive a loss of power, where the file system can do that."""
+    """Make the names of a folder's files outlive a loss of power, where the file system can do that."""
     with suppress(OSError):  # Windows opens no folders, and some file systems do not sync them
         number = os.open(folder, os.O_RDONLY)
         try:
@@ -119,7 +104,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Delete the files in a folder and below it that `write_atomically` had begun when its process was killed."""
+    """Delete the files below a folder that `write_atomically` had begun when its process was killed."""
     try:
         for path in [*folder.rglob(".*.part")]:
             if is_unfinished(path):
@@ -129,19 +114,12 @@ def remove_unfinished(folder: Path) -> None:
 
 
 def is_unfinished(path: Path) -> bool:
-    """Whether a path is called like a file that `write_atomically` has begun."""
+    """Whether a path has the name of a file that `write_atomically` has begun."""
     return _UNFINISHED.fullmatch(path.name) is not None
 
 
 def to_json(value: Any, *, indent: int | None = 2) -> str:
-    """Plain types as JSON text; infinities and NaNs, which JSON cannot represent, become null.
-
-    A named tuple becomes an object with its names, so that nobody has to know the order of its entries.
-
-    Args:
-        value: the plain types.
-        indent: of the lines; None: all on one line and without spaces.
-    """
+    """Return plain types as JSON, with named tuples as objects and infinities and NaNs as null."""
 
     def finite(value: Any) -> Any:
         value = getattr(value, "_asdict", lambda: value)()

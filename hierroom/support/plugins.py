@@ -13,16 +13,7 @@ from hierroom.support.errors import InputError, in_one_line
 
 
 def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds: str = "Class") -> Any:
-    """Load the class, or what else a user's name refers to.
-
-    Args:
-        spec: name of an entry point in the group, or ``package.module:Class``; modules in the current folder are found
-            too.
-        what: kind of the class, for error messages, such as ``meta-controller``.
-        shipped: names of the classes that ship with hierroom, for error messages.
-        group: the group of entry points.
-        kinds: what a module may hold of that kind, for error messages.
-    """
+    """Load a user's class or function: an entry point of the group, or of a module, also in the current folder."""
     found = [*entry_points(group=group, name=spec)]
     if not found and ":" not in spec:
         known = f"{', '.join(shipped)}, an entry point of {group} or package.module:{kinds}"
@@ -36,8 +27,7 @@ def load_plugin(spec: str, what: str, shipped: Iterable[str], group: str, kinds:
         module, _, name = spec.partition(":")
         return getattr(importlib.import_module(module), name)
     except ModuleNotFoundError as error:
-        raise InputError(
-            f"there is no module {error.name!r} for the {what} {spec!r}; it is looked for in the current folder too"
-        ) from error
+        place = "it is looked for in the current folder too"
+        raise InputError(f"there is no module {error.name!r} for the {what} {spec!r}; {place}") from error
     except (Exception, SystemExit) as error:  # a user's code may raise anything, or be a script that ends
         raise InputError(f"the {what} {spec!r} cannot be loaded: {in_one_line(error)}") from error

@@ -1,7 +1,7 @@
-"""What a state may hold: a table of its entries with their types, shapes and ranges.
+"""Schemas of states: their entries with types, shapes and ranges.
 
 A state comes back from a file, and compiled kernels check no bounds. So each part of the package that can restore a
-state describes it by a schema, and nothing of the state is used before `Schema.check` has found it right.
+state describes it by a schema, and uses nothing of the state before `Schema.check` has accepted it.
 """
 
 from __future__ import annotations
@@ -19,57 +19,30 @@ from numpy.typing import DTypeLike, NDArray
 from hierroom.support.errors import InputError, shown, text_of
 
 _Parts = list[tuple["Schema", Any, str]]
-"""The entries in another one: what each may be, what it is, and its name."""
+"""The entries of another entry: the schema, value and name of each."""
 
 
 class Schema:
-    """What one entry of a state may be."""
+    """The allowed values of one entry of a state: any, unless a subclass says otherwise."""
 
     def check(self, value: Any, name: str) -> None:
-        """Check an entry, and all that is in it.
-
-        Args:
-            value: the entry.
-            name: its name, for the error message, such as ``levels.direction``.
-        """
+        """Check an entry called ``name``, such as ``levels.direction``, and all that is in it."""
         waiting: _Parts = [(self, value, name)]
         for schema, value, name in waiting:
             waiting += schema._look(value, name)
 
     def _look(self, value: Any, name: str) -> _Parts:
-        """Check an entry without what is in it; returns that."""
-        raise NotImplementedError
-
-
-class Anything(Schema):
-    """Whatever there is: what a user's own code saves, and reads by itself."""
-
-    def _look(self, value: Any, name: str) -> _Parts:
-        return []
-
-
-class AnyMapping(Schema):
-    """A mapping, whose entries are checked elsewhere."""
-
-    def _look(self, value: Any, name: str) -> _Parts:
-        if not isinstance(value, Mapping):
-            raise InputError(f"{name} must be a mapping, not {shown(value)}")
+        """Check an entry without its parts, and return these."""
         return []
 
 
 @dataclass(frozen=True)
 class Table(Schema):
-    """A mapping with certain entries.
-
-    Args:
-        entries: what each of them is, by name.
-        optional: names of those that may be missing.
-        is_open: whether other entries are allowed; they are not checked.
-    """
+    """A mapping with certain entries."""
 
     entries: Mapping[Any, Schema]
-    optional: Collection[Any] = ()
-    is_open: bool = False
+    optional: Collection[Any] = ()  # names of those that may be missing
+    is_open: bool = False  # whether other entries are allowed, unchecked
 
     def _look(self, value: Any, name: str) -> _Parts:
         if not isinstance(value, Mapping):
@@ -77,20 +50,17 @@ class Table(Schema):
         missing = [repr(key) for key in self.entries if key not in value and key not in self.optional]
         unknown = [shown(key) for key in value if key not in self.entries and not self.is_open]
         if missing or unknown:
-            wrong = [f"lacks {', '.join(missing)}"] * bool(missing) + [f"has {', '.join(unknown)}"] * bool(unknown)
+            wrong = [f"{verb} {', '.join(keys)}" for verb, keys in (("lacks", missing), ("has", unknown)) if keys]
             raise InputError(f"{name} does not hold what it should: it {' and '.join(wrong)}")
         return [(schema, value[key], f"{name}.{key}") for key, schema in self.entries.items() if key in value]
 
 
+ANY_MAPPING = Table({}, is_open=True)
+
+
 @dataclass(frozen=True)
 class Items(Schema):
-    """A list.
-
-    Args:
-        entry: what each item is.
-        shortest: how many there are at least.
-        longest: how many there are at most.
-    """
+    """A list of ``shortest`` to ``longest`` items."""
 
     entry: Schema
     shortest: int = 0
@@ -109,33 +79,19 @@ class Items(Schema):
 
 @dataclass(frozen=True)
 class Array(Schema):
-    """An array of NumPy or a tensor of torch on the CPU.
-
-    Args:
-        dtype: its dtype, exactly.
-        shape: its shape, exactly.
-        low: smallest value, one for all or an array that broadcasts to the shape; None: no bound.
-        high: largest value, likewise.
-        is_finite: whether floats must be finite.
-    """
+    """An array of NumPy or a tensor of torch on the CPU."""
 
     dtype: DTypeLike
     shape: tuple[int, ...]
-    low: Any = None
-    high: Any = None
-    is_finite: bool = True
+    low: Any = None  # the smallest value, as one number or an array that broadcasts to the shape; None: no bound
+    high: Any = None  # the largest value
+    is_finite: bool = True  # whether floats must be finite
 
     def _look(self, value: Any, name: str) -> _Parts:
-        dtype, array = np.dtype(self.dtype), value
-        with suppress(AttributeError, TypeError, RuntimeError):
-            array = value if isinstance(value, np.ndarray) else value.numpy()
-        if not (isinstance(array, np.ndarray) and array.flags.c_contiguous):  # few are not as they should be
-            array = as_array(value, name)
+        dtype, array = np.dtype(self.dtype), as_array(value, name)
         if array.dtype != dtype or array.shape != self.shape:
-            raise InputError(
-                f"{name} must be an array of {dtype} and shape {self.shape}, not of {array.dtype} and shape "
-                f"{array.shape}"
-            )
+            wanted, found = f"{dtype} and shape {self.shape}", f"{array.dtype} and shape {array.shape}"
+            raise InputError(f"{name} must be an array of {wanted}, not of {found}")
         if dtype.kind == "b":  # compiled code reads one bit of it, NumPy all eight
             if array.view(np.uint8).max(initial=0) > 1:
                 raise InputError(f"{name} must be True or False everywhere")
@@ -152,12 +108,7 @@ class Array(Schema):
 
 @dataclass(frozen=True)
 class Whole(Schema):
-    """A whole number, no bool.
-
-    Args:
-        low: the smallest.
-        high: the largest.
-    """
+    """A whole number, no bool."""
 
     low: int = 0
     high: float = math.inf
@@ -170,31 +121,19 @@ class Whole(Schema):
         return []
 
 
-@dataclass(frozen=True)
 class Real(Schema):
-    """A finite number, no bool.
-
-    Args:
-        low: the smallest.
-    """
-
-    low: float = -math.inf
+    """A finite number, no bool."""
 
     def _look(self, value: Any, name: str) -> _Parts:
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not is_number or not max(self.low, -sys.float_info.max) <= value <= sys.float_info.max:
-            allowed = "a finite number" if self.low == -math.inf else f"a finite number of at least {self.low:g}"
-            raise InputError(f"{name} must be {allowed}, not {shown(value)}")
+        if not is_number or not abs(value) <= sys.float_info.max:
+            raise InputError(f"{name} must be a finite number, not {shown(value)}")
         return []
 
 
 @dataclass(frozen=True)
 class Exactly(Schema):
-    """One value and no other, of the same type all through.
-
-    Args:
-        value: the value, of plain types.
-    """
+    """One value of plain types and no other; 1 is not 1.0."""
 
     value: Any
 
@@ -214,30 +153,17 @@ class Flag(Schema):
 
 
 def of_records(dtype: np.dtype, n: int, bounds: Mapping[str, tuple[Any, Any]]) -> Table:
-    """The schema of the fields of ``n`` records, each an array by its name.
-
-    Args:
-        dtype: of the records.
-        n: how many.
-        bounds: (low, high) of each field, as for `Array`; fields that are not named have none.
-    """
+    """Return the schema of the fields of ``n`` records, with the (low, high) of some of them, as for `Array`."""
     fields = {name: dtype[name] for name in dtype.names or ()}
     return Table({name: Array(f.base, (n, *f.shape), *bounds.get(name, ())) for name, f in fields.items()})
 
 
 def like(example: Any, low: Any = None, high: Any = None, *, is_finite: bool = True) -> Schema:
-    """The schema of arrays with the dtype and shape of another one.
-
-    Args:
-        example: an array or a tensor; one that NumPy cannot hold allows any value.
-        low: as for `Array`.
-        high: likewise.
-        is_finite: likewise.
-    """
+    """Return the schema of arrays like an array or tensor; one that NumPy cannot hold allows any value."""
     try:
         array = example if isinstance(example, np.ndarray) else example.detach().cpu().numpy()
     except (AttributeError, TypeError, RuntimeError):
-        return Anything()
+        return Schema()
     return Array(array.dtype, array.shape, low, high, is_finite)
 
 
@@ -253,12 +179,7 @@ RANDOM_STATE = Table(
 
 
 def require(rules: Mapping[str, NDArray[np.bool_] | np.bool_ | bool], what: str) -> None:
-    """Check rules that relate several entries.
-
-    Args:
-        rules: each rule in words, and whether it holds: one answer, or one for each environment.
-        what: what is to keep them, for the error message.
-    """
+    """Check rules of ``what`` that relate several entries: each in words, with one answer or one per environment."""
     for rule, holds in rules.items():
         if not np.all(holds):
             where = f", but not in environment {int(np.argmin(holds))}" if np.ndim(holds) else ""
@@ -266,15 +187,16 @@ def require(rules: Mapping[str, NDArray[np.bool_] | np.bool_ | bool], what: str)
 
 
 def as_array(value: Any, name: str) -> NDArray:
-    """An array, or a tensor of torch as one."""
-    if isinstance(value, np.ndarray):
-        array = value
-    else:
-        try:
+    """Return an array, or a tensor of torch as one; refuse numbers that share memory."""
+    array = value
+    if not isinstance(value, np.ndarray):
+        with suppress(AttributeError, TypeError, RuntimeError):  # such as a sparse tensor, or one on another device
             array = value.numpy()
-        except (AttributeError, TypeError, RuntimeError):  # another type; a sparse tensor, one on another device, ...
-            raise InputError(f"{name} must be an array, not {shown(value)}") from None
-    extent = array.itemsize  # of what lies within a stride, the smallest first
+    if not isinstance(array, np.ndarray):
+        raise InputError(f"{name} must be an array, not {shown(value)}")
+    if array.flags.c_contiguous:
+        return array
+    extent = array.itemsize  # of the numbers within a stride, the smallest first
     for stride, n in sorted([(abs(stride), n) for stride, n in zip(array.strides, array.shape, strict=True) if n > 1]):
         if stride < extent and array.size:
             raise InputError(f"{name} must be an array whose numbers each have a place of their own in memory")
@@ -283,7 +205,7 @@ def as_array(value: Any, name: str) -> NDArray:
 
 
 def _power(number: float) -> str:
-    """A whole number in digits, or where it is a large power of two less one as that."""
+    """Return a whole number in digits, or as a large power of two less one."""
     number = int(number)
     bits = number.bit_length()
     return f"2**{bits} - 1" if bits > 20 and number == 2**bits - 1 else str(number)

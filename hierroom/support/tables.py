@@ -11,20 +11,13 @@ if TYPE_CHECKING:  # each takes its time to load, and few programs print tables
     from rich.console import Console
     from rich.table import Table
 
-_WIDEST = 10_000
-"""Characters, more than any table takes."""
+_WIDEST = 10_000  # characters, more than any table takes
+# Pandas does not escape these.
 _TEX = {"∞": r"$\infty$", " +- ": r" $\pm$ ", "<": r"\textless{}", ">": r"\textgreater{}", "|": r"\textbar{}"}
-"""What pandas does not escape."""
 
 
 def print_table(table: Table, console: Console | None = None) -> None:
-    """Print a table whose numbers are whole: where the terminal is too narrow, lines run beyond it.
-
-    Args:
-        table: columns that are justified to the right are numbers, which are never folded; nor are columns with
-            ``no_wrap``, and their headings.
-        console: where it is printed; None: standard output.
-    """
+    """Print a table without folding columns of numbers, on the right, or with ``no_wrap``: lines may be too long."""
     from rich import get_console
     from rich.cells import cell_len
     from rich.measure import Measurement
@@ -43,19 +36,14 @@ def print_table(table: Table, console: Console | None = None) -> None:
 
 
 def csv_text(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] | None = None) -> str:
-    """Rows as CSV with a line of headings, in full precision; None and NaN are empty cells.
-
-    Args:
-        rows: their keys are the columns; a row may lack some.
-        columns: the columns where there may be no row.
-    """
+    """Return rows as CSV with headings, in full precision; None, NaN and missing keys are empty cells."""
     import pandas as pd
 
     return pd.DataFrame([*rows], columns=columns, dtype=object).to_csv(index=False, lineterminator="\n")
 
 
 def telling_columns(table: pd.DataFrame) -> list[str]:
-    """The columns that tell the rows of a table apart: one by one, each that tells more apart than those before it."""
+    """Return the columns that distinguish the rows of a table: each that distinguishes more than those before it."""
     kept: list[str] = []
     n_kinds = 1
     for name in table.columns:
@@ -65,11 +53,7 @@ def telling_columns(table: pd.DataFrame) -> list[str]:
 
 
 def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Rows of cells under their headings in Markdown, without a line break at the end.
-
-    The first column is aligned left, and so is every other with a cell that begins with a letter; numbers are aligned
-    right.
-    """
+    """Return a Markdown table with the first column, and those with a letter first in a cell, aligned left."""
     lines = [[cell.replace("|", r"\|") for cell in cells] for cells in (headings, *rows)]
     columns = [column[1:] for column in zip(*lines, strict=True)]
     of_words = [n == 0 or any(cell[:1].isalpha() for cell in cells) for n, cells in enumerate(columns)]
@@ -79,7 +63,7 @@ def markdown_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> st
 
 
 def latex_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A LaTeX tabular for the package booktabs, names on the left, without a line break at the end."""
+    """Return a LaTeX tabular for the package booktabs, without a line break at the end."""
     import pandas as pd
 
     frame = pd.DataFrame([*rows], columns=[*headings]).replace("inf", "∞")
@@ -90,7 +74,7 @@ def latex_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def html_table(caption: str, header: Sequence[str], rows: Iterable[Sequence[str]], notes: Iterable[str] = ()) -> str:
-    """A table in HTML, as notebooks show reports: the caption above, notes below; ``header`` may be empty."""
+    """Return a table in HTML, as notebooks show reports; ``header`` may be empty."""
     head = "".join(f"<th>{escape(name)}</th>" for name in header)
     body = "".join(
         f"<tr><th style='text-align: left'>{escape(name)}</th>"
@@ -103,15 +87,10 @@ def html_table(caption: str, header: Sequence[str], rows: Iterable[Sequence[str]
 
 
 def text_table(head: str, header: Sequence[str], rows: Sequence[Sequence[str]], notes: Iterable[str] = ()) -> str:
-    """A table in plain text: names and columns called "... interval" on the left, numbers on the right."""
+    """Return a table in plain text, with names and columns called "... interval" aligned left, numbers right."""
     lines = [header, *rows]
     widths = [max(map(len, cells)) for cells in zip(*lines, strict=True)]
-    is_left = [i == 0 or name.endswith("interval") for i, name in enumerate(header)]
-    texts = [
-        "   ".join(
-            f"{cell:<{width}}" if left else f"{cell:>{width}}"
-            for cell, width, left in zip(line, widths, is_left, strict=True)
-        ).rstrip()
-        for line in lines
-    ]
+    pads = [str.ljust if i == 0 or name.endswith("interval") else str.rjust for i, name in enumerate(header)]
+    padded = [[pad(cell, n) for pad, cell, n in zip(pads, line, widths, strict=True)] for line in lines]
+    texts = ["   ".join(cells).rstrip() for cells in padded]
     return "\n".join([head, *(f"  {text}" for text in [*texts, *notes])])

@@ -9,13 +9,9 @@ from typing import Any
 
 
 class ThreadPool:
-    """A pool whose threads start when there is something to do, anew in each process and in each copy.
+    """A pool of threads, which start at the first task, anew in each process and in each copy.
 
-    Threads do not survive a fork: in the new process, the old pool would wait for them for ever. Nor can they be copied
-    or pickled.
-
-    Args:
-        threads: how many there are at most, at least 1.
+    Threads do not survive a fork: in the new process, the old pool would wait for them for ever.
     """
 
     def __init__(self, threads: int) -> None:
@@ -23,13 +19,11 @@ class ThreadPool:
         self._process, self._executor = 0, None
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future:
-        """Let a thread call a function; returns the future of its result."""
-        executor, process = self._executor, os.getpid()
-        if executor is None or self._process != process:
-            executor = self._executor = ThreadPoolExecutor(self._threads)
-            self._process = process
-        return executor.submit(function, *arguments)
+        """Let a thread call a function; return the future of its result."""
+        if self._executor is None or self._process != os.getpid():
+            self._process, self._executor = os.getpid(), ThreadPoolExecutor(self._threads)
+        return self._executor.submit(function, *arguments)
 
     def __reduce__(self) -> tuple[type[ThreadPool], tuple[int]]:
-        """A copy, in this process or another, starts threads of its own."""
+        """Give each copy its own threads."""
         return ThreadPool, (self._threads,)

@@ -13,8 +13,7 @@ from typing import Annotated, Any, Literal, get_args
 import tyro
 
 from hierroom.goals import GraphSpecs, graph_specs, spec_names
-from hierroom.support.errors import InputError, require_name, shown
-from hierroom.support.python_numbers import use_python_numbers
+from hierroom.support.errors import InputError, require_name, shown, use_python_numbers
 
 RewardName = Literal["extrinsic", "bonus", "intrinsic", "novelty"]
 GoalMaskName = Literal["reachable", "existing", "seen", "none"]

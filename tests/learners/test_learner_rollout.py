@@ -95,8 +95,8 @@ def test_the_pool_says_so_when_nobody_takes():
     env, flag, number = np.array([0]), np.zeros(1, bool), np.zeros(1, np.float32)
 
     def turn():
-        features = np.zeros((1, 1), np.uint8)
-        rollout.begin(env, np.zeros((1, 1), np.float32), flag, features, ~flag[:, None], env, number, number)
+        turn = {"features": np.zeros((1, 1), np.uint8), "masks": ~flag[:, None], "resets": flag, "actions": env}
+        rollout.begin(env, np.zeros((1, 1), np.float32), number, log_probs=number, **turn)
         rollout.finish(env, number, np.array([1]), flag, flag, number)
 
     turn(), turn()

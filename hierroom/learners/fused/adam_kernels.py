@@ -13,14 +13,13 @@ BETA1, BETA2 = 0.9, 0.999
 """Decay rates of the two moments: the values of Kingma & Ba (2015) and of torch."""
 
 LEAST_MEAN = 1e-30
-"""First moments below this are set to zero. The moments of table rows that no longer occur would otherwise decay to
-denormal numbers and, because 0.9 times the smallest of these rounds to itself, stay there and slow down every later
-step."""
+"""Set first moments below this to zero: those of table rows that no longer occur would decay to denormal numbers and
+stay there, because 0.9 times the smallest of these rounds to itself, and slow down every later step."""
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def sum_gradients(shares: NDArray[np.floating]) -> float:
-    """Sum gradients [L, P] into the first row, in order; returns the Euclidean norm of the sum."""
+    """Sum gradients [L, P] into the first row, in order, and return the Euclidean norm of the sum."""
     total = shares[0]
     for share in range(1, len(shares)):
         added = shares[share]

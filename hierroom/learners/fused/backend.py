@@ -1,8 +1,8 @@
 """The learner's arithmetic in compiled kernels: the CPU counterpart of `TorchBackend` for the default network.
 
 A minibatch is split into shards of sequences, and shards are assigned to workers, both always in the same way. Each
-worker sums the gradients of its shards, and the sums of the workers are added in order. The number of threads only
-decides how many workers run at the same time, so it does not change the result.
+worker sums the gradients of its shards, and the sums of the workers are added in order. So the result does not depend
+on the number of threads, which only decides how many workers run at the same time.
 """
 
 from __future__ import annotations
@@ -23,32 +23,22 @@ from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 from hierroom.learners.rollout import Batch
 from hierroom.support.thread_pool import ThreadPool
 
-# 16 sequences of 128 turns take about 5 MB, which fits the last-level cache; fewer make the matrix products small.
-_SHARD = 16
+_SHARD = 16  # sequences: of 128 turns they fit the last-level cache, and fewer make the matrix products small
 _MAX_WORKERS = 8
-# For fewer environments, waking another thread takes longer than the computation.
-_MIN_ENVS_PER_THREAD = 256
+_MIN_ENVS_PER_THREAD = 256  # for fewer environments, waking another thread takes longer than the computation
 
 
 class FusedBackend:
-    """Forward passes, loss, gradients and Adam in Numba.
-
-    The parameters of the network become views of one flat vector, so torch can still use the module.
-
-    Args:
-        network: the default network; its parameters are moved into the flat vector.
-        config: hyperparameters.
-        threads: number of workers that run at the same time, at least 1.
-    """
+    """Forward passes, loss, gradients and Adam in Numba; the network's parameters become views of one flat vector."""
 
     def __init__(self, network: RecurrentActorCritic, config: PPOConfig, threads: int) -> None:
         self._network = network
         self._config = config
         self._threads = threads
-        self._pool = ThreadPool(max(1, threads - 1))  # besides the calling thread
+        self._pool = ThreadPool(threads)
         self._parameters = np.concatenate([p.detach().numpy().ravel() for p in network.parameters()])
         self._weights = Parameters.views(self._parameters, network)
-        for parameter, view in zip(network.parameters(), self._weights.arrays(), strict=True):
+        for parameter, view in zip(network.parameters(), vars(self._weights).values(), strict=True):
             parameter.data = torch.from_numpy(view)
         self._offsets = network.encoder.offsets.numpy()
         self._n_table_rows = len(network.encoder.table())
@@ -60,7 +50,7 @@ class FusedBackend:
         self._workers = [ShardWorker(share, network, config) for share in self._shares]
 
     def __getstate__(self) -> dict:
-        """What a copy is made from: its weights are to be views of a vector of its own."""
+        """Return what a copy is made from, as its weights must be views of its own vector."""
         return {"arguments": (self._network, self._config, self._threads), "state": self.state_dict()}
 
     def __setstate__(self, copied: dict) -> None:
@@ -68,11 +58,11 @@ class FusedBackend:
         self.load_state_dict(copied["state"])
 
     def initial_states(self, n: int) -> NDArray[np.float32]:
-        """Recurrent states [n, S] of ``n`` environments at the start of an episode."""
+        """Return the recurrent states [n, S] at the start of an episode."""
         return self._network.initial_state(n).numpy()
 
     def step(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """Compute one turn: logits [M, A], values [M] and new states [M, S] from features [M, K] and states [M, S]."""
+        """Compute one turn; see `TorchBackend.step`."""
         num_envs, features = len(features), np.ascontiguousarray(features)
         logits = np.empty((num_envs, len(self._weights.policy_bias)), np.float32)
         values, new_states = np.empty(num_envs, np.float32), np.empty_like(states)
@@ -94,9 +84,7 @@ class FusedBackend:
         self._each(work, self._workers[:n_parts], parts)
         return logits, values, new_states
 
-    def evaluate(self, features: NDArray[np.uint8], states: NDArray[np.float32]) -> tuple[NDArray, NDArray, NDArray]:
-        """As `step`, for a turn that is not learned from."""
-        return self.step(features, states)
+    evaluate = step  # the default network has no evaluation mode
 
     def train(
         self,
@@ -116,27 +104,24 @@ class FusedBackend:
         measured = []
         for part in minibatches:
             compare_rows(self._table(), self._weights.encoder_bias, self._offsets, common, differences, base)
-            shift, scale = _normalization(advantages.take(part, axis=1), self._config)
-            minibatch = Minibatch(
-                self._weights,
-                differences,
-                base,
-                self._offsets,
-                common,
-                rows,
-                counts,
-                batch,
-                scores=(advantages - shift) * scale * importance_weights,
-                targets=targets,
-                turn_weight=1 / (len(advantages) * len(part)),
-            )
+            shift, scale = np.float32(0), np.float32(1)
+            if self._config.normalize_advantages:  # as `torch_backend.normalized`
+                chosen = advantages.take(part, axis=1)
+                shift, scale = chosen.mean(), np.float32(1 / max(chosen.std(), self._config.min_advantage_std))
+            scores = (advantages - shift) * scale * importance_weights
+            encoding = differences, base, self._offsets, common, rows, counts
+            turn_weight = 1 / (len(advantages) * len(part))
+            minibatch = Minibatch(self._weights, *encoding, batch, scores, targets, turn_weight)
             statistics, norm = self._gradient(minibatch, part)
-            self._descend(norm, learning_rate)
             measured.append([*statistics, norm])
+            self._n_steps += 1
+            clipped = min(1.0, self._config.max_gradient_norm / (norm + 1e-6))  # as torch's clip_grad_norm_
+            settings = clipped, learning_rate, self._config.adam_epsilon, self._n_steps
+            adam_step(self._parameters, self._shares[0], self._means, self._squares, *settings)
         return np.mean(measured, axis=0)
 
     def _gradient(self, minibatch: Minibatch, part: NDArray[np.integer]) -> tuple[NDArray[np.float64], float]:
-        """Write the gradient to the first row of the shares; returns five of `STATISTICS` and the gradient's norm."""
+        """Write the gradient to the first row of the shares; return five of `STATISTICS` and the gradient's norm."""
         shards = np.array_split(part, -(-len(part) // _SHARD))
         workers = self._workers[: len(shards)]
 
@@ -151,38 +136,22 @@ class FusedBackend:
         return statistics, sum_gradients(self._shares[: len(workers)])
 
     def _each(self, work: Callable, workers: list[ShardWorker], tasks: list) -> list:
-        """Run ``work(worker, task)`` for each worker and its task on all threads; returns the results in order."""
-        pairs = list(zip(workers, tasks, strict=True))
-
-        def share(thread: int) -> list:
-            return [work(*pair) for pair in pairs[thread :: self._threads]]
-
-        others = [self._pool.submit(share, thread) for thread in range(1, min(self._threads, len(pairs)))]
-        results: list = [None] * len(pairs)
-        results[:: self._threads] = share(0)
-        for thread, other in enumerate(others, start=1):
-            results[thread :: self._threads] = other.result()
-        return results
+        """Run ``work(worker, task)`` for each worker and its task on all threads; return the results in order."""
+        if min(self._threads, len(workers)) == 1:
+            return list(map(work, workers, tasks))
+        futures = [self._pool.submit(work, *pair) for pair in zip(workers, tasks, strict=True)]
+        return [future.result() for future in futures]
 
     def _table(self) -> NDArray[np.float32]:
-        """The current rows [R, H] of the encoder's table."""
-        weight = self._weights.encoder_weight
+        """Return the current rows [R, H] of the encoder's table."""
         if self._numbers is None:
-            return weight
+            return self._weights.encoder_weight
         table = np.zeros((self._n_table_rows, self._config.hidden_size), np.float32)
-        add_scaled_rows(*self._numbers, weight, table)
+        add_scaled_rows(*self._numbers, self._weights.encoder_weight, table)
         return table
 
-    def _descend(self, norm: float, learning_rate: float) -> None:
-        self._n_steps += 1
-        scale = min(1.0, self._config.max_gradient_norm / (norm + 1e-6))  # as torch's clip_grad_norm_
-        moments = self._means, self._squares
-        adam_step(
-            self._parameters, self._shares[0], *moments, scale, learning_rate, self._config.adam_epsilon, self._n_steps
-        )
-
     def state_dict(self) -> dict:
-        """Copies of the weights and of Adam's moments."""
+        """Return copies of the weights and of Adam's moments."""
         return {
             "network": {name: tensor.clone() for name, tensor in self._network.state_dict().items()},
             "means": torch.from_numpy(self._means.copy()),
@@ -196,10 +165,3 @@ class FusedBackend:
         self._means[...] = state["means"].numpy()
         self._squares[...] = state["squares"].numpy()
         self._n_steps = state["n_steps"]
-
-
-def _normalization(advantages: NDArray[np.float32], config: PPOConfig) -> tuple[np.float32, np.float32]:
-    """Shift and factor that normalise a minibatch's advantages, in this order; see `torch_backend.normalized`."""
-    if not config.normalize_advantages:
-        return np.float32(0), np.float32(1)
-    return advantages.mean(), np.float32(1 / max(advantages.std(), config.min_advantage_std))

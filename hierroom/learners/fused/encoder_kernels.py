@@ -1,12 +1,10 @@
 """`FeatureEncoder` in compiled kernels: sums of table rows forward, scattered gradients backward.
 
-Most cells of a view have the same content most of the time. Where many turns are encoded with the same weights, the
-rows of each feature's most common value are therefore summed once. For each feature with another value, a turn adds the
-difference of the two rows. The backward pass skips the most common values: every turn adds its gradient to exactly one
-row of each feature, so the row of the most common value gets the total minus the gradients of the feature's other rows.
+Most cells of a view rarely change. So an update sums the rows of each feature's most common value once, and a turn adds
+the difference of two rows for each feature with another value. The backward pass skips the most common values: a turn
+adds its gradient to one row of each feature, so that value's row gets the total minus the other rows' gradients.
 
-Arrays of encoded features may be wider than H; only the first H entries of a row are used. The recurrent core thereby
-finds the encoded features and the hidden state side by side without a copy.
+Arrays of encoded features may be wider than H: the recurrent core finds the hidden state in the rest of the row.
 """
 
 from __future__ import annotations
@@ -70,9 +68,8 @@ def rare_rows(
     """Find the table rows of all values except the common ones.
 
     Returns:
-        rows: [..., K rounded up to a multiple of four] uint16 or uint32, the rows of each turn, padded with R to a
-            multiple of four.
-        counts: [...] int64, number of rows before the padding.
+        rows [..., K rounded up to a multiple of four] uint16 or uint32, padded with R to a multiple of four, and their
+        number [...] int64 before the padding.
     """
     n_features = features.shape[-1]
     rows = np.empty((*features.shape[:-1], -(-n_features // 4) * 4), np.uint16 if n_table_rows < 2**16 else np.uint32)
@@ -104,7 +101,7 @@ def compare_rows(
     differences: NDArray[np.floating],  # [R + 1, H] written: each row minus its feature's common row; then zeros
     base: NDArray[np.floating],  # [H] written: the bias plus the common rows
 ) -> None:
-    """Write the difference of each table row from its feature's common row, and the sum of the common rows."""
+    """Write what `encode_rare` adds up."""
     n_features, width = len(offsets), len(bias)
     base[:] = bias
     for k in range(n_features):
@@ -192,8 +189,8 @@ def add_scaled_rows(
 ) -> None:
     """Add ``factors[i] * rows[sources[i]]`` to ``sums[targets[i]]`` for every i: a sparse matrix times ``rows``.
 
-    With the non-zero entries of `FeatureEncoder.inputs` [R, D] this computes the table [R, H] from the weights [D, H];
-    with the first two arguments exchanged it computes the gradient of the weights from that of the table.
+    The non-zero entries of `FeatureEncoder.inputs` [R, D] give the table [R, H] from the weights [D, H], and, with the
+    first two arguments exchanged, the gradient of the weights from that of the table.
     """
     for i in range(len(targets)):
         target, source, factor = targets[i], sources[i], factors[i]

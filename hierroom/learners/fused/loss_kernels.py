@@ -12,19 +12,15 @@ from hierroom.support.compile.kernel import njit
 
 @njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
 def heads(
-    hidden: NDArray[np.floating],
-    policy_weight: NDArray[np.floating],
-    policy_bias: NDArray[np.floating],
-    value_weight: NDArray[np.floating],
-    value_bias: NDArray[np.floating],
-    logits: NDArray[np.floating],
-    values: NDArray[np.floating],
+    hidden: NDArray[np.floating],  # [N, H]
+    policy_weight: NDArray[np.floating],  # [A, H]
+    policy_bias: NDArray[np.floating],  # [A]
+    value_weight: NDArray[np.floating],  # [1, H]
+    value_bias: NDArray[np.floating],  # [1]
+    logits: NDArray[np.floating],  # [N, A] written
+    values: NDArray[np.floating],  # [N] written
 ) -> None:
-    """Policy and value head: write logits [N, A] and values [N] from hidden [N, H].
-
-    Weights and biases have the shapes of `torch.nn.Linear`: [A, H] and [A] for the policy, [1, H] and [1] for the
-    value.
-    """
+    """Apply the policy and the value head."""
     for n in range(len(hidden)):
         for action in range(len(policy_bias)):
             logits[n, action] = _dot(policy_weight, action, hidden, n) + policy_bias[action]
@@ -54,7 +50,7 @@ def loss_backward(
     d_value_bias: NDArray[np.floating],  # [1] added to
     sums: NDArray[np.float64],  # [5] added to: ``scale`` times the sums of the first five of `STATISTICS`
 ) -> None:
-    r"""Gradients of `torch_backend.ppo_loss`; the mean is computed as ``scale`` times the sum over samples.
+    r"""Compute the gradients of `torch_backend.ppo_loss`.
 
     With p the policy over legal actions, a the action taken, r the ratio and H the entropy, per sample and logit j:
 

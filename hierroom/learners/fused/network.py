@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from hierroom.learners.networks.actor_critic import RecurrentActorCritic
 class Parameters:
     """Views of one flat vector: the parameters of `RecurrentActorCritic` or their gradient, in the module's order."""
 
-    encoder_weight: NDArray[np.floating]  # [D, H]; D is R unless some features are represented by fixed numbers
+    encoder_weight: NDArray[np.floating]  # [D, H]; D is R unless some features have fixed numbers
     encoder_bias: NDArray[np.floating]  # [H]
     core_weight: NDArray[np.floating]  # [2 H, 4 H]
     core_bias: NDArray[np.floating]  # [4 H]
@@ -30,12 +30,8 @@ class Parameters:
 
     @classmethod
     def views(cls, vector: NDArray[np.floating], network: RecurrentActorCritic) -> Parameters:
-        """Split ``vector`` [P] into views with the shapes of the parameters of ``network``."""
+        """Split ``vector`` [P] into views in the shapes of the network's parameters."""
         return cls(*_views(vector, [tuple(p.shape) for p in network.parameters()]))
-
-    def arrays(self) -> list[NDArray[np.floating]]:
-        """The views in the module's order."""
-        return [getattr(self, field.name) for field in fields(self)]
 
 
 @dataclass(frozen=True)
@@ -54,7 +50,7 @@ class Tape:
 
     @property
     def encoded(self) -> NDArray[np.floating]:
-        """[T M, 2 H], whose first H entries per row hold the output of the encoder."""
+        """[T M, 2 H]: the first H entries of a row are the encoder's output."""
         return self.driven.reshape(-1, self.driven.shape[-1])
 
 
@@ -67,7 +63,7 @@ class TapeMemory:
         self._turns = (0, 0)
 
     def tape(self, n_turns: int, n_sequences: int) -> Tape:
-        """A tape for T turns of M sequences with arbitrary contents; it invalidates the previous tape."""
+        """Return a tape for T turns of M sequences with arbitrary contents, which invalidates the previous tape."""
         turns, size = (n_turns, n_sequences), self._hidden_size
         if turns == self._turns:
             return self._tape
@@ -83,7 +79,6 @@ class TapeMemory:
 
 
 def _views(vector: NDArray[np.floating], shapes: list[tuple[int, ...]]) -> Iterator[NDArray[np.floating]]:
-    """Consecutive parts of a vector, in some shapes."""
     parts = np.split(vector, np.cumsum([math.prod(shape) for shape in shapes]))
     return (part.reshape(shape) for part, shape in zip(parts, shapes, strict=False))
 
@@ -92,9 +87,9 @@ def forward(
     weights: Parameters,
     states: NDArray[np.floating],  # [M, 2 H] the states before turn 0
     resets: NDArray[np.bool_],  # [T, M] whether the state is set to zero before the turn
-    tape: Tape,  # for T turns of M sequences; it holds the encoded features
+    tape: Tape,  # with the encoded features
 ) -> None:
-    """Compute logits and values of T turns of M sequences and keep them on the tape with all intermediate results."""
+    """Compute logits and values of T turns of M sequences, and keep all results on the tape."""
     written = tape.gates, tape.cells, tape.squashed, tape.hidden
     lstm_forward(tape.driven, states, resets, weights.core_weight, weights.core_bias, *written)
     policy, value = (weights.policy_weight, weights.policy_bias), (weights.value_weight, weights.value_bias)
@@ -110,10 +105,7 @@ def backward(
     gradient: Parameters,  # added to
     d_table: NDArray[np.floating],  # [R, H] added to
 ) -> None:
-    """Add the gradients of core and encoder, given the gradient of the core's outputs in ``tape.d_hidden``.
-
-    The gradient of the table is complete only after `encoder_kernels.complete_table`.
-    """
+    """Add the gradients of core and encoder, given ``tape.d_hidden``; `complete_table` completes the table's."""
     written = tape.gates, tape.cells, tape.squashed, tape.d_hidden, tape.d_driven
     lstm_backward(tape.driven, resets, weights.core_weight, *written, gradient.core_weight, gradient.core_bias)
     d_encoded = tape.d_driven.reshape(tape.encoded.shape)

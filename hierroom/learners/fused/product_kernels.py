@@ -1,8 +1,7 @@
 """Matrix products inside compiled functions: `tile_kernels` where they work on this machine, else ``np.dot``.
 
-The tiles are written in LLVM's own language, which another version of llvmlite or another processor may refuse. So they
-are tried whenever this module is imported, before anything is compiled that calls them. ``np.dot`` is SciPy's BLAS: it
-starts its own threads, and with a second busy process they can make a training step ten times slower.
+Another version of llvmlite or another processor may refuse the tiles, which are written in LLVM's own language. So they
+are tried at import, before anything is compiled that calls them.
 """
 
 from __future__ import annotations

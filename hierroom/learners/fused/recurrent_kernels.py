@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from hierroom.learners.fused.product_kernels import add_product, add_transposed_product, pack
 from hierroom.support.compile.kernel import njit
 
-# Number of samples whose weight gradients are summed at a time.
-_DEPTH = 64
+_DEPTH = 64  # samples whose weight gradients are summed at a time
 # Typed as float32, because Numba promotes float32 with a Python number to float64; float64 arrays stay float64.
 _HALF, _ONE, _TWO = np.float32(0.5), np.float32(1), np.float32(2)
 _LIMIT, _QUARTER = np.float32(12), np.float32(0.25)
@@ -55,33 +54,24 @@ def lstm_forward(
     n_steps, n_rows, size = hidden.shape
     before = driven[:, :, driven.shape[2] - size :]
     panels = pack(weight)
-    for m in range(n_rows):
-        for j in range(size):
-            cells[0, m, j] = states[m, size + j]
+    cells[0] = states[:, size:]
     for t in range(n_steps):
         for m in range(n_rows):
+            before[t, m] = states[m, :size] if t == 0 else hidden[t - 1, m]
             if resets[t, m]:
-                for j in range(size):
-                    before[t, m, j] = 0
-                    cells[t, m, j] = 0
-            elif t == 0:
-                for j in range(size):
-                    before[t, m, j] = states[m, j]
-            else:
-                for j in range(size):
-                    before[t, m, j] = hidden[t - 1, m, j]
-            for j in range(4 * size):
-                gates[t, m, j] = bias[j]
+                before[t, m] = 0
+                cells[t, m] = 0
+            gates[t, m] = bias
         add_product(driven[t], panels, gates[t])
         _cells_forward(gates[t].reshape(n_rows, 4, size), cells[t], cells[t + 1], squashed[t], hidden[t])
 
 
 @njit(nogil=True, fastmath=True, error_model="numpy")
 def _cells_forward(gates, before, after, squashed, hidden):
-    """Compute one step: the products [M, 4, H] become gates, and the cell states [M, H] are updated.
+    """Turn products [M, 4, H] into gates and update the cell states [M, H].
 
-    Every index is a loop variable that counts from 0. The compiler cannot rule out that an index such as ``size + j``
-    is negative, and the check for that would prevent vectorisation. Slicing the rows first takes half as long again.
+    Every index is a loop variable that counts from 0: the check that an index such as ``size + j`` is not negative
+    would prevent vectorisation. Slicing the rows first takes half as long again.
     """
     n_rows, size = hidden.shape
     for m in range(n_rows):
@@ -147,14 +137,10 @@ def _add(terms, total):
 
 @njit(nogil=True, fastmath=True, error_model="numpy")
 def _cell_backward(gates, before, squashed, d_hidden, d_cell):
-    """One step of one row: gates [4 H] become the products' gradient, d_cell [H] that of the previous cell state."""
+    """Turn a row's gates [4 H] into the products' gradient, and d_cell [H] into that of the previous cell state."""
     size = len(d_hidden)
-    input_gate, forget_gate, candidate, output_gate = (
-        gates[:size],
-        gates[size : 2 * size],
-        gates[2 * size : 3 * size],
-        gates[3 * size :],
-    )
+    input_gate, forget_gate = gates[:size], gates[size : 2 * size]
+    candidate, output_gate = gates[2 * size : 3 * size], gates[3 * size :]
     for j in range(size):
         d_cell[j] += d_hidden[j] * output_gate[j] * (_ONE - squashed[j] * squashed[j])
     for j in range(size):

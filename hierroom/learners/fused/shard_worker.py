@@ -17,15 +17,15 @@ from hierroom.learners.rollout import Batch
 
 @dataclass(frozen=True)
 class Minibatch:
-    """The data that all shards of a minibatch share."""
+    """The data that all shards of a minibatch share; see `encoder_kernels` for the arguments of its functions."""
 
     weights: Parameters
-    differences: NDArray[np.float32]  # [R + 1, H] from `encoder_kernels.compare_rows`
-    base: NDArray[np.float32]  # [H] from `encoder_kernels.compare_rows`
+    differences: NDArray[np.float32]  # [R + 1, H] from `compare_rows`
+    base: NDArray[np.float32]  # [H] from `compare_rows`
     offsets: NDArray[np.int64]  # [K] the table row of each feature's value 0
-    common: NDArray[np.uint8]  # [K] as given to `encoder_kernels.rare_rows`
-    rows: NDArray[np.unsignedinteger]  # [T, M, K or more] from `encoder_kernels.rare_rows`
-    counts: NDArray[np.int64]  # [T, M] from `encoder_kernels.rare_rows`
+    common: NDArray[np.uint8]  # [K] as given to `rare_rows`
+    rows: NDArray[np.unsignedinteger]  # [T, M, K or more] from `rare_rows`
+    counts: NDArray[np.int64]  # [T, M] from `rare_rows`
     batch: Batch  # M sequences of T turns, including those of other minibatches
     scores: NDArray[np.float32]  # [T, M] advantages, normalised by those of this minibatch, times importance weights
     targets: NDArray[np.float32]  # [T, M] value targets
@@ -33,25 +33,21 @@ class Minibatch:
 
 
 class ShardWorker:
-    """Sums the gradients of shards, one after the other, and owns the memory that this needs.
+    """Sums the gradients of shards, one after the other, and owns the memory that this needs."""
 
-    Args:
-        share: [P] float32, overwritten by the gradient of the flat parameters.
-        network: the default network, for its shapes.
-        config: hyperparameters.
-    """
-
-    def __init__(self, share: NDArray[np.float32], network: RecurrentActorCritic, config: PPOConfig) -> None:
+    def __init__(
+        self,
+        share: NDArray[np.float32],  # [P] overwritten by the gradient of the flat parameters
+        network: RecurrentActorCritic,  # for its shapes
+        config: PPOConfig,
+    ) -> None:
         self._config = config
         self._share = share
         self._gradient = Parameters.views(share, network)
-        # With fixed numbers the table is computed from the weights, so their gradient follows from the table's.
         self._numbers = fixed_numbers(network)
-        self._d_table = (
-            self._gradient.encoder_weight
-            if self._numbers is None
-            else np.zeros((len(network.encoder.table()), config.hidden_size), np.float32)
-        )
+        self._d_table = self._gradient.encoder_weight
+        if self._numbers is not None:  # the table is computed from the weights, so their gradient follows from its own
+            self._d_table = np.zeros((len(network.encoder.table()), config.hidden_size), np.float32)
         self._sums = np.zeros(5)
         self.memory = TapeMemory(self._gradient)
 
@@ -87,7 +83,7 @@ class ShardWorker:
         backward(weights, rows, counts, resets, tape, gradient, self._d_table)
 
     def finish(self, minibatch: Minibatch) -> NDArray[np.float64]:
-        """Complete the gradient; returns this worker's part of the first five of `STATISTICS`."""
+        """Complete the gradient; return this worker's part of the first five of `STATISTICS`."""
         complete_table(minibatch.offsets, minibatch.common, self._gradient.encoder_bias, self._d_table)
         if self._numbers is not None:
             rows, columns, numbers = self._numbers
@@ -96,7 +92,7 @@ class ShardWorker:
 
 
 def fixed_numbers(network: RecurrentActorCritic) -> tuple[NDArray, NDArray, NDArray] | None:
-    """Rows, columns and values of the non-zero encoder inputs; None if no feature is represented by fixed numbers."""
+    """Return rows, columns and values of the non-zero encoder inputs; None without fixed numbers."""
     if network.encoder.inputs is None:
         return None
     inputs = network.encoder.inputs.numpy()

@@ -1,10 +1,9 @@
 """Matrix products for small and medium sizes in tiles, without a BLAS library and its threads.
 
 Inside a compiled function ``np.dot`` calls SciPy's BLAS, which starts its own threads; with a second busy process they
-made a training step ten times slower. The kernels here accumulate one tile of the result in vector registers. They are
-written in LLVM's vector types, which work on any machine: more than twice as fast as plain loops that the compiler
-vectorises, and no slower than BLAS on one thread. Each entry sums its terms in order, so results do not depend on the
-tile.
+made a training step ten times slower. The kernels here accumulate one tile of the result in vector registers: more than
+twice as fast as plain loops, and no slower than BLAS on one thread. Each entry sums its terms in order, so results do
+not depend on the tile.
 """
 
 from __future__ import annotations
@@ -21,13 +20,11 @@ from numpy.typing import NDArray
 
 from hierroom.support.compile.kernel import njit
 
-_ROWS = 4
-"""Number of rows of a tile."""
+_ROWS = 4  # of a tile
+# Columns of a tile and width of a panel: as many as leave half of the vector registers for the factors. On AVX-512 a
+# tile of 4 x 64 takes two thirds of the time of 8 x 16, as does 4 x 16 on AVX2.
 _LANES = 64 if "+avx512f" in get_host_cpu_features() else 16
-"""Number of columns of a tile and width of a panel: as many as leave half of the vector registers for the factors. On
-AVX-512 a tile of 4 x 64 takes two thirds of the time of 8 x 16, as does 4 x 16 on AVX2."""
-_DEPTH = 64
-"""Number of terms summed at a time in `add_transposed_product`, so that both factors stay in the L1 cache."""
+_DEPTH = 64  # terms that `add_transposed_product` sums at a time, so that both factors stay in the L1 cache
 
 
 def _tile_intrinsic(n_rows: int) -> Callable[..., None]:
@@ -44,6 +41,8 @@ def _tile_intrinsic(n_rows: int) -> Callable[..., None]:
             entry = context.get_value_type(signature.args[0].dtype)
             vector = ir.VectorType(entry, _LANES)
             align = context.get_abi_sizeof(entry)
+            undefined = ir.Constant(vector, ir.Undefined)
+            first_lane = ir.Constant(ir.VectorType(ir.IntType(32), _LANES), None)
 
             def data(array, position):
                 return context.make_array(signature.args[position])(context, builder, array).data
@@ -67,12 +66,8 @@ def _tile_intrinsic(n_rows: int) -> Callable[..., None]:
                 for i in range(n_rows):
                     at = builder.add(first, builder.mul(a_step, number(i)))
                     left = builder.load(builder.gep(a, [at]))
-                    lanes = builder.insert_element(ir.Constant(vector, ir.Undefined), left, ir.IntType(32)(0))
-                    lanes = builder.shuffle_vector(
-                        lanes,
-                        ir.Constant(vector, ir.Undefined),
-                        ir.Constant(ir.VectorType(ir.IntType(32), _LANES), None),
-                    )
+                    lanes = builder.insert_element(undefined, left, ir.IntType(32)(0))
+                    lanes = builder.shuffle_vector(lanes, undefined, first_lane)
                     term = builder.fmul(lanes, right, flags=("contract",))
                     builder.store(builder.fadd(builder.load(sums[i]), term, flags=("contract",)), sums[i])
             for place, accumulator in zip(places, sums, strict=True):

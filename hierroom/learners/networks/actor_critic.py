@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,25 +10,20 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 import torch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from hierroom.learners.networks.encoder import FeatureEncoder
+from hierroom.learners.networks.encoder import FeatureEncoder, Vectors
 from hierroom.learners.networks.recurrent import ResetLSTM
 from hierroom.support.errors import InputError
 
 
 @dataclass(frozen=True)
 class AgentSpace:
-    """The observations and actions of an agent.
+    """The observations and actions of an agent."""
 
-    Args:
-        cardinalities: number of values of each of the K features of an observation, 1 to 256 each.
-        n_actions: number of actions A, legal or not, at least 1.
-    """
-
-    cardinalities: tuple[int, ...]
-    n_actions: int
+    cardinalities: tuple[int, ...]  # number of values of each of the K features of an observation, 1 to 256 each
+    n_actions: int  # A, legal or not, at least 1
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "cardinalities", tuple(int(c) for c in self.cardinalities))
@@ -44,23 +39,15 @@ class AgentSpace:
 
     def check_features(self, envs: NDArray[np.integer], features: NDArray[np.uint8]) -> None:
         """Check observations [M, K] of ``envs`` [M], because compiled code does not check array bounds."""
-        if features.shape != (len(envs), self.n_features):
-            raise InputError(
-                f"features must have shape {(len(envs), self.n_features)}, a row per environment, not {features.shape}"
-            )
+        _check_rows("features", features, len(envs), self.n_features)
         if (features > self._last_values).any():
             m, feature = np.argwhere(features > self._last_values)[0]
-            raise InputError(
-                f"feature {feature} must be below {self.cardinalities[feature]}, "
-                f"but it is {features[m, feature]} in environment {envs[m]}"
-            )
+            found = f"it is {features[m, feature]} in environment {envs[m]}"
+            raise InputError(f"feature {feature} must be below {self.cardinalities[feature]}, but {found}")
 
     def check_masks(self, envs: NDArray[np.integer], masks: NDArray[np.bool_]) -> None:
         """Check masks [M, A] of ``envs`` [M]."""
-        if masks.shape != (len(envs), self.n_actions):
-            raise InputError(
-                f"masks must have shape {(len(envs), self.n_actions)}, a row per environment, not {masks.shape}"
-            )
+        _check_rows("masks", masks, len(envs), self.n_actions)
         is_legal = masks.any(axis=1)
         if not is_legal.all():
             raise InputError(f"environment {envs[np.argmin(is_legal)]} has no legal action: its mask is all False")
@@ -70,76 +57,55 @@ class AgentSpace:
         return (np.array(self.cardinalities) - 1).astype(np.uint8)  # [K]
 
 
+def _check_rows(name: str, array: NDArray, *shape: int) -> None:
+    if array.shape != shape:
+        raise InputError(f"{name} must have shape {shape}, a row per environment, not {array.shape}")
+
+
 @runtime_checkable
 class PolicyNetwork(Protocol):
-    """The methods that a `torch.nn.Module` needs so that the `Learner` can train it; no base class is required.
+    """The methods that a `torch.nn.Module` needs so that the `Learner` can train it; it needs no base class.
 
-    The network is built by ``Network(space, hidden_size)``. It receives no masks: the learner removes illegal actions
-    from the logits afterwards, so that no network can forget to.
+    ``Network(space, hidden_size)`` builds the network. It gets no masks: the learner removes illegal actions from the
+    logits afterwards.
     """
 
     def initial_state(self, n: int) -> Tensor:
-        """The state of ``n`` environments at the start of an episode: [n, S] float, one row per environment."""
+        """Return the states [n, S] float of ``n`` environments at the start of an episode."""
         ...
 
     def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Compute one turn.
-
-        Args:
-            features: [N, K] uint8, the observations.
-            state: [N, S] float, the states before the turn.
-
-        Returns:
-            logits [N, A], values [N] and the states after the turn [N, S].
-        """
+        """Compute logits [N, A], values [N] and new states [N, S] from observations [N, K] and states [N, S]."""
         ...
 
     def sequence(self, features: Tensor, state: Tensor, resets: Tensor) -> tuple[Tensor, Tensor]:
-        """Compute T consecutive turns, with the same result as T calls of `step` with resets in between.
+        """Compute logits [T, M, A] and values [T, M] of T turns from observations [T, M, K] and first states [M, S].
 
-        Args:
-            features: [T, M, K] uint8, the observations.
-            state: [M, S] float, the states before turn 0.
-            resets: [T, M] bool, whether a turn begins an episode: the state before it is then `initial_state`.
-
-        Returns:
-            logits [T, M, A] and values [T, M].
+        The result is that of T calls of `step`, with `initial_state` before each turn where ``resets`` [T, M] is True.
         """
         ...
 
 
 class RecurrentActorCritic(nn.Module):
-    """An encoder, an LSTM core, and linear policy and value heads that both read the core.
+    """An encoder and an LSTM core of H hidden units each, and linear policy and value heads that read the core.
 
     The initialisation is that of "The 37 Implementation Details of PPO" (Huang et al. 2022): orthogonal weights with
     gain sqrt 2 in the encoder, 0.01 in the policy head (so that the first policy is nearly uniform) and 1 in the value
-    head; biases are zero.
-
-    Args:
-        space: observations and actions of the agent.
-        hidden_size: number of units H of the encoder and of the core.
-        feature_vectors: how feature values are represented, see `FeatureEncoder`; None: by one learned row for each
-            value of each feature.
+    head; biases are zero. `FeatureEncoder` explains ``feature_vectors``.
     """
 
-    def __init__(
-        self,
-        space: AgentSpace,
-        hidden_size: int,
-        feature_vectors: Sequence[ArrayLike | None] | None = None,
-    ) -> None:
+    def __init__(self, space: AgentSpace, hidden_size: int, feature_vectors: Vectors = None) -> None:
         super().__init__()
         self.encoder = FeatureEncoder(space.cardinalities, hidden_size, feature_vectors)
         self.core = ResetLSTM(hidden_size, hidden_size)
         self.policy_head = nn.Linear(hidden_size, space.n_actions)
         self.value_head = nn.Linear(hidden_size, 1)
-        nn.init.orthogonal_(self.policy_head.weight, 0.01)
-        nn.init.orthogonal_(self.value_head.weight, 1.0)
-        nn.init.zeros_(self.policy_head.bias)
-        nn.init.zeros_(self.value_head.bias)
+        for head, gain in ((self.policy_head, 0.01), (self.value_head, 1.0)):
+            nn.init.orthogonal_(head.weight, gain)
+            nn.init.zeros_(head.bias)
 
     def initial_state(self, n: int) -> Tensor:
-        """Zeros [n, 2 H]: hidden and cell state side by side."""
+        """Return zeros [n, 2 H]; see `PolicyNetwork.initial_state`."""
         return self.core.initial_state(n)
 
     def step(self, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -155,7 +121,7 @@ class RecurrentActorCritic(nn.Module):
 
 @contextmanager
 def seeded_weights(seed: np.random.SeedSequence) -> Iterator[None]:
-    """A context in which new weights depend only on ``seed``, not on torch's global generator or number of threads.
+    """Make new weights depend only on ``seed``, not on torch's global generator or number of threads.
 
     Orthogonal initialisation uses a matrix decomposition that rounds differently with two threads than with one.
     """

@@ -13,40 +13,30 @@ from torch.nn import functional
 
 from hierroom.support.errors import InputError
 
+Vectors = Sequence[ArrayLike | None] | None
+"""For each feature a [cardinality, d] array of the d fixed numbers of each value, or None; None for all: no numbers."""
+
 
 class FeatureEncoder(nn.Module):
     r"""ReLU of the bias plus one table row per feature: :math:`x = \max(0, b + \sum_k W_{k, c_k})`.
 
-    This equals a linear layer on the concatenated one-hot features, but costs K row additions instead of a matrix
-    product.
+    This equals a linear layer on the concatenated one-hot features, at the cost of K row additions. ``cardinalities``
+    are the numbers of values of the K features, ``hidden_size`` is the number of outputs H.
 
-    A feature can also be represented by fixed numbers (the paper does so with MiniGrid's object, colour and state ids).
-    Its rows are then ``vectors @ weights`` with one learned row of weights per number, and the rest of the encoder is
-    the same.
-
-    Args:
-        cardinalities: number of values of each of the K features.
-        hidden_size: number of outputs H.
-        feature_vectors: None, or for each feature either None (a learned row per value) or a [cardinality, d] array:
-            the d numbers that represent each value.
+    A feature with fixed numbers for its values, such as MiniGrid's ids in the paper, has the rows ``vectors @ weights``
+    with a learned row of weights for each number. Other features have a learned row for each value.
     """
 
     offsets: Tensor
     inputs: Tensor | None
 
-    def __init__(
-        self,
-        cardinalities: Sequence[int],
-        hidden_size: int,
-        feature_vectors: Sequence[ArrayLike | None] | None = None,
-    ) -> None:
+    def __init__(self, cardinalities: Sequence[int], hidden_size: int, feature_vectors: Vectors = None) -> None:
         super().__init__()
-        n_rows = sum(cardinalities)
         starts = np.cumsum([0, *cardinalities[:-1]])
         self.register_buffer("offsets", torch.as_tensor(starts, dtype=torch.int64), persistent=False)
         inputs = None if feature_vectors is None else _input_matrix(cardinalities, feature_vectors)
         self.register_buffer("inputs", inputs, persistent=False)
-        n_inputs = n_rows if inputs is None else inputs.shape[1]
+        n_inputs = sum(cardinalities) if inputs is None else inputs.shape[1]
         self.weight = nn.Parameter(torch.empty(n_inputs, hidden_size))
         self.bias = nn.Parameter(torch.zeros(hidden_size))
         # The initial rows are small. With rows about 4 times as large, so that the sparse sum had unit variance, the
@@ -54,7 +44,7 @@ class FeatureEncoder(nn.Module):
         nn.init.orthogonal_(self.weight, math.sqrt(2.0))
 
     def table(self) -> Tensor:
-        """The rows of all features, stacked: [sum of cardinalities, H]."""
+        """Return the stacked rows of all features: [sum of cardinalities, H]."""
         return self.weight if self.inputs is None else self.inputs @ self.weight
 
     def forward(self, features: Tensor) -> Tensor:
@@ -65,17 +55,11 @@ class FeatureEncoder(nn.Module):
         return torch.relu(total).reshape(*features.shape[:-1], -1)
 
 
-def _input_matrix(cardinalities: Sequence[int], feature_vectors: Sequence[ArrayLike | None]) -> Tensor:
-    """The block-diagonal matrix [sum of cardinalities, D] of the numbers that represent each value of each feature."""
-    if len(feature_vectors) != len(cardinalities):
-        raise InputError(f"feature_vectors needs {len(cardinalities)} entries (features), not {len(feature_vectors)}")
-    blocks = []
-    for column, (cardinality, vectors) in enumerate(zip(cardinalities, feature_vectors, strict=True)):
-        block = np.eye(cardinality) if vectors is None else np.asarray(vectors, np.float64)
-        if block.ndim != 2 or len(block) != cardinality:
-            raise InputError(
-                f"feature {column} has {cardinality} values, so its vectors must have shape [{cardinality}, d], "
-                f"not {list(block.shape)}"
-            )
-        blocks.append(torch.as_tensor(block, dtype=torch.float32))
-    return torch.block_diag(*blocks)
+def _input_matrix(cardinalities: Sequence[int], vectors: Sequence[ArrayLike | None]) -> Tensor:
+    """Return the block-diagonal matrix [sum of cardinalities, D] of the numbers of all features."""
+    blocks = [np.eye(n) if own is None else np.asarray(own) for n, own in zip(cardinalities, vectors, strict=True)]
+    for column, (n, block) in enumerate(zip(cardinalities, blocks, strict=True)):
+        if block.ndim != 2 or len(block) != n:
+            shapes = f"shape [{n}, d], not {list(block.shape)}"
+            raise InputError(f"feature {column} has {n} values, so its vectors must have {shapes}")
+    return torch.block_diag(*(torch.as_tensor(block, dtype=torch.float32) for block in blocks))

@@ -17,10 +17,6 @@ class ResetLSTM(nn.Module):
 
     ``weight`` is [X + H, 4 H], the X rows of the input above the H rows of the hidden state, so that a step is one
     matrix product. Both blocks are initialised orthogonally and the bias is zero.
-
-    Args:
-        input_size: number of inputs X.
-        hidden_size: number of units H.
     """
 
     def __init__(self, input_size: int, hidden_size: int) -> None:
@@ -34,7 +30,7 @@ class ResetLSTM(nn.Module):
             nn.init.orthogonal_(self.weight[input_size:])
 
     def initial_state(self, n: int) -> Tensor:
-        """Zeros [n, 2 H]: hidden and cell state side by side."""
+        """Return zeros [n, 2 H]: hidden and cell state side by side."""
         return self.weight.new_zeros(n, 2 * self.hidden_size)
 
     def step(self, inputs: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
@@ -44,13 +40,11 @@ class ResetLSTM(nn.Module):
         hidden, cell = lstm_cell(torch.addmm(self.bias, hidden, of_hidden) + inputs @ of_inputs, cell)
         return hidden, torch.cat([hidden, cell], dim=-1)
 
-    def sequence(
-        self,
-        inputs: Tensor,  # [T, M, X]
-        state: Tensor,  # [M, 2 H] the state before step 0
-        resets: Tensor,  # [T, M] whether the state is set to zero before the step
-    ) -> Tensor:
-        """Compute the outputs [T, M, H] of T consecutive steps."""
+    def sequence(self, inputs: Tensor, state: Tensor, resets: Tensor) -> Tensor:
+        """Compute the outputs [T, M, H] of T steps from inputs [T, M, X] and the state [M, 2 H] before the first one.
+
+        The state is zero before each step where ``resets`` [T, M] is True.
+        """
         of_inputs, of_hidden = self.split_weight()
         driven = inputs @ of_inputs  # [T, M, 4 H]: what does not depend on the previous step
         keeps = (~resets).to(driven.dtype).unsqueeze(-1)  # [T, M, 1]
@@ -64,13 +58,13 @@ class ResetLSTM(nn.Module):
         return torch.stack(outputs)
 
     def split_weight(self) -> tuple[Tensor, Tensor]:
-        """The rows of ``weight`` for the input [X, 4 H] and for the hidden state [H, 4 H]."""
+        """Return the rows of ``weight`` for the input [X, 4 H] and for the hidden state [H, 4 H]."""
         of_inputs, of_hidden = self.weight.split((self.input_size, self.hidden_size))
         return of_inputs, of_hidden
 
 
 def lstm_cell(gates: Tensor, cell: Tensor) -> tuple[Tensor, Tensor]:
-    """New hidden and cell states from gates [N, 4 H] and cell states [N, H]: the second line of `ResetLSTM`."""
+    """Return new hidden and cell states from gates [N, 4 H] and cell states [N, H]; see `ResetLSTM`."""
     input_gate, forget_gate, candidate, output_gate = gates.chunk(4, dim=-1)
     cell = torch.sigmoid(forget_gate) * cell + torch.sigmoid(input_gate) * torch.tanh(candidate)
     return torch.sigmoid(output_gate) * torch.tanh(cell), cell

@@ -20,8 +20,7 @@ from hierroom.agents.config import AgentsConfig, Method
 from hierroom.goals import NAMED_GRAPHS, is_graph_set, plain_specs, spec_names
 from hierroom.learners.config import PPOConfig
 from hierroom.runs.config.typed_value import entry_types
-from hierroom.support.errors import InputError, require_name, require_number, shown
-from hierroom.support.python_numbers import use_python_numbers
+from hierroom.support.errors import InputError, require_name, require_number, shown, use_python_numbers
 from hierroom.worlds.env_config import EnvConfig
 
 PresetName = Literal["default", "long", "large", "learned", "paper", "algorithm1"]

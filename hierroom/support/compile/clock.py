@@ -1,4 +1,4 @@
-"""How long Numba has compiled, so that compilation does not count as training, and a notice that it does."""
+"""A clock of Numba's compilation, which does not count as training, and a notice that it compiles."""
 
 from __future__ import annotations
 
@@ -10,24 +10,20 @@ from typing import Any
 from numba.core import event
 
 COMPILE_EVENT = "numba:compile"
-"""What Numba calls the compilation of one function; it is announced only where the function is not on disk."""
+"""Numba's event for the compilation of one function that is not on disk."""
 NOTICE = "compiling kernels, once, for up to a minute; python -m hierroom compile does it ahead"
 
 
 def compiling(event: event.Event) -> Any:
-    """The kernel whose compilation such an event announces."""
+    """Return the kernel that such an event announces."""
     assert event.data is not None
     return event.data["dispatcher"]
 
 
 class CompileClock(event.TimingListener):
-    """Adds up the time that this process compiles; what is loaded from the cache on disk is not compiled again.
+    """Adds up the time that this process compiles."""
 
-    Attributes:
-        is_notice_due: whether a user on a terminal does not know yet why nothing seems to happen.
-    """
-
-    is_notice_due = True
+    is_notice_due = True  # whether a user on a terminal does not know yet why nothing seems to happen
 
     @property
     def seconds(self) -> float:
@@ -35,7 +31,7 @@ class CompileClock(event.TimingListener):
         return self.duration if self.done else 0.0
 
     def on_start(self, event: event.Event) -> None:
-        """Start the clock, unless it runs already; print the notice the first time that a kernel is compiled."""
+        """Start the clock; print the notice for the first kernel."""
         super().on_start(event)
         if self.is_notice_due and compiling(event).py_func.__module__.startswith("hierroom."):
             self.is_notice_due = False
@@ -46,7 +42,7 @@ class CompileClock(event.TimingListener):
 
 @cache
 def compile_clock() -> CompileClock:
-    """The clock of this process, which runs from the first call on."""
+    """Return the clock of this process, which runs from the first call on."""
     clock = CompileClock()
     event.register(COMPILE_EVENT, clock)
     return clock

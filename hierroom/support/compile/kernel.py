@@ -12,20 +12,12 @@ from hierroom.support.compile.clock import compile_clock
 from hierroom.support.compile.kernel_folder import kernel_folder
 
 KERNELS: list[Any] = []
-"""All kernels that are kept on disk, in the order in which they were defined."""
+"""All kernels that are kept on disk, in the order of their definitions."""
 compile_clock()  # it also says on a terminal that kernels are compiled
 
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Numba's ``njit``, with compiled code in `kernel_folder`; functions of other packages keep their own places.
-
-    Args:
-        cache: whether compiled code is kept on disk.
-        **options: any others of Numba's.
-
-    Returns:
-        a decorator, which makes a function a kernel.
-    """
+    """Decorate as Numba's ``njit``, with compiled code in `kernel_folder`; other packages keep their own places."""
 
     def define(function: Callable[..., Any]) -> Any:
         if not cache or config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
@@ -45,7 +37,6 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
 def compiled(kernel: Any, *arrays: Any) -> Any:
     """Compile a kernel for arguments of the same types as ``arrays``; the caller must only pass such arguments.
 
-    Calling a kernel by its name makes Numba look up the types of the arguments in each call. With six arrays, four of
-    them records, that takes several times as long as the step of one environment.
+    Numba then need not look up the types in each call, which takes several times as long as one environment's step.
     """
     return kernel.compile(tuple(numba.typeof(array) for array in arrays)) if hasattr(kernel, "compile") else kernel

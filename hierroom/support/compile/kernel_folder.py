@@ -1,4 +1,4 @@
-"""Where compiled kernels are kept: a folder that has the digest of all their source in its name, so none is stale.
+"""The folder of compiled kernels, with the digest of all their source in its name, so that none is stale.
 
 Numba keeps compiled code as long as the kernel's own file is the same, but kernels call those of other files.
 """
@@ -20,16 +20,15 @@ from pathlib import Path
 from numba.core import config
 
 PACKAGE = Path(__file__).parents[2]
-CONSTANTS = ("constants.py", "ids.py")
-"""Files of numbers that kernels use."""
+CONSTANTS = ("constants.py", "ids.py")  # files of numbers that kernels use
 _DAY = 24 * 60 * 60
 
 
 @cache
 def kernel_folder() -> str | None:
-    """The first that can be written: in ``NUMBA_CACHE_DIR``, the package, the user's cache or the temporary files.
+    """Return the first that can be written: in ``NUMBA_CACHE_DIR``, the package, the user's cache, temporary files.
 
-    The last with a warning, as is None, where there is no such folder.
+    Warn of the last, and of None, where there is no such folder.
     """
     chosen = config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
     installation = hashlib.sha256(str(PACKAGE).encode()).hexdigest()[:8]
@@ -40,16 +39,11 @@ def kernel_folder() -> str | None:
             _remove_old({*folder.parent.glob(f"{installation}-*")} - {folder})
             return str(folder)
     folder = _private_folder()
-    kept = (
-        f"is kept in {folder}" if folder else "is lost at the end of each process, which begins by compiling it again"
-    )
+    kept = f"is kept in {folder}" if folder else "is lost at the end of each process, so the next compiles it again"
     if multiprocessing.parent_process() is None:
-        warnings.warn(
-            f"neither the package nor the user's cache folder can be written: the compiled code of its kernels {kept}; "
-            "set NUMBA_CACHE_DIR to a folder of your own to keep it elsewhere",
-            RuntimeWarning,
-            stacklevel=2,
-        )
+        reason = f"neither the package nor the user's cache folder can be written: the compiled code of kernels {kept}"
+        advice = "set NUMBA_CACHE_DIR to a folder of your own to keep it elsewhere"
+        warnings.warn(f"{reason}; {advice}", RuntimeWarning, stacklevel=2)
     return folder and str(folder / name)
 
 
@@ -62,7 +56,7 @@ def _remove_old(folders: set[Path]) -> None:
 
 
 def digest_of_kernels(folder: Path) -> str:
-    """SHA-256 of all files in a folder that define kernels, or numbers that are compiled into them."""
+    """Return the SHA-256 of all files in a folder that define kernels, or numbers that are compiled into them."""
     contents = {path: path.read_bytes() for path in sorted(folder.rglob("*.py"))}
     of_kernels = (content for path, content in contents.items() if path.name in CONSTANTS or b"njit(" in content)
     return hashlib.sha256(b"".join(of_kernels)).hexdigest()
@@ -78,7 +72,7 @@ def _can_write(folder: Path) -> bool:
 
 
 def _private_folder() -> Path | None:
-    """A folder among the temporary files where only this user can write, because what is read there is run."""
+    """Return a temporary folder where only this user can write, because its code is run."""
     try:
         path = Path(tempfile.gettempdir()).absolute() / f"hierroom-{os.getuid()}"
         path.mkdir(mode=0o700, exist_ok=True)
