@@ -16,10 +16,7 @@ if TYPE_CHECKING:
 
 
 def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = False) -> sp.csr_array:
-    """W of the random walk on a networkx graph, its nodes in the graph's order; arguments as in `Chain.from_networkx`.
-
-    An undirected edge leads both ways, and parallel edges add up.
-    """
+    """Return W of the walk of `Chain.from_networkx`; an undirected edge leads both ways, and parallel edges add up."""
     import networkx as nx  # loaded here because it takes its time, and few programs need it
 
     if graph.number_of_nodes() == 0:
@@ -40,13 +37,13 @@ def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = 
 
 
 def normalized(weights: sp.csr_array) -> sp.csr_array:
-    """Divide each row by its sum; an empty row stays empty, a node that is never left."""
+    """Divide each row by its sum; an empty row, of a node that is never left, stays empty."""
     totals = row_sums(weights)
     return sp.csr_array(weights.multiply(1 / np.where(totals > 0, totals, 1.0)[:, None]))
 
 
 def node_labels(nodes: Iterable[Hashable]) -> tuple[str, ...]:
-    """The names of nodes, which are strings."""
+    """Return the names of nodes as strings."""
     labels = tuple(map(str, nodes))
     if len(set(labels)) < len(labels):
         twice = next(label for label in labels if labels.count(label) > 1)
@@ -55,11 +52,12 @@ def node_labels(nodes: Iterable[Hashable]) -> tuple[str, ...]:
 
 
 def node_index(nodes: Sequence[Hashable], node: Hashable) -> int:
-    """The position of a node."""
-    try:
+    """Return the position of a node."""
+    if node in nodes:
         return nodes.index(node)
-    except ValueError:
-        first = ", ".join(repr(one) for one in nodes[:5])
-        raise InputError(
-            f"there is no node {node!r} among the {len(nodes)} nodes {first}{', ...' if len(nodes) > 5 else ''}"
-        ) from None
+    raise InputError(f"there is no node {node!r} among the {len(nodes)} nodes {first_names(nodes)}")
+
+
+def first_names(nodes: Sequence[Hashable]) -> str:
+    """Return the first names of many, for an error message."""
+    return ", ".join(map(repr, nodes[:5])) + ", ..." * (len(nodes) > 5)

@@ -13,7 +13,7 @@ from typing import TypeAlias
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import connected_components, dijkstra
 
 from hierroom.support.errors import InputError
 
@@ -25,7 +25,7 @@ ROW_SLACK = 1e-9
 
 
 def as_weights(weights: Weights) -> sp.csr_array:
-    """Check a weighted adjacency matrix, rows of any sum: a copy as [n, n] float64 CSR without stored zeros."""
+    """Check W, whose rows may have any sum, and return a copy as [n, n] float64 CSR without stored zeros."""
     try:
         given = sp.csr_array(weights) if sp.issparse(weights) else np.atleast_2d(np.asarray(weights))
         if given.dtype.kind == "c":
@@ -47,10 +47,9 @@ def as_weights(weights: Weights) -> sp.csr_array:
 
 
 def as_moves(weights: Weights) -> sp.csr_array:
-    """The probabilities to leave each node of a walk in discrete time, without the probability to stay.
+    """Check W, whose rows sum to at most one, and return it as [n, n] float64 CSR without its diagonal.
 
-    D - W is the same with and without a diagonal in W, so the diagonal is omitted: one minus the sum of a row of the
-    result, [n, n] float64 CSR, is the probability to stay. Each given row, its diagonal included, sums to at most one.
+    The diagonal cancels in D - W; one minus the sum of a row of the result is the probability to stay.
     """
     matrix = as_weights(weights)
     totals = row_sums(matrix)
@@ -66,22 +65,22 @@ def as_moves(weights: Weights) -> sp.csr_array:
 
 
 def with_staying(moves: sp.csr_array) -> sp.csr_array:
-    """P: the moves of `as_moves`, and on the diagonal what each row lacks to one: [n, n] float64 CSR."""
+    """Return P: the moves of `as_moves`, and on the diagonal what each row lacks to one."""
     return sp.csr_array(moves + sp.diags_array(np.maximum(1 - row_sums(moves), 0.0)))
 
 
 def n_nodes(matrix: sp.csr_array) -> int:
-    """Number of nodes of a walk, which is the number of rows of its matrix."""
+    """Return the number of rows."""
     return matrix.indptr.size - 1
 
 
 def row_sums(matrix: sp.csr_array) -> NDArray[np.float64]:
-    """D, the weighted out-degree of each node: [n] float64."""
+    """Return D, the weighted out-degree of each node: [n]."""
     return np.asarray(matrix.sum(axis=1)).ravel()
 
 
 def as_targets(targets: Targets, n: int) -> NDArray[np.bool_]:
-    """The set of target nodes as a mask [n]; an empty set is a target that cannot be reached."""
+    """Return the target nodes as a mask [n]; an empty set is a target that cannot be reached."""
     mask = np.zeros(n, bool)
     for node in targets if isinstance(targets, Iterable) else (targets,):
         mask[as_node(node, n)] = True
@@ -107,29 +106,18 @@ def as_times(times: ArrayLike) -> NDArray[np.int64]:
 def can_reach(
     weights: sp.csr_array, targets: NDArray[np.bool_], avoid: NDArray[np.bool_] | None = None
 ) -> NDArray[np.bool_]:
-    """Find the nodes [n] from which a target can be reached along edges of positive weight, targets included.
-
-    The path visits no node of ``avoid`` [n].
-    """
-    into = weights.tocsc()
-    found = targets.copy()
-    frontier = np.flatnonzero(found)
-    while frontier.size:
-        reached = np.zeros(len(found), bool)
-        reached[np.concatenate([into.indices[into.indptr[j] : into.indptr[j + 1]] for j in frontier])] = True
-        reached &= ~found
-        if avoid is not None:
-            reached &= ~avoid
-        found |= reached
-        frontier = np.flatnonzero(reached)
-    return found
+    """Find the nodes [n] from which a path leads to a target and visits no node of ``avoid``; targets included."""
+    if not targets.any():
+        return targets
+    if avoid is not None:
+        weights = sp.csr_array(sp.diags_array(1.0 - avoid) @ weights)
+        weights.eliminate_zeros()
+    steps = dijkstra(weights.T, indices=np.flatnonzero(targets), unweighted=True, min_only=True)
+    return np.isfinite(steps)
 
 
 def closed_classes(weights: sp.csr_array) -> list[NDArray[np.int64]]:
-    """Find the closed communicating classes: sets of nodes that reach each other and no other node.
-
-    A walk ends in one of them with probability one.
-    """
+    """Find the closed classes: sets of nodes that reach each other and no other node, in one of which a walk ends."""
     n_classes, labels = connected_components(weights, directed=True, connection="strong")
     edges = weights.tocoo()
     leaves = labels[edges.row] != labels[edges.col]
