@@ -8,9 +8,7 @@ from hierroom.support.errors import InputError
 
 
 class Curriculum:
-    """Moves through a set of goal graphs depending on how often the agent escapes.
-
-    The only state of a curriculum is the number of the current stage, which the caller keeps.
+    """Moves through a set of goal graphs depending on how often the agent escapes; the caller keeps the stage.
 
     Args:
         graphs: the whole set.
@@ -19,7 +17,7 @@ class Curriculum:
         demote_at: the previous stage returns below this success rate; 0 <= demote_at < promote_at <= 1.
 
     Attributes:
-        stages: the graphs of each stage, from the easiest on; together they are the whole set, each graph once.
+        stages: the graphs of each stage, from the easiest on.
     """
 
     def __init__(self, graphs: GraphSet, n_stages: int = 5, promote_at: float = 0.8, demote_at: float = 0.2):
@@ -34,14 +32,9 @@ class Curriculum:
         self._promote_at, self._demote_at = promote_at, demote_at
 
     def advance(self, stage: int, success_rate: float) -> int:
-        """Return the stage that follows.
+        """Return the next, the current or the previous stage, 0 to ``len(stages) - 1``.
 
-        Args:
-            stage: the current stage, 0 to ``len(stages) - 1``; a curriculum begins at 0.
-            success_rate: fraction of its most recent episodes in which the agent escaped, 0..1.
-
-        Returns:
-            The next, the current or the previous stage, limited to the stages that exist.
+        ``success_rate``, 0..1, is the fraction of the stage's most recent episodes in which the agent escaped.
         """
         last = len(self.stages) - 1
         if not 0 <= stage <= last:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from hierroom.goals.tree import tree_places
+
 COLUMN, ROW, RADIUS, TOP = 78, 74, 17, 48
 """Pixels between rooms side by side, between depths, the radius of a room, and the height of the title."""
 INK, PAPER, START, EXIT = "#333333", "#ffffff", "#d9d9d9", "#35a853"
@@ -40,24 +42,3 @@ def tree_svg(key_rooms: Sequence[int], exit_room: int, title: str) -> str:
 def _text(x: float, y: float, words: str, size: int, colour: str = INK, behind: str = "none") -> str:
     halo = f'stroke="{behind}" stroke-width="5" paint-order="stroke"'
     return f'<text x="{x:g}" y="{y:g}" font-size="{size}" text-anchor="middle" fill="{colour}" {halo}>{words}</text>'
-
-
-def tree_places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
-    """(column, depth) of each room: leaves side by side, every other room in the middle above its first and last."""
-    below: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
-    for room, home in enumerate(key_rooms, start=1):
-        below[home].append(room)
-    order, depths, waiting = [], [0] * len(below), [0]  # order: every room before those below it, from left to right
-    while waiting:
-        order.append(room := waiting.pop())
-        for child in below[room]:
-            depths[child] = depths[room] + 1
-        waiting += below[room][::-1]
-    columns, n_leaves = [0.0] * len(below), 0
-    for room in order:
-        if not below[room]:
-            columns[room], n_leaves = float(n_leaves), n_leaves + 1
-    for room in reversed(order):
-        if below[room]:
-            columns[room] = (columns[below[room][0]] + columns[below[room][-1]]) / 2
-    return list(zip(columns, depths, strict=True))

@@ -1,9 +1,7 @@
 """First passage of a random walk in discrete time: mean, variance, probability, visits, and sensitivity to each edge.
 
-Every function takes W [n, n] as described in `chains.weights`, dense or sparse with rows that sum to at most one, the
-indices of one or several target nodes, and in some cases the index of the start node. It returns the exact limit where
-an equation has no solution: a node from which the target may never be reached has mean ``inf`` instead of a singular
-matrix.
+Every function takes W as described in `chains.weights` and returns the exact limit where an equation has no solution: a
+node from which the target may never be reached has mean ``inf`` instead of a singular matrix.
 
 With Q the transition matrix among the nodes that are not targets, I - Q = D - W on those nodes, whatever the
 probability to stay; N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960, chapter 3).
@@ -51,6 +49,10 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
     m_i = 0 on the targets and sum_j (D - W)_ij m_j = 1 elsewhere, the boundary-value problem of Norris, Markov Chains
     (1997), theorem 1.3.5. The numbers in the paper's Table 2 are different ones: see `laplacian_hitting_time`.
 
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        targets: one or several nodes.
+
     Returns:
         [n], in steps, for each start node; ``inf`` where the target is missed with positive probability.
     """
@@ -71,6 +73,10 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
        the targets. It loses digits where means are large and lie close together.
 
     The rounding error of each is bounded along with it, and each node gets the value with the smaller bound.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        targets: one or several nodes.
 
     Returns:
         [n], in steps squared; ``inf`` where the mean is ``inf``.
@@ -99,6 +105,10 @@ def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float6
 
     h_i = 1 on the targets, h_i = 0 where no target can be reached, and sum_j (D - W)_ij h_j = 0 elsewhere (Norris,
     theorem 1.3.2, the minimal solution). Nodes that cannot miss the targets get exactly one.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        targets: one or several nodes.
     """
     moves, fates = _prepare(weights, targets)
     reached = (fates.target | fates.sure).astype(float)
@@ -113,6 +123,11 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
 
     v = e_source' N, the source's row of the fundamental matrix, is computed by solving (D - W)' v = e_source on the
     transient nodes. The sum of v is the mean first-passage time.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        source: index of the start node.
+        targets: one or several nodes.
 
     Returns:
         [n], in steps; 0 at the targets and at nodes that are not visited before them, ``inf`` at nodes where a
@@ -139,6 +154,11 @@ def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) ->
 
     dm_s / dW_ij = v_i (m_j - m_i), with v the expected visits from s and m the mean times: at each visit to i, a little
     probability moves from staying at i to going to j. This follows from dN = N dQ N.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        source: index of the start node.
+        targets: one or several nodes.
 
     Returns:
         [n, n] CSR with an entry for each edge of W that begins at a node visited before a target, in steps per

@@ -62,7 +62,11 @@ RARE = 1e-3
 
 
 def laplacian(weights: Weights) -> sp.csr_array:
-    """Return the graph Laplacian L = W - D, [n, n] CSR, where D holds the row sums of W (paper, section 2.1)."""
+    """Return the graph Laplacian L = W - D, [n, n] CSR, where D holds the row sums of W (paper, section 2.1).
+
+    Args:
+        weights: W [n, n], dense or sparse.
+    """
     matrix = as_weights(weights)
     return sp.csr_array(matrix - sp.diags_array(row_sums(matrix)))
 
@@ -70,8 +74,12 @@ def laplacian(weights: Weights) -> sp.csr_array:
 def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
     """Return the paper's hitting time, as in Table 2: b' pinv(D - W) b with b = e_source - e_target.
 
-    Rows of W [n, n], dense or sparse, may have any sum, and the diagonal cancels. The value is ``inf`` if there is no
-    path from source to target, and 0 if they are the same node.
+    It is ``inf`` if there is no path from source to target, and 0 if they are the same node.
+
+    Args:
+        weights: W [n, n], dense or sparse; rows may have any sum, and the diagonal cancels.
+        source: index of the start node.
+        target: index of the goal node.
     """
     matrix = as_weights(weights)
     n = n_nodes(matrix)
@@ -96,7 +104,10 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
 
         d(b' pinv(K) b) / dW_ij = -z_i (x_i - x_j) + r_i (u_i - u_j).
 
-    W [n, n] must have one closed class in the connected component of the source, as any walk that restarts has.
+    Args:
+        weights: W [n, n] with one closed class in the connected component of the source, as in any walk that restarts.
+        source: index of the start node.
+        target: index of the goal node.
 
     Returns:
         [n, n] CSR with an entry for each edge of that component, per unit of weight; ``nan`` throughout if the hitting

@@ -46,9 +46,13 @@ PATIENCE = 16_384
 
 
 def reach_probability(weights: Weights, source: int, targets: Targets, times: ArrayLike) -> NDArray[np.float64]:
-    """Probability that one of the targets has been reached within t steps: equation (1).
+    """Probability that one of the targets has been reached within t steps, in the shape of the times: equation (1).
 
-    The times t = 0, 1, 2, ... may have any shape, and the result has the same.
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        source: index of the start node.
+        targets: one or several nodes.
+        times: numbers of steps t, any shape, each 0, 1, 2, ...
     """
     moves, steps = as_moves(weights), as_times(times)
     n = n_nodes(moves)
@@ -64,8 +68,12 @@ def expected_states(
 ) -> NDArray[np.float64]:
     """Expected number of distinct nodes visited within t steps, the start included: sum over i of P(T_i <= t).
 
-    The times t = 0, 1, 2, ... may have any shape, and the result has the same. Only ``nodes`` count, by default all;
-    each stands for so many nodes as ``multiplicity`` says, see `augmented.alike_nodes`.
+    Args:
+        weights: W [n, n], dense or sparse; rows sum to at most one.
+        source: index of the start node.
+        times: numbers of steps t, any shape, each 0, 1, 2, ...
+        nodes: the nodes that count; by default all of them.
+        multiplicity: for each of ``nodes`` the number of nodes that it stands for, as in `augmented.alike_nodes`.
     """
     moves, steps = as_moves(weights), as_times(times)
     n = n_nodes(moves)
@@ -149,7 +157,7 @@ def _reached(
 def _geometric_hazard(
     ahead: NDArray[np.float64], following: NDArray[np.float64], source: int, remaining: int
 ) -> NDArray[np.float64] | None:
-    """Return 1 - w_{t+1} / w_t at the source [m], or None unless the bounds over all nodes fix the rest of each curve."""
+    """Return 1 - w_{t+1} / w_t at the source [m] if the bounds over all nodes fix the rest of each curve."""
     counts = ahead > 0
     ratio = np.divide(ahead - following, ahead, out=np.zeros_like(ahead), where=counts)
     low = np.clip(np.where(counts, ratio, np.inf).min(axis=0), 0.0, 1.0)

@@ -42,17 +42,15 @@ INK, FAINT = "#333333", "#9a9a9a"
 
 
 def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
-    """Draw the goal graph next to the augmented graph and write the picture to a file.
+    """Draw a goal graph next to its augmented graph and write the picture to a .png, .pdf or .svg file.
 
-    Args:
-        augmented: the augmented graph, which includes its goal graph.
-        path: the file; its suffix selects the format: .png, .pdf or .svg; without a suffix .png is added.
+    The suffix of ``path`` selects the format; without one .png is added.
     """
     save_figure(_figure(augmented), path)
 
 
 def svg_of(augmented: AugmentedGraph) -> str:
-    """The picture of `draw_graph` as the text of an SVG document."""
+    """Return the picture of `draw_graph` as the text of an SVG document."""
     picture = io.StringIO()
     _figure(augmented).savefig(picture, format="svg", facecolor="white")
     return picture.getvalue()
@@ -79,7 +77,7 @@ def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) ->
     pen = _Pen(axes, scale, f"augmented graph, {drop} drop\n{size}", _corners(boxes))
     kinds = {i: kind for kind, nodes in enumerate(kinds_of_nodes(augmented)) for i in nodes}
     entrances = {kinds[augmented.index[room.node]]: room.at for box in boxes for room in box.rooms}
-    moves = {(augmented.nodes[i], augmented.nodes[j]) for i, j in augmented.edges.tolist()}
+    moves = augmented.moves
     for box in boxes:
         _draw_box(pen, augmented, box)
         _draw_moves(pen, box, moves)
@@ -94,7 +92,7 @@ def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) ->
 
 
 def caption(augmented: AugmentedGraph) -> str:
-    """What the symbols of `draw_augmented` mean, and what is not drawn."""
+    """Explain the symbols of `draw_augmented`, and what is not drawn."""
     walk = augmented.walk
     lines = ["circles: rooms    squares: keys    exit: one node, drawn wherever it is reached    two heads: both ways"]
     lines.append("grey band: each of its rooms leads to every other; an arrow at a band is one at each of its rooms")
@@ -110,7 +108,7 @@ def caption(augmented: AugmentedGraph) -> str:
 
 
 def picture_file(path: str | Path) -> Path:
-    """The file into which `save_figure` writes, to be asked for before anything is computed that is to be drawn."""
+    """Check the file into which `save_figure` writes, before a long computation."""
     path = Path(path)
     if path.is_dir():
         raise InputError(f"a drawing is a file, not the folder {path}")
@@ -124,7 +122,7 @@ def picture_file(path: str | Path) -> Path:
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Write a figure to a file, whole or not at all; see `draw_graph` for its name."""
+    """Write a figure to a file, see `draw_graph`, whole or not at all."""
     path, picture = picture_file(path), io.BytesIO()
     figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150, facecolor="white")
     write_atomically(path, picture.getvalue())
@@ -168,7 +166,7 @@ def _draw_box(pen: _Pen, augmented: AugmentedGraph, box: Box) -> None:
 
 
 def _draw_moves(pen: _Pen, box: Box, moves: set[tuple[Node, Node]]) -> None:
-    """The moves between rooms and keys of one set of open doors; those to the next set are drawn elsewhere."""
+    """Draw the moves between rooms and keys of one set of open doors."""
     all_rooms = [Node("room", room, box.doors) for room in (0, *box.doors)]
     for key in box.keys:
         has_all = all((room, key.node) in moves for room in all_rooms)
@@ -196,7 +194,7 @@ def _name(node: Node) -> str:
 
 
 def _corners(boxes: list[Box]) -> list[Point]:
-    """The corners of boxes, as points whose margin is the padding of a node."""
+    """Return the corners of boxes, as points with the padding of a node as margin."""
     corners = []
     for box in boxes:
         (left, bottom), (width, height) = box.corner, box.size
@@ -210,7 +208,7 @@ def _extent(points: list[Point]) -> Point:
 
 
 def _colour_of(room: int) -> str:
-    """The colour of a room and of the key that opens it; after the ninth the room colours repeat."""
+    """Return the colour of a room and of its key; after the ninth the room colours repeat."""
     return ROOM_COLOURS[room] if room < len(ROOM_COLOURS) else ROOM_COLOURS[1 + (room - 1) % (len(ROOM_COLOURS) - 1)]
 
 
@@ -227,7 +225,7 @@ class _Pen:
         axes.axis("off")
 
     def node(self, place: Point, colour: str, name: str, is_key: bool = False, count: int = 1) -> None:
-        """A circle, or the square of a key, with the number of nodes that it stands for beside it."""
+        """Draw a circle, or the square of a key, with the number of nodes that it stands for."""
         marker, size = ("s", 620) if is_key else ("o", 760)
         lines = self.scale**2 * size
         self.axes.scatter(*place, s=lines, marker=marker, color=colour, edgecolors=INK, linewidths=self.scale, zorder=3)
@@ -242,7 +240,7 @@ class _Pen:
         self, start: Point, end: Point, colour: str, style: str = "-|>", bend: float = 0.0, width: float = 1.1,
         shrink: float = 15.0,
     ) -> None:  # fmt: skip
-        """An arrow to the rim of a node; ``bend`` is its sideways curvature as a fraction of its length."""
+        """Draw an arrow to the rim of a node; ``bend`` is its sideways curvature as a fraction of its length."""
         self.axes.add_patch(
             FancyArrowPatch(
                 start, end, arrowstyle=style, mutation_scale=11 * self.scale, color=colour,
@@ -252,7 +250,7 @@ class _Pen:
         )  # fmt: skip
 
     def patch(self, corner: Point, size: Point, fill: str, rim: str, order: int) -> None:
-        """A box with round corners."""
+        """Draw a box with round corners."""
         self.axes.add_patch(
             FancyBboxPatch(
                 corner, *size, boxstyle="round,pad=0,rounding_size=0.3", facecolor=fill, edgecolor=rim,
@@ -261,6 +259,6 @@ class _Pen:
         )  # fmt: skip
 
     def text(self, corner: Point, words: str) -> None:
-        """The name of a box, readable above arrows."""
+        """Write the name of a box, readable above arrows."""
         behind = {"facecolor": "#f6f6f6", "edgecolor": "none", "pad": 1.0}
         self.axes.text(*corner, words, fontsize=9 * self.scale, va="top", color=INK, zorder=5, bbox=behind)

@@ -10,19 +10,16 @@ import numpy as np
 from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
 
 LEAST_CHANCE = 1e-300
-"""Numbers that are much smaller are no floats, and their inverses neither."""
+"""The inverses of smaller numbers are no floats."""
 
 
 @dataclass(frozen=True)
 class CoveringLength:
-    """Bounds on the covering length L, in episodes.
+    """Bounds on the covering length L, in episodes; all are ``inf`` where a pair is less likely than `LEAST_CHANCE`.
 
     L is the number of episodes of the random policy after which every pair of a state and an action was tried at least
     once with probability 1/2 (Even-Dar and Mansour, Learning Rates for Q-learning, JMLR 2003, who count steps; in
-    episodes as Laidlaw et al. 2023 use it). Only pairs that can be reached within the horizon count, and none in
-    absorbing states.
-
-    All three bounds are ``inf`` where a pair is less likely than `LEAST_CHANCE`.
+    episodes as Laidlaw et al. 2023 use it). Pairs out of reach within the horizon and absorbing states do not count.
     """
 
     low: float  # no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2
@@ -60,12 +57,12 @@ def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
 
 
 def _episodes_for(chance: float) -> float:
-    """After so many episodes an event of this chance has happened with probability 1/2."""
+    """Return after how many episodes an event of this chance has happened with probability 1/2."""
     return 1.0 if chance >= 0.5 else math.log(0.5) / math.log1p(-chance)
 
 
 def _union_bound(chances: np.ndarray, n_actions: int, low: float, high: float) -> float:
-    """The least number of episodes, to a relative 1e-6, after which the chances to miss a pair add up to 1/2."""
+    """Return, to a relative 1e-6, after how many episodes the chances to miss a pair add up to 1/2."""
     with np.errstate(divide="ignore"):  # a pair tried for sure is missed never: exp(-inf) is 0
         logs = np.log1p(-chances)
     low, high = math.floor(low / 2), math.ceil(high)

@@ -23,22 +23,19 @@ def enumerate_env(
     seed: int = 0,
     max_states: int = 100_000,
 ) -> DeterministicMDP:
-    """Walk through all states that can be reached from the first one, by copies of the environment.
+    """Walk through all states that can be reached after ``env.reset(seed=seed)``, by copies of the environment.
 
-    The level is the one that ``env.reset(seed=seed)`` makes. Truncation is ignored, because the measures have a
-    horizon of their own; a terminal state becomes the last, absorbing one.
+    States are numbered as they are found, the start being 0; terminal states become the last, absorbing one. Truncation
+    is ignored, because the measures have a horizon.
 
     Args:
         env: a deterministic environment with discrete actions that `copy.deepcopy` can copy.
-        state: the state of an environment: what decides all that follows, without the number of steps.
+        state: returns what decides all that follows in an environment, without the number of steps.
         actions: which actions to take; all by default.
-        reward: makes the MDP's reward of the environment's, such as ``lambda r: float(r > 0)`` where it shrinks with
-            the number of steps, which is no part of the state.
+        reward: returns the MDP's reward for the environment's, such as ``lambda r: float(r > 0)`` where it shrinks with
+            the number of steps.
         seed: seed of the level.
-        max_states: most states.
-
-    Returns:
-        The MDP, whose states are numbered as they were found, the start being 0.
+        max_states: largest number of states.
     """
     if not isinstance(env.action_space, Discrete):
         raise InputError(f"states are enumerated with discrete actions, not with {env.action_space}")

@@ -56,7 +56,7 @@ class DeterministicMDP:
 
     @property
     def n_states(self) -> int:
-        """Number of states S, the absorbing ones included."""
+        """Number of states S."""
         return len(self.transitions)
 
     @property
@@ -77,25 +77,25 @@ class DeterministicMDP:
         return bool((self.rewards[earns] == 1).all() and self.is_absorbing[self.transitions[earns]].all())
 
     def random_values(self, horizon: int) -> Values:
-        """Expected return of the uniformly random policy: [T + 1, S]."""
+        """Return the expected return of the uniformly random policy: [T + 1, S]."""
         values = self._zeros(horizon)
         kernels.random_values(self.transitions, self.rewards, values)
         return values
 
     def optimal_values(self, horizon: int) -> Values:
-        """Greatest return: [T + 1, S]."""
+        """Return the greatest return: [T + 1, S]."""
         values = self._zeros(horizon)
         kernels.optimal_values(self.transitions, self.rewards, values)
         return values
 
     def worst_values(self, horizon: int) -> Values:
-        """Least return: [T + 1, S]."""
+        """Return the least return: [T + 1, S]."""
         values = self._zeros(horizon)
         kernels.optimal_values(self.transitions, -self.rewards, values)
         return -values
 
     def optimal_actions(self, horizon: int) -> NDArray[np.bool_]:
-        """[T + 1, S, A] bool, whether an action earns the greatest return; row 0 is False."""
+        """Return whether each action earns the greatest return: [T + 1, S, A] bool; row 0 is False."""
         is_optimal = np.zeros((horizon + 1, *self.transitions.shape), bool)
         kernels.mark_optimal(self.transitions, self.rewards, self.optimal_values(horizon), is_optimal)
         return is_optimal
@@ -142,9 +142,8 @@ def check_horizon(mdp: DeterministicMDP, horizon: int) -> None:
 def graph_mdp(augmented: AugmentedGraph) -> DeterministicMDP:
     """The MDP of an agent that chooses the next node of an augmented goal graph.
 
-    Action i takes the i-th edge of a node, in the order of `AugmentedGraph.edges`; a node with fewer edges stays where
-    it is, as illegal goals do nothing in an environment. The step to the exit earns 1 and ends the episode. Staying and
-    restarts, which the paper's walk adds, are no part of it.
+    Action i takes the i-th edge of a node, in the order of `AugmentedGraph.edges`, or stays if there are fewer edges.
+    The step to the exit earns 1 and ends the episode. The MDP has no staying and no restarts.
     """
     sources, targets = augmented.edges.T
     n = len(augmented.nodes)

@@ -13,11 +13,7 @@ from hierroom.complexity.chains.weights import as_times
 
 @dataclass(frozen=True, eq=False)
 class EpisodeCounts:
-    """How often each episode moved from one node to another; staying at a node counts as a transition too.
-
-    Without ``triples``, three nodes in a row within an episode and how often they came, these were not counted. Without
-    ``failed`` the episodes that did not escape were truncated.
-    """
+    """How often each episode moved from one node to another; staying at a node counts as a transition too."""
 
     n_nodes: int  # number of nodes n
     episodes: NDArray[np.int64]  # [K], the episode of each entry, 0 to ``len(lengths) - 1``
@@ -26,11 +22,11 @@ class EpisodeCounts:
     counts: NDArray[np.int64]  # [K], number of such steps in the episode
     lengths: NDArray[np.int64]  # [E], number of steps of each episode
     escaped: NDArray[np.bool_]  # [E], whether the episode reached the exit
-    triples: NDArray[np.int64] | None = None  # [T, 4]
-    failed: NDArray[np.bool_] | None = None  # [E], whether the episode ended for good without the exit
+    triples: NDArray[np.int64] | None = None  # [T, 4], three nodes in a row and how often they came; None: not counted
+    failed: NDArray[np.bool_] | None = None  # [E], whether the episode ended for good without the exit; None: never
 
     def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
-        """Sum the transitions over the episodes: [n, n] CSR. Each counts ``multiplicity`` [E] times, or once."""
+        """Sum the transitions [n, n] over the episodes, of which each counts ``multiplicity`` [E] times, or once."""
         times = np.ones(len(self.lengths)) if multiplicity is None else np.asarray(multiplicity, float)
         shape = (self.n_nodes, self.n_nodes)
         return sp.coo_array((self.counts * times[self.episodes], (self.sources, self.targets)), shape=shape).tocsr()
@@ -38,17 +34,8 @@ class EpisodeCounts:
     @property
     def step_limit(self) -> float:
         """The number of steps at which the first episode was truncated; ``inf`` if none was."""
-        return float(self.lengths[self._cut].min()) if self.is_cut else np.inf
-
-    @property
-    def is_cut(self) -> bool:
-        """Whether any episode was truncated."""
-        return bool(self._cut.any())
-
-    @property
-    def _cut(self) -> NDArray[np.bool_]:
-        """[E] whether each episode was truncated."""
-        return ~self.escaped if self.failed is None else ~(self.escaped | self.failed)
+        was_cut = ~self.escaped if self.failed is None else ~(self.escaped | self.failed)
+        return float(self.lengths[was_cut].min()) if was_cut.any() else np.inf
 
     def reach(self, t: ArrayLike) -> NDArray[np.float64]:
         """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit, where nobody knows."""
@@ -57,9 +44,9 @@ class EpisodeCounts:
         return np.where(steps > self.step_limit, np.nan, share)
 
     def passages(self) -> NDArray[np.int64]:
-        """Steps from a start to the next exit over consecutive episodes: [P], P the number of episodes that escaped.
+        """Steps from a start to the next exit over consecutive episodes, [number of episodes that escaped].
 
-        A truncated episode adds its steps, and one for the restart. Where none was truncated, these are the lengths.
+        An episode that did not escape adds its steps, and one for the restart.
         """
         ends = np.cumsum(self.lengths + ~self.escaped)[self.escaped]
         return np.diff(ends, prepend=0)
@@ -75,11 +62,7 @@ def counts_of(
 ) -> EpisodeCounts:
     """Count transitions that are encoded as one number each.
 
-    Args:
-        keys: [K] int64, for each transition ``(episode * n + source) * n + target``.
-        n_nodes: number of nodes n.
-        lengths: as in `EpisodeCounts`, and ``escaped`` and ``failed`` too.
-        triple_keys: [T] int64, for three nodes in a row ``(first * n + second) * n + third``; None: not counted.
+    ``keys`` are ``(episode * n + source) * n + target``, and ``triple_keys`` ``(first * n + second) * n + third``.
     """
     unique, counts = np.unique(keys, return_counts=True)
     episodes, sources, targets = _digits(unique, n_nodes)

@@ -23,13 +23,13 @@ from hierroom.support.errors import InputError
 
 
 class MoveDifference(NamedTuple):
-    """One edge in the assumed walk and in the measured chain: its probabilities per step, and its count in the play."""
+    """One edge in the assumed walk and in the measured chain."""
 
     source: str
     target: str
-    assumed: float
-    measured: float
-    count: int
+    assumed: float  # probability per step
+    measured: float  # probability per step
+    count: int  # in the play
 
 
 class MeasuredReport(PlayedChain):
@@ -37,7 +37,7 @@ class MeasuredReport(PlayedChain):
 
     Args:
         assumed: the report of the assumed walk on the same goal graph.
-        counts: the transitions of the episodes played; nodes are those of ``assumed.augmented``.
+        counts: the transitions between the nodes of ``assumed.augmented``.
         options: ``level``, ``n_resamples`` and ``seed`` as in `PlayedChain`.
     """
 
@@ -58,11 +58,7 @@ class MeasuredReport(PlayedChain):
         return summary(self.assumed.chain, REPORT_TIMES)
 
     def moves(self) -> list[MoveDifference]:
-        """Every edge of the assumed walk or of the play, the largest difference first.
-
-        Staying is omitted, and so are edges that begin at nodes never visited in the play, about which nothing is
-        known.
-        """
+        """Every edge of the assumed walk or of the play from a node that was visited, the largest difference first."""
         assumed, measured, counts = self.assumed.chain.weights, self.chain.weights, self.counts.total()
         edges = (assumed + measured).tocoo()
         labels, visited = self.labels, row_sums(counts) > 0
@@ -74,13 +70,9 @@ class MeasuredReport(PlayedChain):
         return sorted(found, key=lambda move: -abs(move.assumed - move.measured))
 
     def to_dict(self) -> dict[str, Any]:
-        """The report as plain numbers, strings, lists and dicts."""
-        graph = self.assumed.graph
+        """Return the report as plain numbers, strings, lists and dicts."""
         return {
-            "graph": graph.name,
-            "key_rooms": {f"key {room}": home for room, home in enumerate(graph.key_rooms, start=1)},
-            "exit_room": graph.exit_room,
-            "drop_key": self.assumed.drop_key,
+            **self.assumed.described(),
             **super().to_dict(),
             "assumed": self.predictions,
             "moves": [move._asdict() for move in self.moves()],
@@ -98,11 +90,11 @@ class MeasuredReport(PlayedChain):
         return name, "assumed walk", *columns
 
     def rows(self) -> list[tuple[str, ...]]:
-        """What is printed, as for `PlayedChain`, and the prediction of the assumed walk."""
+        """Return the rows of `PlayedChain`, with the prediction of the assumed walk."""
         return [(name, f"{self.predictions[name]:.4g}", *cells) for name, *cells in super().rows()]
 
     def notes(self) -> list[str]:
-        """What has to be known to read `rows`."""
+        """Return what explains `rows`."""
         unforeseen = sum(move.count for move in self.moves() if move.assumed == 0)
         steps = self.counts.counts.sum()
         return [f"{unforeseen} of {steps} steps took an edge that the assumed walk lacks", *super().notes()]

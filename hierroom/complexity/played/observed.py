@@ -43,7 +43,7 @@ def wilson_interval(share: float, n: int, level: float) -> Interval:
 
 
 def percentile_interval(value: float, resampled: ArrayLike, n_episodes: int, level: float) -> Interval:
-    """The percentile interval of resampled values; without low and high where it would mislead."""
+    """Percentile interval of resampled values; without low and high where it would mislead."""
     low, high = np.quantile(np.asarray(resampled), ((1 - level) / 2, (1 + level) / 2), method="inverted_cdf")
     if n_episodes < FEWEST_EPISODES or not low < high:
         return Interval(value, np.nan, np.nan)
@@ -60,10 +60,7 @@ def observed_steps(counts: EpisodeCounts) -> float:
 def observed(
     counts: EpisodeCounts, times: tuple[int, ...], level: float, n_resamples: int, rng: np.random.Generator
 ) -> dict[str, Interval]:
-    """Mean and deviation of the steps from a start to the next exit, and the probability to have escaped by ``times``.
-
-    Return `"expected_steps"`, `"std"` and `"exit within N"`; ``nan`` for what was not observed.
-    """
+    """Return `"expected_steps"` to the exit, their `"std"` and `"exit within N"`; ``nan`` for what was not observed."""
     n = len(counts.lengths)
     # One after the other: all at once are too large for the memory where there are many episodes.
     draws = (rng.multinomial(n, np.full(n, 1 / n)) for _ in range(n_resamples))
@@ -88,5 +85,5 @@ def observed(
 
 
 def within(t: int) -> str:
-    """The name of the probability to have escaped within t steps."""
+    """Name the probability to have escaped within t steps."""
     return f"exit within {t}"

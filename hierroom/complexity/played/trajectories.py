@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.complexity.chains.chain import EXIT
-from hierroom.complexity.chains.exploration_graph import node_labels
+from hierroom.complexity.chains.exploration_graph import first_names, node_labels
 from hierroom.complexity.played.episodes import counts_of
 from hierroom.complexity.played.played_chain import PlayedChain
 from hierroom.support.errors import InputError
@@ -33,12 +33,12 @@ def measure_trajectories(
     within the median number of steps, and twice and four times as many.
 
     Args:
-        trajectories: for each episode its node at every step, that of the start first; all must begin at the same
-            node. What follows the first visit of the target is left out.
+        trajectories: for each episode its node at every step, from the start on, which must be the same for all. What
+            follows the first visit of the target is left out.
         target: the node to reach, where an episode ends; the chain's goal ``"exit"``.
         may_miss: accept that no trajectory reaches the target; its times are infinite then.
         failed: for each episode whether it ended for good, as by a fall, and never reaches the target; by default
-            those that missed it were truncated, and nobody knows what would have come.
+            those that missed it were truncated.
         seed: seed of the bootstrap that gives intervals.
     """
     numbers: dict[Hashable, int] = {}
@@ -77,15 +77,14 @@ def measure_env(
 
     Args:
         env: the environment.
-        node: the node at which an environment is, called after each reset and step; it returns the target once that is
-            reached.
-        target: the node to reach. An episode that ends elsewhere has missed it: for good if it was terminated, and
-            nobody knows whether it would have if it was truncated. A warning says that none reached it.
-        policy: an action for an observation; random actions by default.
+        node: returns the node at which an environment is; called after each reset and step.
+        target: the node to reach. An episode that ends elsewhere has missed it, for good if it was terminated. If none
+            reaches it, there is a warning.
+        policy: returns an action for an observation; random actions by default.
         episodes: number of episodes, at least 1.
-        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is new; it fixes the random actions
-            and the bootstrap too.
-        max_steps: ends an episode after so many steps, if the environment does not do so itself.
+        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is new. The seed fixes the random
+            actions and the bootstrap too.
+        max_steps: number of steps after which an episode is truncated, if the environment does not do so.
         progress: called with the number of episodes done.
     """
     if episodes < 1 or (max_steps is not None and max_steps < 1):
@@ -111,7 +110,7 @@ def measure_env(
 
 
 def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
-    """Check the first node of a trajectory, with that of the first trajectory and the target."""
+    """Check the first node of a trajectory against that of the first trajectory and the target."""
     if node == target:
         raise InputError(NO_STEP)
     if node != first:
@@ -122,9 +121,8 @@ def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
 
 
 def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
-    """What to say where no episode reaches the target, which may be a misspelt one, with the nodes that were seen."""
-    names = ", ".join(map(repr, seen[:5]))
-    return f"no episode reaches the target {target!r}; nodes seen are {names}{', ...' if len(seen) > 5 else ''}"
+    """Say that no episode reaches the target, which may be misspelt, with the nodes that were seen."""
+    return f"no episode reaches the target {target!r}; nodes seen are {first_names(seen)}"
 
 
 def _measured(
@@ -134,7 +132,7 @@ def _measured(
     labels: tuple[str, ...],
     seed: int,
 ) -> PlayedChain:
-    """The chain of walks over nodes 0, 1, ..., each without its target, which is the last node."""
+    """Return the chain of walks over nodes 0, 1, ..., each without its target, which is the last node."""
     n, target = len(labels), len(labels) - 1
     keys, triples = [], []
     for episode, (walk, is_reached) in enumerate(zip(walks, reached.tolist(), strict=True)):

@@ -1,0 +1,83 @@
+"""The tree of keys: its canonical order, its places in a picture, and the goals that can be achieved in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def child_rooms(key_rooms: Sequence[int]) -> tuple[tuple[int, ...], ...]:
+    """For each room list the rooms whose keys lie in it, ascending."""
+    children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
+    for room, parent in enumerate(key_rooms, start=1):
+        children[parent].append(room)
+    return tuple(map(tuple, children))
+
+
+def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[tuple[int, ...], int]:
+    """Renumber rooms breadth first, with the children of a room ordered by the shape of their subtrees.
+
+    Subtrees are ranked floor by floor, the deepest first, by whether their root holds the exit and by the ranks of its
+    children (Aho, Hopcroft & Ullman 1974): no recursion, so any depth will do. Return the new key rooms and exit room,
+    which is 0 where None is given.
+    """
+    children = child_rooms(key_rooms)
+    floors = [[0]]
+    while floors[-1]:
+        floors.append([child for room in floors[-1] for child in children[room]])
+    rank: dict[int, int] = {}  # of each room's subtree among those of its floor; equal subtrees have the same
+    for floor in reversed(floors):
+        shapes = {
+            room: (room == exit_room, sorted((rank[child] for child in children[room]), reverse=True)) for room in floor
+        }
+        ranks = {shape: n for n, shape in enumerate(sorted({(own, *below) for own, below in shapes.values()}))}
+        rank |= {room: ranks[own, *below] for room, (own, below) in shapes.items()}
+    order, new_parent = [0], {}
+    for position, room in enumerate(order):
+        for child in sorted(children[room], key=rank.__getitem__, reverse=True):
+            new_parent[child] = position
+            order.append(child)
+    return tuple(new_parent[room] for room in order[1:]), 0 if exit_room is None else order.index(exit_room)
+
+
+def tree_places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
+    """Return (column, depth) of each room: leaves side by side, others in the middle above their children."""
+    below = child_rooms(key_rooms)
+    order, depths, waiting = [], [0] * len(below), [0]  # order: every room before those below it, from left to right
+    while waiting:
+        order.append(room := waiting.pop())
+        for child in below[room]:
+            depths[child] = depths[room] + 1
+        waiting += below[room][::-1]
+    columns, n_leaves = [0.0] * len(below), 0
+    for room in order:
+        if not below[room]:
+            columns[room], n_leaves = float(n_leaves), n_leaves + 1
+    for room in reversed(order):
+        if below[room]:
+            columns[room] = (columns[below[room][0]] + columns[below[room][-1]]) / 2
+    return list(zip(columns, depths, strict=True))
+
+
+def open_goals(
+    key_rooms: NDArray[np.integer],
+    exit_rooms: NDArray[np.integer],
+    keys: NDArray[np.bool_],
+    doors: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """Find the goals [..., 2 B + 1] (keys, doors, exit) that can be achieved now, for many graphs at once.
+
+    Args:
+        key_rooms: [..., B], the room in which the key of branch room 1, 2, ... B lies.
+        exit_rooms: [...], the room that holds the exit.
+        keys: [..., B], whether the agent holds the key.
+        doors: [..., B], whether the door is open.
+    """
+    enterable = np.concatenate([np.ones((*doors.shape[:-1], 1), bool), doors], axis=-1)
+    homes = np.broadcast_to(key_rooms, doors.shape)
+    exits = np.broadcast_to(exit_rooms, doors.shape[:-1])[..., None]
+    keys_in_reach = ~keys & ~doors & np.take_along_axis(enterable, homes, axis=-1)
+    exit_in_reach = np.take_along_axis(enterable, exits, axis=-1)
+    return np.concatenate([keys_in_reach, keys & ~doors, exit_in_reach], axis=-1)
