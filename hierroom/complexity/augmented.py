@@ -46,17 +46,10 @@ class Node(NamedTuple):
 
 @dataclass(frozen=True)
 class AugmentedGraph:
-    """A goal graph unrolled over the sets of open doors, and the random walk on it.
-
-    Args:
-        graph: the goal graph.
-        drop_key: whether a key can be dropped, which adds moves back from key nodes.
-        walk: the probabilities of one step.
-        reading: interpretation of the appendix; the default is the one that reproduces Table 2.
-    """
+    """A goal graph unrolled over the sets of open doors, and the random walk on it."""
 
     graph: GoalGraph
-    drop_key: bool = False
+    drop_key: bool = False  # whether a key can be dropped, which adds moves back from key nodes
     walk: Walk = PAPER_WALK
     reading: Reading = TABLE_READING
 

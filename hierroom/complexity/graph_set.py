@@ -1,4 +1,4 @@
-"""Sets of goal graphs: named, custom, of a number of rooms or of a difficulty, less those that are excluded."""
+"""Sets of goal graphs: named, custom, of a number of rooms or of a difficulty; and the curriculum through one."""
 
 from __future__ import annotations
 
@@ -142,6 +142,44 @@ class GraphSet:
         return enumerate_graphs(n_rooms)
 
 
+class Curriculum:
+    """Moves through a set of goal graphs depending on how often the agent escapes; the caller keeps the stage.
+
+    Args:
+        graphs: the whole set.
+        n_stages: number of parts into which it is divided, at least 1; see `GraphSet.stages`.
+        promote_at: the next stage begins at this success rate or above.
+        demote_at: the previous stage returns below this success rate; 0 <= demote_at < promote_at <= 1.
+
+    Attributes:
+        stages: the graphs of each stage, from the easiest on.
+    """
+
+    def __init__(self, graphs: GraphSet, n_stages: int = 5, promote_at: float = 0.8, demote_at: float = 0.2):
+        if n_stages < 1:
+            raise InputError(f"a curriculum needs at least one stage, not {n_stages}")
+        if not 0 <= demote_at < promote_at <= 1:
+            raise InputError(
+                "a curriculum needs 0 <= demote_at < promote_at <= 1, "
+                f"not demote_at {demote_at:g} and promote_at {promote_at:g}"
+            )
+        self.stages: tuple[tuple[GoalGraph, ...], ...] = graphs.stages(n_stages)
+        self._promote_at, self._demote_at = promote_at, demote_at
+
+    def advance(self, stage: int, success_rate: float) -> int:
+        """Return the next, the current or the previous stage, 0 to ``len(stages) - 1``.
+
+        ``success_rate``, 0..1, is the fraction of the stage's most recent episodes in which the agent escaped.
+        """
+        last = len(self.stages) - 1
+        if not 0 <= stage <= last:
+            raise InputError(f"the stages are 0 to {last}; there is no stage {stage}")
+        if not 0 <= success_rate <= 1:
+            raise InputError(f"a success rate must be in 0..1, not {success_rate:g}")
+        step = int(success_rate >= self._promote_at) - int(success_rate < self._demote_at)
+        return min(max(stage + step, 0), last)
+
+
 def find_graphs(specs: GraphSpecs, exclude: GraphSpecs, drop_key: bool) -> GraphSet:
     """Return a `GraphSet` with the paper's walk; the same specs are resolved once."""
     given = graph_specs(specs), graph_specs(exclude)
@@ -170,7 +208,7 @@ def _graphs_between(interval: _Interval, assumed: _Assumed) -> tuple[GoalGraph, 
     quantity, low, high = interval
     if low > high:
         raise InputError(f"an interval must go from low to high, not from {low:g} to {high:g}")
-    ranked = _every_graph(quantity, assumed)
+    ranked = _ranked([graph for n in range(2, MAX_GRID_ROOMS + 1) for graph in enumerate_graphs(n)], quantity, assumed)
     graphs = tuple(graph for value, graph in ranked if low <= value <= high)
     if not graphs:
         raise InputError(
@@ -178,13 +216,6 @@ def _graphs_between(interval: _Interval, assumed: _Assumed) -> tuple[GoalGraph, 
             f"the values go from {ranked[0][0]:.2f} to {ranked[-1][0]:.2f}"
         )
     return graphs
-
-
-@lru_cache
-def _every_graph(quantity: str, assumed: _Assumed) -> tuple[tuple[float, GoalGraph], ...]:
-    """Rank the 328 goal graphs of 2 to 7 rooms, which takes a second."""
-    graphs = [graph for n_rooms in range(2, MAX_GRID_ROOMS + 1) for graph in enumerate_graphs(n_rooms)]
-    return _ranked(graphs, quantity, assumed)
 
 
 def _ranked(graphs: Iterable[GoalGraph], quantity: str, assumed: _Assumed) -> tuple[tuple[float, GoalGraph], ...]:

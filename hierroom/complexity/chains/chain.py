@@ -11,7 +11,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.chains.exploration_graph import graph_weights, node_index, node_labels, normalized
 from hierroom.complexity.chains.hitting import (
     expected_visits,
     first_passage_variance,
@@ -21,7 +20,17 @@ from hierroom.complexity.chains.hitting import (
 )
 from hierroom.complexity.chains.laplacian import laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.chains.reach import expected_states, reach_probability
-from hierroom.complexity.chains.weights import Weights, as_moves, as_node, as_weights, n_nodes
+from hierroom.complexity.chains.weights import (
+    Weights,
+    as_moves,
+    as_node,
+    as_weights,
+    graph_weights,
+    n_nodes,
+    node_index,
+    node_labels,
+    normalized,
+)
 from hierroom.support.errors import InputError
 from hierroom.support.tables import html_table
 
@@ -218,9 +227,9 @@ class Chain:
 
     def nodes_of(self, goal: str) -> tuple[int, ...]:
         """The nodes at which a goal has been achieved, or the single node with that label."""
-        if goal in self.goals:
+        if isinstance(goal, str) and goal in self.goals:
             return tuple(self.goals[goal])
-        if goal in self.labels:
+        if isinstance(goal, str) and goal in self.labels:
             return (self.labels.index(goal),)
         raise InputError(
             f"the goals are {', '.join(self.goals)}, and nodes are called "

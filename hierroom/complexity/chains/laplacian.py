@@ -137,17 +137,20 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
 
 
 class LaplacianInverse:
-    """Applies pinv(D - W) to vectors without forming it; W is CSR without stored zeros."""
+    """Applies pinv(D - W) to vectors without forming it; W is CSR without stored zeros.
+
+    D - W is regular without the row and the column of one node of each closed class, its pin.
+    """
 
     def __init__(self, weights: sp.csr_array) -> None:
         classes = closed_classes(weights)
-        self._system = _PinnedSystem(weights, [int(nodes[0]) for nodes in classes])
-        left = self._system.left_null(classes)  # in proportion to how often a node of the class is visited
-        if (left.max(axis=0) * RARE > 1).any():  # 1 at the pins
-            self._system = _PinnedSystem(weights, left.argmax(axis=0).tolist())
-            left = self._system.left_null(classes)
+        left = self._pin(weights, classes, [int(nodes[0]) for nodes in classes])
+        if (left.max(axis=0) * RARE > 1).any():  # left is 1 at the pins and grows with the visits of a node
+            left = self._pin(weights, classes, left.argmax(axis=0).tolist())
         self._left = left / np.linalg.norm(left, axis=0)
-        self._right = self._system.right_null()
+        # the h_c [n, C] with (D - W) h_c = 0, which are 1 at the pins
+        self._right = np.column_stack([self._solve(weights[:, [pin]].toarray().ravel()) for pin in self._pins])
+        self._right[self._pins, np.arange(len(self._pins))] = 1.0
 
     def project(self, b: Vector) -> Vector:
         """Return the part of b in the range of D - W."""
@@ -155,50 +158,36 @@ class LaplacianInverse:
 
     def apply(self, b: Vector) -> Vector:
         """Return pinv(D - W) b, the least-squares solution of least norm."""
-        return self._without_right_null(self._system.solve(self.project(b)))
+        return self._without_right_null(self._solve(self.project(b)))
 
     def apply_transposed(self, b: Vector) -> Vector:
         """Return pinv(D - W)' b, as `apply` with the roles of the two null spaces exchanged."""
-        return self.project(self._system.solve_transposed(self._without_right_null(b)))
+        return self.project(self._solve_transposed(self._without_right_null(b)))
 
     def _without_right_null(self, x: Vector) -> Vector:
         return x - self._right @ np.linalg.solve(self._right.T @ self._right, self._right.T @ x)
 
-
-class _PinnedSystem:
-    """D - W without the row and the column of one node of each closed class, its pin: a regular matrix."""
-
-    def __init__(self, weights: sp.csr_array, pins: list[int]) -> None:
-        self._weights, self._pins = weights, pins
-        self._free = np.setdiff1d(np.arange(n_nodes(weights)), pins)
+    def _pin(self, weights: sp.csr_array, classes: list[NDArray[np.int64]], pins: list[int]) -> Vector:
+        """Choose the pins, and return the y_c [n, C] with y_c' (D - W) = 0, which are 1 at the pins."""
+        self._pins, self._free = pins, np.setdiff1d(np.arange(n_nodes(weights)), pins)
         rows = weights[self._free]
         self._factors = Elimination(rows[:, self._free], row_sums(rows[:, pins]))
+        left = np.zeros((n_nodes(weights), len(classes)))
+        for c, (pin, nodes) in enumerate(zip(pins, classes, strict=True)):
+            left[nodes, c] = self._solve_transposed(weights[[pin]].toarray().ravel())[nodes]
+            left[pin, c] = 1.0
+        return left
 
-    def solve(self, b: Vector) -> Vector:
+    def _solve(self, b: Vector) -> Vector:
         """Return the x that is 0 at the pins and solves (D - W) x = b elsewhere."""
         x = np.zeros(len(b))
         x[self._free] = self._factors.solve(b[self._free])
         return x
 
-    def solve_transposed(self, b: Vector) -> Vector:
-        """Return the x that is 0 at the pins and solves (D - W)' x = b elsewhere."""
+    def _solve_transposed(self, b: Vector) -> Vector:
         x = np.zeros(len(b))
         x[self._free] = self._factors.solve_transposed(b[self._free])
         return x
-
-    def left_null(self, classes: list[NDArray[np.int64]]) -> Vector:
-        """Return the y_c [n, C] with y_c' (D - W) = 0, which are 1 at the pins."""
-        found = np.zeros((n_nodes(self._weights), len(classes)))
-        for c, (pin, nodes) in enumerate(zip(self._pins, classes, strict=True)):
-            found[nodes, c] = self.solve_transposed(self._weights[[pin]].toarray().ravel())[nodes]
-            found[pin, c] = 1.0
-        return found
-
-    def right_null(self) -> Vector:
-        """Return the h_c [n, C] with (D - W) h_c = 0, which are 1 at the pins."""
-        found = np.column_stack([self.solve(self._weights[:, [pin]].toarray().ravel()) for pin in self._pins])
-        found[self._pins, np.arange(len(self._pins))] = 1.0
-        return found
 
 
 def _part_of(weights: sp.csr_array, node: int) -> NDArray[np.int64]:

@@ -29,11 +29,9 @@ from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
 
-MAX_DRAWN_NODES = 250
 PICTURE_FORMATS = (".png", ".pdf", ".svg")
 INCHES, MOST_INCHES, LEAST_SCALE = 0.6, 14.0, 0.55
-"""Inches per unit of the drawing; the width and height from which on a drawing is shrunk; and by how much at most, so
-that it can be read."""
+"""Inches per unit of the drawing; above so many inches it is shrunk, at most by so much that it can be read."""
 
 ROOM_COLOURS = ("#d9d9d9", "#4c8bf5", "#b565d8", "#f28e2b", "#e15759", "#17a2b8", "#c9a400", "#8c6d5a", "#7a8b99")
 """Colours of the start and of rooms 1, 2, ...; a key has the colour of the room it opens."""
@@ -71,7 +69,7 @@ def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
 
 def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) -> None:
     """Draw an augmented graph onto an Axes; `caption` explains the drawing."""
-    boxes = _boxes(augmented)
+    boxes = place_augmented(augmented)
     drop = "with" if augmented.drop_key else "without"
     size = f"{len(augmented.nodes)} nodes, {len(augmented.edges)} edges"
     pen = _Pen(axes, scale, f"augmented graph, {drop} drop\n{size}", _corners(boxes))
@@ -129,7 +127,7 @@ def save_figure(figure: Figure, path: str | Path) -> None:
 
 
 def _figure(augmented: AugmentedGraph) -> Figure:
-    boxes, goals = _boxes(augmented), place_goals(augmented.graph)
+    boxes, goals = place_augmented(augmented), place_goals(augmented.graph)
     width, height = _extent(_corners(boxes))
     goal_width, goal_height = _extent(list(goals.values()))
     whole = (width + goal_width) * INCHES, (max(height, goal_height) + 2) * INCHES
@@ -140,16 +138,6 @@ def _figure(augmented: AugmentedGraph) -> Figure:
     draw_augmented(augmented, right, scale)
     figure.supxlabel(caption(augmented), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
     return figure
-
-
-def _boxes(augmented: AugmentedGraph) -> list[Box]:
-    n_drawn = len(kinds_of_nodes(augmented))
-    if n_drawn > MAX_DRAWN_NODES:
-        raise InputError(
-            f"a drawing can show at most {MAX_DRAWN_NODES} nodes that differ; the augmented graph of "
-            f"{augmented.graph.name} has {n_drawn}"
-        )
-    return place_augmented(augmented)
 
 
 def _draw_box(pen: _Pen, augmented: AugmentedGraph, box: Box) -> None:
@@ -208,8 +196,8 @@ def _extent(points: list[Point]) -> Point:
 
 
 def _colour_of(room: int) -> str:
-    """Return the colour of a room and of its key; after the ninth the room colours repeat."""
-    return ROOM_COLOURS[room] if room < len(ROOM_COLOURS) else ROOM_COLOURS[1 + (room - 1) % (len(ROOM_COLOURS) - 1)]
+    """Return the colour of a room and of its key; those of branch rooms repeat."""
+    return ROOM_COLOURS[room and 1 + (room - 1) % (len(ROOM_COLOURS) - 1)]
 
 
 class _Pen:

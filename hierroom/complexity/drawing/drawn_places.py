@@ -14,7 +14,9 @@ from typing import NamedTuple
 from hierroom.complexity.augmented import AugmentedGraph, Node, kinds_of_nodes
 from hierroom.goals import GoalGraph
 from hierroom.goals.tree import tree_places
+from hierroom.support.errors import InputError
 
+MAX_DRAWN_NODES = 250
 SPACING, PADDING, GAP, LEAST_WIDTH, LINE = 1.2, 0.8, 0.6, 2.6, 4.0
 """In units of the drawing: between nodes side by side, around the nodes of a box, between boxes, the least width of a
 box, and between lines of boxes."""
@@ -65,8 +67,7 @@ class _Contents(NamedTuple):
 
 def place_augmented(augmented: AugmentedGraph) -> list[Box]:
     """Place the augmented graph: a box for each class of equivalent sets of open doors."""
-    moves = augmented.moves
-    boxes, line = [], 0
+    moves, boxes, line = augmented.moves, [], 0
     for _, row in groupby(_all_contents(augmented), key=lambda contents: len(contents.doors)):
         for together in _lines(row):
             left = -(sum(one.width for one in together) + GAP * (len(together) - 1)) / 2
@@ -79,8 +80,13 @@ def place_augmented(augmented: AugmentedGraph) -> list[Box]:
 
 def _all_contents(augmented: AugmentedGraph) -> list[_Contents]:
     """Return the contents of each class of equivalent sets of open doors, the smallest sets first."""
-    exit_room, nodes = augmented.graph.exit_room, augmented.nodes
-    kind_of = {nodes[i]: kind for kind, alike in enumerate(kinds_of_nodes(augmented)) for i in alike}
+    exit_room, kinds = augmented.graph.exit_room, kinds_of_nodes(augmented)
+    if len(kinds) > MAX_DRAWN_NODES:
+        raise InputError(
+            f"a drawing can show at most {MAX_DRAWN_NODES} nodes that differ; the augmented graph of "
+            f"{augmented.graph.name} has {len(kinds)}"
+        )
+    kind_of = {augmented.nodes[i]: kind for kind, alike in enumerate(kinds) for i in alike}
 
     def counted(nodes: list[Node]) -> list[tuple[Node, int]]:
         found = sorted(nodes, key=lambda node: (node.kind, node.room) == ("room", exit_room))

@@ -51,14 +51,10 @@ def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
         return CoveringLength(0.0, 0.0, 0.0, 1.0, 0)
     if least.min() < LEAST_CHANCE:
         return CoveringLength(math.inf, math.inf, math.inf, float(least.min()), n_pairs)
-    low = max(1.0, math.ceil(_episodes_for(most.min())))
+    rarest = most.min()
+    low = 1.0 if rarest >= 0.5 else math.ceil(math.log(0.5) / math.log1p(-rarest))
     simple = math.log(2 * n_pairs) / float(least.min())
     return CoveringLength(low, _union_bound(least, mdp.n_actions, low, simple), simple, float(least.min()), n_pairs)
-
-
-def _episodes_for(chance: float) -> float:
-    """Return after how many episodes an event of this chance has happened with probability 1/2."""
-    return 1.0 if chance >= 0.5 else math.log(0.5) / math.log1p(-chance)
 
 
 def _union_bound(chances: np.ndarray, n_actions: int, low: float, high: float) -> float:

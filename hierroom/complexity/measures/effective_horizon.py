@@ -81,7 +81,7 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
             sequences = math.log(2 * horizon) + k * math.log(mdp.n_actions)  # ln(2 T A^k)
             rollouts[k] = max(1, math.ceil(16 * ratio * sequences))
             bound = min(bound, horizon_of(k, rollouts[k], mdp.n_actions))
-        kernels.look_ahead(*table, values)
+        kernels.greatest_values(*table, values, np.arange(horizon, 0, -1))
         kernels.look_ahead_variances(mdp.transitions, variances)
         k += 1
     return EffectiveHorizon(horizon, mdp.n_actions, rollouts)
@@ -107,5 +107,5 @@ def _backups_needed(mdp: DeterministicMDP, horizon: int, values: Values) -> int:
     for k in range(1, horizon):
         if kernels.greedy_is_optimal(*table, values, is_optimal, mdp.start):
             return k
-        kernels.look_ahead(*table, values)
+        kernels.greatest_values(*table, values, np.arange(horizon, 0, -1))
     return horizon

@@ -1,13 +1,8 @@
 """A chain measured from play: counted transitions between nodes of the augmented graph, and a report on their W.
 
-The paper defines W by the policy that the agent executes. Here W_ij is the fraction of the steps from node i that led
-to node j, over many episodes. Two kinds of edges come from the assumed walk and not from the policy. A truncated
-episode leads from its last node back to the start, like the walk's restart ("the agent is not able to reach the exit
-within the time limit"). The exit has only its restart, with the probability of the assumed walk.
-
-The chain's mean time to the exit is that of the episodes, whatever the policy. Everything else that it says, such as a
-standard deviation or a probability within t steps, holds for play only if play is Markov on these nodes. So a report
-gives what was observed beside it (`played.observed`) and tests it (`played.markov_order`).
+The paper defines W by the policy that the agent executes; see `played.played_chain` for how it is measured here. Two
+kinds of edges come from the assumed walk. A truncated episode leads from its last node back to the start, like the
+walk's restart ("the agent is not able to reach the exit within the time limit"). The exit has only its restart.
 """
 
 from __future__ import annotations
@@ -16,9 +11,9 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from hierroom.complexity.chains.weights import row_sums
-from hierroom.complexity.played.episodes import EpisodeCounts
+from hierroom.complexity.played.observed import EpisodeCounts
 from hierroom.complexity.played.played_chain import PlayedChain, summary
-from hierroom.complexity.report import REPORT_TIMES, ComplexityReport
+from hierroom.complexity.report import ComplexityReport
 from hierroom.support.errors import InputError
 
 
@@ -49,13 +44,13 @@ class MeasuredReport(PlayedChain):
             raise InputError(
                 f"the counts are over {counts.n_nodes} nodes, but goal graph {assumed.graph.name} has {assumed.nodes}"
             )
-        graph, restart = assumed.augmented, assumed.walk.restart
-        super().__init__(counts, graph.labels, graph.start, graph.goals, restart, REPORT_TIMES, **options)
+        chain = assumed.chain
+        super().__init__(counts, chain.labels, chain.source, chain.goals, assumed.walk.restart, **options)
 
     @cached_property
     def predictions(self) -> dict[str, float]:
         """The prediction of the assumed walk for each of `intervals`."""
-        return summary(self.assumed.chain, REPORT_TIMES)
+        return summary(self.assumed.chain, self.times)
 
     def moves(self) -> list[MoveDifference]:
         """Every edge of the assumed walk or of the play from a node that was visited, the largest difference first."""

@@ -13,17 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.chains.chain import EXIT, Chain
 from hierroom.complexity.chains.weights import row_sums
-from hierroom.complexity.played.episodes import EpisodeCounts
 from hierroom.complexity.played.markov_order import MarkovTest, markov_test
 from hierroom.complexity.played.observed import (
+    EpisodeCounts,
     Interval,
     observed,
-    observed_steps,
     percentile_interval,
     wilson_interval,
     within,
 )
-from hierroom.complexity.report import by_time
+from hierroom.complexity.report import REPORT_TIMES, by_time
 from hierroom.complexity.walk import PAPER_WALK
 from hierroom.support.errors import InputError
 from hierroom.support.tables import html_table, text_table
@@ -40,28 +39,17 @@ class PlayedChain:
 
     Everything else that the chain says, such as a standard deviation or a probability within t steps, is true of play
     only if play is Markov on these nodes, which `markov` tests. Compare it with `observed`.
-
-    Args:
-        counts: the transitions of the episodes; each has at least one.
-        labels: the name of each node.
-        source: index of the node at which every episode begins.
-        goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
-        restart: probability to leave the exit for the source in one step.
-        times: numbers of steps at which the probability to have escaped is reported.
-        level: confidence level of the intervals, above 0 and below 1.
-        n_resamples: number of bootstrap resamples of whole episodes, at least 2.
-        seed: seed of the resamples.
     """
 
-    counts: EpisodeCounts
-    labels: tuple[str, ...]
-    source: int
-    goals: Mapping[str, tuple[int, ...]]
-    restart: float = PAPER_WALK.restart
-    times: tuple[int, ...] = (10, 100, 1000)
-    level: float = 0.95
-    n_resamples: int = 200
-    seed: int = 0
+    counts: EpisodeCounts  # each episode has at least one transition
+    labels: tuple[str, ...]  # the name of each node
+    source: int  # the node at which every episode begins
+    goals: Mapping[str, tuple[int, ...]]  # for each goal the nodes at which it has been achieved; "exit" is one node
+    restart: float = PAPER_WALK.restart  # probability to leave the exit for the source in one step
+    times: tuple[int, ...] = REPORT_TIMES  # numbers of steps at which the probability to have escaped is reported
+    level: float = 0.95  # confidence level of the intervals, above 0 and below 1
+    n_resamples: int = 200  # number of bootstrap resamples of whole episodes, at least 2
+    seed: int = 0  # of the resamples
 
     def __post_init__(self) -> None:
         n = self.counts.n_nodes
@@ -90,11 +78,8 @@ class PlayedChain:
 
     @property
     def empirical_steps(self) -> float:
-        """Mean number of steps from a start to the next exit over consecutive episodes; ``inf`` if none escaped.
-
-        All steps, plus one for each restart, are divided by the number of escapes.
-        """
-        return observed_steps(self.counts)
+        """Mean number of steps from a start to the next exit, see `EpisodeCounts.mean_steps`."""
+        return self.counts.mean_steps
 
     def empirical_reach(self, t: ArrayLike) -> NDArray[np.float64]:
         """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit.

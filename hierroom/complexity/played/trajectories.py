@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.complexity.chains.chain import EXIT
-from hierroom.complexity.chains.exploration_graph import first_names, node_labels
-from hierroom.complexity.played.episodes import counts_of
+from hierroom.complexity.chains.weights import first_names, node_labels
+from hierroom.complexity.played.observed import counts_of
 from hierroom.complexity.played.played_chain import PlayedChain
 from hierroom.support.errors import InputError
 
@@ -58,8 +58,19 @@ def measure_trajectories(
         raise InputError(f"{missed(target, list(numbers))}; say may_miss=True if that may be")
     if failed is not None and len(failed) != len(walks):
         raise InputError(f"failed must say it of each of {len(walks)} episodes, not of {len(failed)}")
-    ends = None if failed is None else np.array(failed, bool) & ~np.array(reached)
-    return _measured(walks, np.array(reached), ends, node_labels([*numbers, target]), seed)
+    labels, escaped = node_labels([*numbers, target]), np.array(reached)
+    n, end = len(labels), len(labels) - 1
+    keys, triples = [], []
+    for episode, (walk, has_escaped) in enumerate(zip(walks, reached, strict=True)):
+        nodes = np.append(walk, end if has_escaped else 0)  # what missed the target begins anew
+        keys.append((episode * n + nodes[:-1]) * n + nodes[1:])
+        seen = nodes if has_escaped else walk
+        triples.append((seen[:-2] * n + seen[1:-1]) * n + seen[2:])
+    lengths = np.array([len(walk) for walk in walks]) - ~escaped
+    ends = None if failed is None else np.array(failed, bool) & ~escaped
+    counts = counts_of(np.concatenate(keys), n, lengths, escaped, np.concatenate(triples), ends)
+    median = max(1, int(np.median(lengths[escaped] if escaped.any() else lengths)))
+    return PlayedChain(counts, labels, 0, {EXIT: (end,)}, times=(median, 2 * median, 4 * median), seed=seed)
 
 
 def measure_env(
@@ -123,24 +134,3 @@ def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
 def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
     """Say that no episode reaches the target, which may be misspelt, with the nodes that were seen."""
     return f"no episode reaches the target {target!r}; nodes seen are {first_names(seen)}"
-
-
-def _measured(
-    walks: list[NDArray[np.int64]],
-    reached: NDArray[np.bool_],
-    failed: NDArray[np.bool_] | None,
-    labels: tuple[str, ...],
-    seed: int,
-) -> PlayedChain:
-    """Return the chain of walks over nodes 0, 1, ..., each without its target, which is the last node."""
-    n, target = len(labels), len(labels) - 1
-    keys, triples = [], []
-    for episode, (walk, is_reached) in enumerate(zip(walks, reached.tolist(), strict=True)):
-        nodes = np.append(walk, target if is_reached else 0)  # what missed the target begins anew
-        keys.append((episode * n + nodes[:-1]) * n + nodes[1:])
-        seen = nodes if is_reached else walk
-        triples.append((seen[:-2] * n + seen[1:-1]) * n + seen[2:])
-    lengths = np.array([len(walk) for walk in walks]) - ~reached
-    counts = counts_of(np.concatenate(keys), n, lengths, reached, np.concatenate(triples), failed)
-    median = max(1, int(np.median(lengths[reached] if reached.any() else lengths)))
-    return PlayedChain(counts, labels, 0, {EXIT: (target,)}, times=(median, 2 * median, 4 * median), seed=seed)
