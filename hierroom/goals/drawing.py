@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
-from hierroom.goals.tree import tree_places
+from hierroom.goals.tree import child_rooms
 
 COLUMN, ROW, RADIUS, TOP = 78, 74, 17, 48
 """Pixels between rooms side by side, between depths, the radius of a room, and the height of the title."""
@@ -42,3 +42,22 @@ def tree_svg(key_rooms: Sequence[int], exit_room: int, title: str) -> str:
 def _text(x: float, y: float, words: str, size: int, colour: str = INK, behind: str = "none") -> str:
     halo = f'stroke="{behind}" stroke-width="5" paint-order="stroke"'
     return f'<text x="{x:g}" y="{y:g}" font-size="{size}" text-anchor="middle" fill="{colour}" {halo}>{words}</text>'
+
+
+def tree_places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
+    """Return (column, depth) of each room: leaves side by side, others in the middle above their children."""
+    below = child_rooms(key_rooms)
+    order, depths, waiting = [], [0] * len(below), [0]  # order: every room before those below it, from left to right
+    while waiting:
+        order.append(room := waiting.pop())
+        for child in below[room]:
+            depths[child] = depths[room] + 1
+        waiting += below[room][::-1]
+    columns, n_leaves = [0.0] * len(below), 0
+    for room in order:
+        if not below[room]:
+            columns[room], n_leaves = float(n_leaves), n_leaves + 1
+    for room in reversed(order):
+        if below[room]:
+            columns[room] = (columns[below[room][0]] + columns[below[room][-1]]) / 2
+    return list(zip(columns, depths, strict=True))

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, kinds_of_nodes
 from hierroom.goals import GoalGraph
-from hierroom.goals.tree import tree_places
+from hierroom.goals.drawing import tree_places
 from hierroom.support.errors import InputError
 
 MAX_DRAWN_NODES = 250

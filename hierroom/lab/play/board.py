@@ -7,7 +7,7 @@ import pygame
 from numpy.typing import NDArray
 
 from hierroom.goals import EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
-from hierroom.goals.tree import tree_places
+from hierroom.goals.drawing import tree_places
 from hierroom.lab.play.game import Game
 from hierroom.worlds.escape_room.constants import KEY, LOCKED_DOOR, MARGIN
 from hierroom.worlds.escape_room.oracle import room_at

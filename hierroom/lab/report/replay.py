@@ -13,7 +13,7 @@ from hierroom.agents.decision_tape import DecisionTape, EpisodeDecisions
 from hierroom.agents.episode import Episode
 from hierroom.agents.recorder import record
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
-from hierroom.goals.tree import tree_places
+from hierroom.goals.drawing import tree_places
 from hierroom.lab.report.curves import rounded
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.turns.records import CONTROLLER, META
