@@ -89,10 +89,10 @@ def _all_contents(augmented: AugmentedGraph) -> list[_Contents]:
     kind_of = {augmented.nodes[i]: kind for kind, alike in enumerate(kinds) for i in alike}
 
     def counted(nodes: list[Node]) -> list[tuple[Node, int]]:
-        found = sorted(nodes, key=lambda node: (node.kind, node.room) == ("room", exit_room))
-        first = {kind_of[node]: node for node in reversed(found)}
-        counts = Counter(kind_of[node] for node in found)
-        return [(first[kind], count) for kind, count in counts.items()]
+        alike: dict[int, list[Node]] = {}
+        for node in sorted(nodes, key=lambda node: (node.kind, node.room) == ("room", exit_room)):
+            alike.setdefault(kind_of[node], []).append(node)
+        return [(same[0], len(same)) for same in alike.values()]
 
     alike_sets = Counter(kind_of[Node("room", 0, doors)] for doors in augmented.levels)
     contents = []
