@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hierroom.complexity.played.episodes import EpisodeCounts, counts_of
+from hierroom.complexity.played.observed import EpisodeCounts, counts_of
 from hierroom.support.errors import InputError
 
 

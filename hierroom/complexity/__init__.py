@@ -29,7 +29,7 @@ Measures of the literature, such as the effective horizon and the covering lengt
 """
 
 from hierroom.complexity.augmented import AugmentedGraph, Node, count_nodes
-from hierroom.complexity.chains.chain import Chain, EdgeSensitivity
+from hierroom.complexity.chains.chain import Chain
 from hierroom.complexity.chains.hitting import (
     expected_visits,
     first_passage_variance,
@@ -39,8 +39,7 @@ from hierroom.complexity.chains.hitting import (
 )
 from hierroom.complexity.chains.laplacian import laplacian, laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.chains.reach import expected_states, reach_probability
-from hierroom.complexity.curriculum import Curriculum
-from hierroom.complexity.graph_set import GraphSet
+from hierroom.complexity.graph_set import Curriculum, GraphSet
 from hierroom.complexity.played.played_chain import PlayedChain
 from hierroom.complexity.played.trajectories import measure_env, measure_trajectories
 from hierroom.complexity.report import ComplexityReport, analyze
@@ -52,7 +51,6 @@ __all__ = [
     "Chain",
     "ComplexityReport",
     "Curriculum",
-    "EdgeSensitivity",
     "GraphSet",
     "Node",
     "PlayedChain",

@@ -1,8 +1,7 @@
 """The augmented goal graph (paper, appendix A): a goal graph unrolled over the sets of open doors.
 
 A node is a room together with the doors that are open, a key together with the doors that were open when it was picked
-up, or the exit. The attribute `AugmentedGraph.levels` lists the sets of doors that can be open, ordered by size; these
-are layers of the augmented graph and not levels of the world.
+up, or the exit.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
 MAX_NODES = 100_000
-"""Largest number of nodes of an augmented graph; the number and the computing time can double with each room."""
+"""Largest number of nodes of an augmented graph, which can double with each room."""
 
 
 class Node(NamedTuple):
@@ -47,35 +46,25 @@ class Node(NamedTuple):
 
 @dataclass(frozen=True)
 class AugmentedGraph:
-    """A goal graph unrolled over the sets of open doors, and the random walk on it.
-
-    Args:
-        graph: the goal graph.
-        drop_key: whether a key can be dropped, which adds moves back from key nodes.
-        walk: the probabilities of one step.
-        reading: interpretation of the appendix; the default is the one that reproduces Table 2.
-    """
+    """A goal graph unrolled over the sets of open doors, and the random walk on it."""
 
     graph: GoalGraph
-    drop_key: bool = False
+    drop_key: bool = False  # whether a key can be dropped, which adds moves back from key nodes
     walk: Walk = PAPER_WALK
     reading: Reading = TABLE_READING
 
     def __post_init__(self) -> None:
         n_nodes = count_nodes(self.graph)
         if n_nodes > MAX_NODES:
-            told = f"{n_nodes:,}" if n_nodes < 10**15 else "far more"
+            found = f"{n_nodes:,}" if n_nodes < 10**15 else "far more"
             raise InputError(
                 f"the augmented graph may have at most {MAX_NODES:,} nodes; "
-                f"this goal graph of {self.graph.n_rooms} rooms gives {told}"
+                f"this goal graph of {self.graph.n_rooms} rooms gives {found}"
             )
 
     @cached_property
     def levels(self) -> tuple[tuple[int, ...], ...]:
-        """Every set of doors that can be open at once, the smallest first.
-
-        The key of each open door lies in the centre or in a room whose door is open too.
-        """
+        """Every set of doors that can be open at once, the smallest first; these are no levels of a world."""
         found, frontier = [()], [()]
         while frontier:
             grown = {tuple(sorted((*doors, key))) for doors in frontier for key in self.keys_in_reach(doors)}
@@ -85,7 +74,7 @@ class AugmentedGraph:
 
     @cached_property
     def nodes(self) -> tuple[Node, ...]:
-        """The nodes by set of open doors, first rooms, then keys in reach; the start comes first, the exit last."""
+        """The nodes by set of open doors, rooms before keys; the start comes first, the exit last."""
         unrolled = []
         for doors in self.levels:
             unrolled += [Node("room", room, doors) for room in (0, *doors)]
@@ -99,7 +88,7 @@ class AugmentedGraph:
 
     @property
     def start(self) -> int:
-        """Index of the start node, which is the centre room with all doors closed."""
+        """Index of the start node, the centre room with all doors closed."""
         return 0
 
     @property
@@ -114,16 +103,18 @@ class AugmentedGraph:
 
     @cached_property
     def edges(self) -> NDArray[np.int64]:
-        """[n_edges, 2] int64, the moves (from, to) between nodes without restarts."""
+        """The moves (from, to) between nodes without restarts: [n_edges, 2]."""
         pairs = [(i, self.index[after]) for i, node in enumerate(self.nodes) for after in self._moves(node)]
         return np.array(pairs, np.int64)
 
+    @property
+    def moves(self) -> set[tuple[Node, Node]]:
+        """The edges as pairs of nodes."""
+        return {(self.nodes[i], self.nodes[j]) for i, j in self.edges.tolist()}
+
     @cached_property
     def weights(self) -> sp.csr_array:
-        """W [n, n] float64 CSR: 0.19 divided evenly among a node's edges, and 0.01 for the restart (paper, appendix A).
-
-        Staying is not stored: it cancels in the Laplacian, and one minus the sum of a row is the probability to stay.
-        """
+        """W [n, n] CSR: 0.19 divided evenly among a node's edges, and 0.01 for the restart (paper, appendix A)."""
         n, (sources, targets) = len(self.nodes), self.edges.T
         out_degree = np.bincount(sources, minlength=n)
         others = np.delete(np.arange(n), self.start)
@@ -137,9 +128,8 @@ class AugmentedGraph:
     @cached_property
     def goals(self) -> dict[str, tuple[int, ...]]:
         """Nodes at which each goal has been achieved: ``"key r"`` picked up, ``"door r"`` open, ``"exit"`` reached."""
-        achieved: dict[str, list[int]] = {}
-        for what in ("key", "door"):
-            achieved |= {f"{what} {room}": [] for room in range(1, self.graph.n_rooms)}
+        rooms = range(1, self.graph.n_rooms)
+        achieved = {f"{what} {room}": [] for what in ("key", "door") for room in rooms}
         for i, node in enumerate(self.nodes[:-1]):
             if node.kind == "key":
                 achieved[f"key {node.room}"].append(i)
@@ -148,7 +138,7 @@ class AugmentedGraph:
         return {goal: tuple(indices) for goal, indices in achieved.items()} | {"exit": (self.exit,)}
 
     def keys_in_reach(self, doors: tuple[int, ...]) -> list[int]:
-        """The closed rooms whose key lies in an accessible room when ``doors`` are open."""
+        """List the closed rooms with a key in an accessible room when ``doors`` are open."""
         accessible = {0, *doors}
         return [
             room
@@ -157,12 +147,11 @@ class AugmentedGraph:
         ]
 
     def to_networkx(self) -> nx.DiGraph:
-        """The moves as a networkx graph.
+        """Return the moves as a networkx graph, without restarts and staying, as in the paper's drawing.
 
-        Nodes are labels with attributes ``kind``, ``room`` and ``doors``; edges have a ``weight``. Restarts and staying
-        are omitted, as in the paper's drawing; `weights` includes the restarts.
+        Nodes are labels with attributes ``kind``, ``room`` and ``doors``; edges have a ``weight``.
         """
-        import networkx as nx  # loaded here because it takes its time, and few programs need it
+        import networkx as nx  # loads slowly, and few programs need it
 
         unrolled = nx.DiGraph(drop_key=self.drop_key)
         for node in self.nodes:
@@ -173,49 +162,32 @@ class AugmentedGraph:
         return unrolled
 
     def _moves(self, node: Node) -> Iterator[Node]:
+        doors, rooms = node.doors, (0, *node.doors)
         if node.kind == "room":
-            yield from self._moves_from_room(node)
+            yield from (Node("room", room, doors) for room in rooms if self._leads_to(node.room, room))
+            yield from (Node("key", key, doors) for key in self.keys_in_reach(doors) if self._sees(node.room, key))
+            if node.room == self.graph.exit_room:
+                yield Node("exit", node.room, ())
         elif node.kind == "key":
-            yield Node("room", node.room, tuple(sorted((*node.doors, node.room))))
+            yield Node("room", node.room, tuple(sorted((*doors, node.room))))
             if self.drop_key:
-                yield from self._drops(node)
-
-    def _moves_from_room(self, node: Node) -> Iterator[Node]:
-        for room in (0, *node.doors):
-            if room != node.room and self._leads_to(node.room, room):
-                yield Node("room", room, node.doors)
-        for key in self.keys_in_reach(node.doors):
-            if self._sees(node.room, self.graph.key_rooms[key - 1]):
-                yield Node("key", key, node.doors)
-        if node.room == self.graph.exit_room:
-            yield Node("exit", node.room, ())
-
-    def _drops(self, node: Node) -> Iterator[Node]:
-        key_room = self.graph.key_rooms[node.room - 1]
-        for room in (0, *node.doors):
-            if self.reading.drop == "accessible" or room == (key_room if self.reading.drop == "key room" else 0):
-                yield Node("room", room, node.doors)
+                key_room = self.graph.key_rooms[node.room - 1]
+                returns = {"accessible": rooms, "key room": (key_room,), "start": (0,)}[self.reading.drop]
+                yield from (Node("room", room, doors) for room in returns)
 
     def _leads_to(self, room: int, other: int) -> bool:
-        if self.reading.rooms == "accessible":
-            return True
+        if room == other or self.reading.rooms == "accessible":
+            return room != other
         if self.reading.rooms == "through the start":
             return 0 in (room, other)
-        return self._parent(room) == other or self._parent(other) == room
+        return other in self.graph.children[room] or room in self.graph.children[other]
 
-    def _sees(self, room: int, key_room: int) -> bool:
-        if self.reading.keys == "accessible" or room == key_room:
-            return True
-        if self.reading.keys == "own room":
-            return False
-        while room != 0:
-            room = self.graph.key_rooms[room - 1]
-            if room == key_room:
-                return True
-        return False
-
-    def _parent(self, room: int) -> int:
-        return self.graph.key_rooms[room - 1] if room else -1
+    def _sees(self, room: int, key: int) -> bool:
+        key_room = self.graph.key_rooms[key - 1]
+        if self.reading.keys == "way to the start":
+            while room not in (0, key_room):
+                room = self.graph.key_rooms[room - 1]
+        return self.reading.keys == "accessible" or room == key_room
 
 
 def count_nodes(graph: GoalGraph) -> int:
@@ -226,9 +198,8 @@ def count_nodes(graph: GoalGraph) -> int:
     also gives the sum over these subtrees of their rooms (one room node each) and of the children just outside them
     (one key node each). The exit is one more.
     """
-    subtrees = [(1, 1)] * graph.n_rooms  # their number, and the nodes they give; at first of each room alone
-    depths = graph.depths
-    for room in sorted(range(graph.n_rooms), key=lambda room: -depths[room]):
+    subtrees = [(1, 1)] * graph.n_rooms  # their number, and the nodes they give
+    for room in np.argsort(graph.depths)[::-1]:
         count, inside_and_fringe = 1, 1
         for child in graph.children[room]:
             with_child, its_nodes = subtrees[child]
@@ -240,7 +211,7 @@ def count_nodes(graph: GoalGraph) -> int:
 
 
 def kinds_of_nodes(augmented: AugmentedGraph) -> list[tuple[int, ...]]:
-    """The classes of equivalent nodes, each ascending, in order of first appearance.
+    """List the classes of equivalent nodes, each ascending, in order of first appearance.
 
     Two nodes are equivalent if an automorphism of the goal graph (a renaming of rooms that preserves the tree of keys
     and the exit room) maps the room and the open doors of one to those of the other. It then maps the walk to itself.

@@ -1,8 +1,9 @@
-"""Sets of goal graphs: named, your own, of a number of rooms or of a difficulty, less those that are excluded."""
+"""Sets of goal graphs: named, custom, of a number of rooms or of a difficulty; and the curriculum through one."""
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable
 from functools import cached_property, lru_cache
 from typing import NamedTuple, TypeAlias
@@ -35,22 +36,20 @@ class GraphSet:
     Args:
         specs: one of these, or a list or tuple of them: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a
             path to a TOML file, ``rooms:N`` for every goal graph of N rooms, and ``hitting_time:LOW..HIGH`` or
-            ``expected_steps:LOW..HIGH`` for every goal graph of up to 7 rooms in between. The hitting time, the
-            paper's, saturates near 100 and hardly separates the hardest graphs; the expected steps, the true mean, do
-            not saturate.
+            ``expected_steps:LOW..HIGH`` for every goal graph of up to 7 rooms in between. The paper's hitting time
+            saturates near 100 and does not separate the hardest graphs; the expected steps, the true mean, do.
         exclude: the same for graphs to leave out, however their rooms are numbered.
         drop_key: whether keys can be dropped, which makes every graph harder.
         max_rooms: largest N of ``rooms:N``; by default the most rooms that a grid can hold.
-        walk: whose hitting times and expected steps an interval is of.
-        reading: of the augmented graph, likewise.
+        walk: the walk by which difficulties are computed.
+        reading: the reading of the augmented graph by which they are computed.
 
     Attributes:
-        specs: as a tuple, files being read.
-        graphs: the graphs in the order of the specs, those of an interval from the easiest on. What is given by itself
+        specs: the specs as a tuple, files being read.
+        graphs: the graphs in the order of the specs, those of an interval from the easiest on. A graph given by itself
             keeps its name and its numbers of rooms.
-        excluded: likewise, those that are left out.
-        alike: pairs of names: of a graph that was given, and of one given before it that is the same but for its name
-            and the numbers of its rooms, and is taken for both.
+        excluded: the graphs that are left out, in the same order.
+        alike: pairs of names, of a graph and of the same graph given before it, which is taken for both.
     """
 
     def __init__(
@@ -66,11 +65,6 @@ class GraphSet:
         if not self.specs:
             raise InputError("give at least one goal graph, or a set of them such as rooms:4")
         self._assumed, self._max_rooms = (bool(drop_key), walk, reading), max_rooms
-        self.alike: tuple[tuple[str, str], ...] = ()
-        if len(self.specs) == 1 and isinstance(self.specs[0], GoalGraph) and not graph_specs(exclude):
-            self.graphs: tuple[GoalGraph, ...] = (self.specs[0],)  # however large it is
-            self.excluded: tuple[GoalGraph, ...] = ()
-            return
         own: dict[GoalGraph, GoalGraph] = {}
         named = [as_goal_graph(spec) for spec in self.specs if not is_graph_set(spec)]
         pairs = [(graph.name, own.setdefault(graph.canonical(), graph).name) for graph in named]
@@ -91,11 +85,16 @@ class GraphSet:
         self.excluded = tuple(graph for canonical, graph in chosen.items() if canonical in left_out)
         if not self.graphs:
             raise InputError(f"no goal graph is left of {' and '.join(spec_names(self.specs))}: all are excluded")
-        self._check_names()
+        for name, count in Counter(graph.name for graph in chosen.values()).items():
+            if count > 1:
+                raise InputError(
+                    f"two different goal graphs are named {name}; name one of them otherwise, by an entry like "
+                    f'name = "{name}-2" in its file'
+                )
 
     @property
     def notes(self) -> list[str]:
-        """A line for each of the graphs that another one stands for."""
+        """A line for each graph that another one stands for."""
         return [
             f"goal graphs {kept} and {name} are the same, but for names and the numbers of rooms, and are taken once"
             for name, kept in self.alike
@@ -103,10 +102,7 @@ class GraphSet:
 
     @cached_property
     def difficulties(self) -> tuple[tuple[float, GoalGraph], ...]:
-        """Each graph with its difficulty, the easiest first.
-
-        The difficulty is what a single interval measures; for any other set the expected steps.
-        """
+        """Each graph with its difficulty, the easiest first: an interval's quantity, or the expected steps."""
         return _ranked(self.graphs, self._interval.quantity if self._interval else "expected_steps", self._assumed)
 
     def stages(self, n_stages: int) -> tuple[tuple[GoalGraph, ...], ...]:
@@ -115,7 +111,7 @@ class GraphSet:
         A single interval is cut from its low to its high end, any other set from its easiest to its hardest graph.
         """
         if len(self.graphs) == 1:
-            return (self.graphs,)  # however large its augmented graph would be
+            return (self.graphs,)  # its augmented graph may be too large for a difficulty
         values = np.array([value for value, _ in self.difficulties])
         low, high = (self._interval.low, self._interval.high) if self._interval else (values[0], values[-1])
         stage_of = np.searchsorted(np.linspace(low, high, n_stages + 1)[1:-1], values, side="right")
@@ -126,7 +122,6 @@ class GraphSet:
 
     @cached_property
     def _interval(self) -> _Interval | None:
-        """The interval, if the set is given by a single one."""
         spec = self.specs[0]
         return _interval_of(spec) if len(self.specs) == 1 and isinstance(spec, str) else None
 
@@ -146,21 +141,49 @@ class GraphSet:
             raise InputError(f"rooms:N takes a number of rooms from 2 to {self._max_rooms}, not {n_rooms}")
         return enumerate_graphs(n_rooms)
 
-    def _check_names(self) -> None:
-        named: set[str] = set()
-        for graph in (*self.graphs, *self.excluded):
-            if graph.name in named:
-                raise InputError(
-                    f"two different goal graphs are named {graph.name}; name one of them otherwise, by an entry like "
-                    f'name = "{graph.name}-2" in its file'
-                )
-            named.add(graph.name)
+
+class Curriculum:
+    """Moves through a set of goal graphs depending on how often the agent escapes; the caller keeps the stage.
+
+    Args:
+        graphs: the whole set.
+        n_stages: number of parts into which it is divided, at least 1; see `GraphSet.stages`.
+        promote_at: the next stage begins at this success rate or above.
+        demote_at: the previous stage returns below this success rate; 0 <= demote_at < promote_at <= 1.
+
+    Attributes:
+        stages: the graphs of each stage, from the easiest on.
+    """
+
+    def __init__(self, graphs: GraphSet, n_stages: int = 5, promote_at: float = 0.8, demote_at: float = 0.2):
+        if n_stages < 1:
+            raise InputError(f"a curriculum needs at least one stage, not {n_stages}")
+        if not 0 <= demote_at < promote_at <= 1:
+            raise InputError(
+                "a curriculum needs 0 <= demote_at < promote_at <= 1, "
+                f"not demote_at {demote_at:g} and promote_at {promote_at:g}"
+            )
+        self.stages: tuple[tuple[GoalGraph, ...], ...] = graphs.stages(n_stages)
+        self._promote_at, self._demote_at = promote_at, demote_at
+
+    def advance(self, stage: int, success_rate: float) -> int:
+        """Return the next, the current or the previous stage, 0 to ``len(stages) - 1``.
+
+        ``success_rate``, 0..1, is the fraction of the stage's most recent episodes in which the agent escaped.
+        """
+        last = len(self.stages) - 1
+        if not 0 <= stage <= last:
+            raise InputError(f"the stages are 0 to {last}; there is no stage {stage}")
+        if not 0 <= success_rate <= 1:
+            raise InputError(f"a success rate must be in 0..1, not {success_rate:g}")
+        step = int(success_rate >= self._promote_at) - int(success_rate < self._demote_at)
+        return min(max(stage + step, 0), last)
 
 
 def find_graphs(specs: GraphSpecs, exclude: GraphSpecs, drop_key: bool) -> GraphSet:
-    """Return a `GraphSet` with the paper's walk, resolved once however often it is asked for."""
+    """Return a `GraphSet` with the paper's walk; the same specs are resolved once."""
     given = graph_specs(specs), graph_specs(exclude)
-    # Graphs that differ by their label only are equal, and yet not the same set.
+    # graphs that differ by their label only are equal, and yet not the same set
     labels = tuple(spec.label for spec in sum(given, ()) if isinstance(spec, GoalGraph))
     return _found(*given, bool(drop_key), labels)
 
@@ -171,8 +194,6 @@ def _found(specs: GraphSpecs, exclude: GraphSpecs, drop_key: bool, labels: tuple
 
 
 class _Interval(NamedTuple):
-    """The goal graphs with a quantity from ``low`` to ``high``, both included."""
-
     quantity: str
     low: float
     high: float
@@ -187,7 +208,7 @@ def _graphs_between(interval: _Interval, assumed: _Assumed) -> tuple[GoalGraph, 
     quantity, low, high = interval
     if low > high:
         raise InputError(f"an interval must go from low to high, not from {low:g} to {high:g}")
-    ranked = _every_graph(quantity, assumed)
+    ranked = _ranked([graph for n in range(2, MAX_GRID_ROOMS + 1) for graph in enumerate_graphs(n)], quantity, assumed)
     graphs = tuple(graph for value, graph in ranked if low <= value <= high)
     if not graphs:
         raise InputError(
@@ -195,13 +216,6 @@ def _graphs_between(interval: _Interval, assumed: _Assumed) -> tuple[GoalGraph, 
             f"the values go from {ranked[0][0]:.2f} to {ranked[-1][0]:.2f}"
         )
     return graphs
-
-
-@lru_cache
-def _every_graph(quantity: str, assumed: _Assumed) -> tuple[tuple[float, GoalGraph], ...]:
-    """Every goal graph of 2 to 7 rooms with its difficulty, the easiest first: 328 graphs, which take a second."""
-    graphs = [graph for n_rooms in range(2, MAX_GRID_ROOMS + 1) for graph in enumerate_graphs(n_rooms)]
-    return _ranked(graphs, quantity, assumed)
 
 
 def _ranked(graphs: Iterable[GoalGraph], quantity: str, assumed: _Assumed) -> tuple[tuple[float, GoalGraph], ...]:

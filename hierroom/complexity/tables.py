@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
-from hierroom.complexity.played.observed import Interval
 from hierroom.complexity.played.played_chain import PlayedChain
 from hierroom.complexity.report import ComplexityReport
 from hierroom.support.errors import InputError, shown
@@ -35,12 +34,12 @@ FIELDS: tuple[str, ...] = ("key_rooms", "exit_room", "drop_key", *COLUMNS)
 
 
 def value_of(report: ComplexityReport, column: ColumnName) -> Any:
-    """What a report has in a column."""
+    """Return a report's value in a column."""
     return report.graph.name if column == "graph" else getattr(report, column)
 
 
 def report_cells(report: ComplexityReport) -> list[str]:
-    """What a printed table says of a report, in the order of `COLUMNS`."""
+    """Return a report's cells in a printed table, in the order of `COLUMNS`."""
     cells = []
     for name, (_, style) in COLUMNS.items():
         value = value_of(report, name)
@@ -50,7 +49,7 @@ def report_cells(report: ComplexityReport) -> list[str]:
 
 
 def rows_of(reports: Iterable[ComplexityReport]) -> list[dict[str, Any]]:
-    """Each report as one row: what its goal graph is, and the columns of the list, in full precision."""
+    """Return each report as one row: its goal graph, and the columns of the list, in full precision."""
     return [
         {
             "key_rooms": "-".join(map(str, report.graph.key_rooms)),
@@ -63,7 +62,7 @@ def rows_of(reports: Iterable[ComplexityReport]) -> list[dict[str, Any]]:
 
 
 def list_text(reports: Iterable[ComplexityReport], form: str) -> str:
-    """The list as ``csv`` in full precision, or as a ``latex`` or ``markdown`` table, rounded as it is printed."""
+    """Return the list as ``csv`` in full precision, or as a rounded ``latex`` or ``markdown`` table."""
     if form == "csv":
         return csv_text(rows_of(reports), FIELDS)
     table = latex_table if form == "latex" else markdown_table
@@ -74,19 +73,22 @@ def list_text(reports: Iterable[ComplexityReport], form: str) -> str:
 def to_frame(
     reports: ComplexityReport | MeasuredGraph | PlayedChain | Iterable[ComplexityReport] | Iterable[MeasuredGraph],
 ) -> pd.DataFrame:
-    """Reports as a pandas DataFrame, one row each, indexed by the names of their graphs.
+    """Return reports as a pandas DataFrame, one row each, indexed by the names of their graphs.
 
     Args:
-        reports: one report or several, from `analyze`; or rows of `measure_graphs` and `measure_levels`; or one chain
-            from play or report of it, from `measure`, which has a row for each number, observed and of the chain, with
-            its interval.
+        reports: one or several of `analyze`, or of `measure_graphs` and `measure_levels`; or one of `measure`, or a
+            chain from play, which has a row for each number, observed and of the chain, with its interval.
     """
     import pandas as pd  # it and the next one load slowly, and few programs need them
 
     from hierroom.complexity.measures.table import MeasuredGraph
 
     if isinstance(reports, PlayedChain):
-        return pd.DataFrame.from_dict(_intervals(reports), orient="index")
+        parts = [
+            pd.DataFrame.from_dict(numbers, orient="index", columns=[kind, f"{kind}_low", f"{kind}_high"])
+            for kind, numbers in (("observed", reports.observed), ("chain", reports.intervals))
+        ]
+        return pd.concat(parts, axis=1).reindex([*reports.intervals])
     several = [*reports] if isinstance(reports, Iterable) else [reports]
     if several and all(isinstance(one, MeasuredGraph) for one in several):
         return pd.DataFrame([one.to_dict() for one in several]).set_index("graph")
@@ -94,16 +96,3 @@ def to_frame(
     for other in (one for one in several if not isinstance(one, ComplexityReport)):
         raise InputError(f"to_frame takes reports of one kind, such as analyze gives them, not {shown(other)}")
     return pd.DataFrame(rows_of(analyzed), columns=list(FIELDS)).set_index("graph")
-
-
-def _intervals(played: PlayedChain) -> dict[str, dict[str, float]]:
-    """By the name of each number, what was observed, what the chain says, and the ends of their intervals."""
-    none = Interval(math.nan, math.nan, math.nan)
-    return {
-        name: {
-            f"{kind}{end}": value
-            for kind, interval in (("observed", played.observed.get(name, none)), ("chain", measured))
-            for end, value in zip(("", "_low", "_high"), interval, strict=True)
-        }
-        for name, measured in played.intervals.items()
-    }

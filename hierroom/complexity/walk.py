@@ -30,9 +30,11 @@ class Walk:
             raise InputError(f"the probabilities stay, move, restart of a walk must sum to 1, not {sum(chances):g}")
 
 
-KEY_VISIBILITY = ("accessible", "way to the start", "own room")
-ROOM_MOVES = ("accessible", "neighbours", "through the start")
-DROP_RETURNS = ("accessible", "key room", "start")
+READINGS = {
+    "keys": ("accessible", "way to the start", "own room"),
+    "rooms": ("accessible", "neighbours", "through the start"),
+    "drop": ("accessible", "key room", "start"),
+}
 
 
 @dataclass(frozen=True)
@@ -40,13 +42,11 @@ class Reading:
     """One interpretation of the paper's augmented graph; the default reproduces Table 2 for a, b, c and g.
 
     Args:
-        keys: the rooms from which a key can be picked up: every `"accessible"` room, the rooms whose `"way to the
-            start"` in the tree of keys passes the key's room, or only the key's `"own room"`.
+        keys: the rooms from which a key can be picked up: every `"accessible"` room, those with the key's room on their
+            `"way to the start"` in the tree of keys, or only the key's `"own room"`.
         rooms: the rooms to which a room leads: every other `"accessible"` room, its `"neighbours"` in the tree of keys
-            (as the appendix draws graph c), or `"through the start"`: only to and from the start room (as the level is
-            built).
-        drop: the rooms to which dropping a key leads: every `"accessible"` room, the `"key room"`, or the `"start"`
-            room.
+            (as the appendix draws graph c), or, as levels are built, only `"through the start"`.
+        drop: where dropping a key leads: to every `"accessible"` room, the `"key room"`, or the `"start"` room.
     """
 
     keys: str = "accessible"
@@ -54,7 +54,7 @@ class Reading:
     drop: str = "accessible"
 
     def __post_init__(self) -> None:
-        for field, allowed in (("keys", KEY_VISIBILITY), ("rooms", ROOM_MOVES), ("drop", DROP_RETURNS)):
+        for field, allowed in READINGS.items():
             if getattr(self, field) not in allowed:
                 raise InputError(
                     f"{field} of a reading must be one of {', '.join(map(repr, allowed))}, not {getattr(self, field)!r}"

@@ -1,7 +1,6 @@
 """Goal graphs, how users give them, and the ids of the goals in a level."""
 
-from hierroom.goals.enumeration import enumerate_graphs
-from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph
+from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, enumerate_graphs, is_graph_set
 from hierroom.goals.ids import (
     COLOURS,
     EXIT_GOAL,
@@ -15,16 +14,8 @@ from hierroom.goals.ids import (
     ROOM_GOAL_NAMES,
     room_goals,
 )
-from hierroom.goals.reachable import open_goals
-from hierroom.goals.specs import (
-    GraphSpec,
-    GraphSpecs,
-    as_goal_graph,
-    graph_specs,
-    is_graph_set,
-    plain_specs,
-    spec_names,
-)
+from hierroom.goals.specs import GraphSpec, GraphSpecs, as_goal_graph, graph_specs, plain_specs, spec_names
+from hierroom.goals.tree import open_goals
 
 __all__ = [
     "COLOURS",

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
+from hierroom.goals.tree import child_rooms
+
 COLUMN, ROW, RADIUS, TOP = 78, 74, 17, 48
 """Pixels between rooms side by side, between depths, the radius of a room, and the height of the title."""
 INK, PAPER, START, EXIT = "#333333", "#ffffff", "#d9d9d9", "#35a853"
@@ -43,10 +45,8 @@ def _text(x: float, y: float, words: str, size: int, colour: str = INK, behind: 
 
 
 def tree_places(key_rooms: Sequence[int]) -> list[tuple[float, int]]:
-    """(column, depth) of each room: leaves side by side, every other room in the middle above its first and last."""
-    below: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
-    for room, home in enumerate(key_rooms, start=1):
-        below[home].append(room)
+    """Return (column, depth) of each room: leaves side by side, others in the middle above their children."""
+    below = child_rooms(key_rooms)
     order, depths, waiting = [], [0] * len(below), [0]  # order: every room before those below it, from left to right
     while waiting:
         order.append(room := waiting.pop())

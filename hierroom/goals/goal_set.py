@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from hierroom.support.errors import InputError
 
 MAX_GOALS = 63
-"""What one step achieved is a bit for each goal in a whole number of 64 bits with a sign."""
+"""A signed 64-bit integer has a bit for each goal that a step achieved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,9 +23,8 @@ class GoalSet:
         vectors: [G + 1, K] float32, the vector that a controller observes for each goal; the last row is 'no goal'.
         target: the goal that ends an episode with success.
         kinds: names of the kinds of goals, by which training reports how many options reach their goal.
-        kind_of: [G] int, the kind of each goal, an index into ``kinds``.
-        milestones: names of what evaluations report the first step of; a world says which milestone a goal is, because
-            one goal may stand for another thing in each episode.
+        kind_of: [G], the kind of each goal.
+        milestones: evaluations report the first step of each; a world says which one a goal is in an episode.
     """
 
     names: tuple[str, ...]

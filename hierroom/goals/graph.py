@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.goals.canonical import canonical_rooms, child_rooms
 from hierroom.goals.drawing import tree_svg
-from hierroom.goals.reachable import open_goals
+from hierroom.goals.tree import canonical_rooms, child_rooms, open_goals
 from hierroom.support.errors import InputError
 from hierroom.support.files import read_toml, write_atomically
 
@@ -39,8 +38,7 @@ class GoalGraph:
         key_rooms: entry ``r - 1`` is the room in which the key of room ``r`` lies; the rooms must form a tree rooted at
             room 0.
         exit_room: the room that holds the exit, 1 to ``n_rooms - 1``.
-        label: the name that the graph has in every output; None for that of `name`. Graphs that differ by their label
-            only are equal.
+        label: the graph's name in every output; None for that of `name`. It does not count for equality.
     """
 
     key_rooms: tuple[int, ...]
@@ -70,7 +68,7 @@ class GoalGraph:
 
     @property
     def n_rooms(self) -> int:
-        """Number of rooms, the centre included."""
+        """Number of rooms with the centre."""
         return len(self.key_rooms) + 1
 
     @property
@@ -80,12 +78,12 @@ class GoalGraph:
 
     @property
     def depths(self) -> tuple[int, ...]:
-        """Depth of each room 0..n_rooms - 1 in the tree of keys; the centre has depth 0."""
+        """Depth of each room in the tree of keys; the centre has depth 0."""
         return tuple(depth or 0 for depth in self._depths)
 
     @cached_property
     def children(self) -> tuple[tuple[int, ...], ...]:
-        """For each room 0..n_rooms - 1 the rooms whose keys lie in it, ascending."""
+        """For each room the rooms whose keys lie in it, ascending."""
         return child_rooms(self.key_rooms)
 
     @property
@@ -108,41 +106,30 @@ class GoalGraph:
 
     @cached_property
     def _depths(self) -> tuple[int | None, ...]:
-        """Depth of each room; None behind a cycle. Each room is walked through once, however long a chain they form."""
-        depths: list[int | None] = [0] * self.n_rooms
-        is_known = [True] + [False] * len(self.key_rooms)
-        for room in range(1, self.n_rooms):
-            way = []
-            while not is_known[room]:
-                is_known[room], depths[room] = True, None  # where a way comes back to itself, it stays so
-                way.append(room)
-                room = self.key_rooms[room - 1]
-            depth = depths[room]
-            for passed in reversed(way):
-                depth = None if depth is None else depth + 1
-                depths[passed] = depth
-        return tuple(depths)
+        """Depth of each room; None behind a cycle."""
+        depths, order = {0: 0}, [0]
+        for room in order:
+            order += self.children[room]
+            depths |= dict.fromkeys(self.children[room], depths[room] + 1)
+        return tuple(map(depths.get, range(self.n_rooms)))
 
     def open_goals(self, keys: ArrayLike, doors: ArrayLike) -> NDArray[np.bool_]:
-        """Find the goals that can be achieved now, before any other goal.
+        """Find the goals [..., n_goals] (keys, doors, exit) that can be achieved now, before any other goal.
 
         Args:
             keys: [..., n_rooms - 1] bool, whether the agent holds the key of room 1, 2, ...
             doors: [..., n_rooms - 1] bool, whether the door of room 1, 2, ... is open.
-
-        Returns:
-            [..., n_goals] bool in the graph's order: keys, doors, exit.
         """
         held, is_open = np.asarray(keys, bool), np.asarray(doors, bool)
         return open_goals(np.array(self.key_rooms), np.array(self.exit_room), held, is_open)
 
     def canonical(self) -> GoalGraph:
-        """The same graph with its rooms in a canonical order and no label, so that isomorphic graphs become equal."""
+        """Return the graph without label and with its rooms in a canonical order: isomorphic graphs become equal."""
         return GoalGraph(*canonical_rooms(self.key_rooms, self.exit_room))
 
     def to_networkx(self) -> nx.DiGraph:
         """The goal dependency graph of the paper: start, keys, doors and exit; an edge means 'makes possible'."""
-        import networkx as nx  # loaded here because it takes its time, and few programs need it
+        import networkx as nx  # loads slowly, and few programs need it
 
         graph = nx.DiGraph()
         graph.add_node("start", kind="start", room=0)
@@ -159,12 +146,12 @@ class GoalGraph:
         return tree_svg(self.key_rooms, self.exit_room, f"goal graph {self.name}")
 
     def to_dict(self) -> dict[str, Any]:
-        """The graph as plain types: ``name``, ``key_rooms`` and ``exit_room``."""
+        """Return the graph as plain types: ``name``, ``key_rooms`` and ``exit_room``."""
         return {"name": self.name, "key_rooms": list(self.key_rooms), "exit_room": self.exit_room}
 
     @classmethod
     def from_dict(cls, table: Mapping[str, Any]) -> GoalGraph:
-        """The graph of a table such as `to_dict` gives, whose ``name`` may be missing or called ``label``."""
+        """Return the graph of a table such as `to_dict` gives; its ``name`` may be missing or called ``label``."""
         names = [*({*table} & {"name", "label"})]  # Gymnasium writes a graph into a spec by the names of its fields
         if {*table} - {*names} != {"key_rooms", "exit_room"} or len(names) > 1:
             raise InputError(
@@ -184,7 +171,7 @@ class GoalGraph:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> GoalGraph:
-        """Read a graph from a TOML file with the entries ``key_rooms`` and ``exit_room``, and ``name`` if it has one.
+        """Read a graph from a TOML file with the entries ``key_rooms``, ``exit_room`` and, if it has one, ``name``.
 
         Without a ``name`` its label is the file's name, without the suffix unless that is the name of another graph.
         """
@@ -203,20 +190,29 @@ class GoalGraph:
 
     @classmethod
     def named(cls, name: str) -> GoalGraph:
-        """The graph of a name: ``"a"`` to ``"g"`` of the paper (Table 1), or key rooms and exit room.
-
-        Args:
-            name: a letter, or a text such as ``"keys-0-1-exit-2"``, which is what a graph without a letter is called.
-        """
-        if name in NAMED_GRAPHS:
-            return NAMED_GRAPHS[name]
-        rooms = _DESCRIBED.fullmatch(name) if isinstance(name, str) else None
-        if rooms is None:
+        """Return the graph of a letter ``"a"`` to ``"g"`` of the paper (Table 1), or of ``"keys-0-1-exit-2"``."""
+        graph = _graph_named(name) if isinstance(name, str) else None
+        if graph is None:
             letters = ", ".join(NAMED_GRAPHS)
             raise InputError(
                 f"a goal graph is named by a letter ({letters}) or by its rooms, such as keys-0-1-exit-2, not {name!r}"
             )
-        return cls(tuple(map(int, rooms[1].split("-"))), int(rooms[2]), name)
+        return graph if name in NAMED_GRAPHS else cls(graph.key_rooms, graph.exit_room, name)
+
+
+def enumerate_graphs(n_rooms: int) -> list[GoalGraph]:
+    """List every goal graph with ``n_rooms`` rooms once, up to renaming: all rooted trees with a marked exit room.
+
+    Their number is the coefficient of x^n in T(x)^2 / (1 - T(x)), where T counts rooted trees (OEIS A000081): from two
+    rooms on 1, 3, 9, 26, 75, 214, 612, ...
+    """
+    if n_rooms < 2:
+        raise InputError(f"a goal graph must have at least 2 rooms, not {n_rooms}")
+    trees: set[tuple[int, ...]] = {()}
+    for size in range(1, n_rooms):
+        trees = {canonical_rooms((*tree, parent), None)[0] for tree in trees for parent in range(size)}
+    graphs = {canonical_rooms(tree, exit_room) for tree in trees for exit_room in range(1, n_rooms)}
+    return [GoalGraph(*graph) for graph in sorted(graphs)]
 
 
 def _integers(what: str, values: Iterable) -> tuple[int, ...]:
@@ -242,8 +238,14 @@ NAMED_GRAPHS = {
 
 @cache
 def _letters() -> Mapping[GoalGraph, str]:
-    """The letter of each canonical graph that has one."""
     return {graph.canonical(): letter for letter, graph in NAMED_GRAPHS.items()}
+
+
+def _graph_named(name: str) -> GoalGraph | None:
+    """Return the graph without label that a letter or its key rooms and exit room mean."""
+    rooms = _DESCRIBED.fullmatch(name)
+    described = rooms and GoalGraph(tuple(map(int, rooms[1].split("-"))), int(rooms[2]))
+    return NAMED_GRAPHS.get(name, described)
 
 
 def _check_label(label: object, graph: GoalGraph) -> None:
@@ -251,16 +253,11 @@ def _check_label(label: object, graph: GoalGraph) -> None:
         raise InputError(f"the name of a goal graph must be a text of one line, not {label!r}")
     if is_graph_set(label):
         raise InputError(f"{label!r} means a set of goal graphs; give yours another name")
-    if label in NAMED_GRAPHS:
-        named = NAMED_GRAPHS[label]
-    elif described := _DESCRIBED.fullmatch(label):
-        named = GoalGraph(tuple(map(int, described[1].split("-"))), int(described[2]))
-    else:
-        return
-    if named.canonical() != graph.canonical():
+    named = _graph_named(label)
+    if named is not None and named.canonical() != graph.canonical():
         raise InputError(f"{label} is the name of another goal graph; give yours another")
 
 
 def is_graph_set(spec: object) -> bool:
-    """Whether a text means a set of graphs, even a malformed one, and not one graph."""
+    """Return whether a text means a set of graphs, even a malformed one, and not one graph."""
     return isinstance(spec, str) and spec.partition(":")[0].strip() in SET_KINDS

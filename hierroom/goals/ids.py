@@ -21,7 +21,7 @@ NO_GOAL = -1
 GOAL_NAMES = (*(f"{c} key" for c in COLOURS), *(f"{c} door" for c in COLOURS), "exit")
 
 ROOM_GOAL_NAMES = (*(f"key {r}" for r in range(1, 7)), *(f"door {r}" for r in range(1, 7)), "exit")
-"""The same by the room that a key or door opens, as `room_goals` numbers them: these do not change with the colours."""
+"""The same by the room that a key or door opens, which does not change with the colours; see `room_goals`."""
 
 MAX_GRID_ROOMS = N_COLOURS + 1
 """Number of rooms that a grid can hold: the centre room and a branch room for each colour."""
@@ -42,14 +42,9 @@ GOAL_VECTORS = _goal_vectors()
 
 
 def room_goals(goals: NDArray[np.integer], branches: NDArray[np.integer]) -> NDArray[np.integer]:
-    """Goals of levels by room instead of by colour.
+    """Return indices into `ROOM_GOAL_NAMES` for the goal ids [M] of levels.
 
-    Args:
-        goals: [M] int, goal ids of levels.
-        branches: [M, 6] int, or [6] for one level, the branch room - 1 of each colour.
-
-    Returns:
-        [M] int indices into `ROOM_GOAL_NAMES`.
+    ``branches`` is the branch room - 1 of each colour: [M, 6], or [6] for one level.
     """
     rooms = np.broadcast_to(branches, (len(goals), N_COLOURS))[np.arange(len(goals)), goals % N_COLOURS]
     return np.where(goals == EXIT_GOAL, EXIT_GOAL, goals // N_COLOURS * N_COLOURS + rooms)

@@ -10,10 +10,8 @@ from hierroom.goals.graph import NAMED_GRAPHS, GoalGraph, is_graph_set
 from hierroom.support.errors import InputError, shown
 
 GraphSpec = GoalGraph | str | Path | Mapping[str, Any]
-"""How one goal graph, or a set of them, is given: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a path
-to a TOML file, what `GoalGraph.to_dict` gives, or ``rooms:4``, ``hitting_time:20..30`` or
-``expected_steps:90..150``."""
-
+"""One goal graph, or a set of them: a letter, a name such as ``keys-0-1-exit-2``, a `GoalGraph`, a path to a TOML file,
+what `GoalGraph.to_dict` gives, or ``rooms:4``, ``hitting_time:20..30`` or ``expected_steps:90..150``."""
 GraphSpecs = GraphSpec | Sequence[GraphSpec]
 """One `GraphSpec`, or a list or tuple of them for all their graphs."""
 
@@ -45,11 +43,7 @@ def _is_file(path: str | Path) -> bool:
 
 
 def graph_specs(specs: GraphSpecs) -> tuple[GoalGraph | str, ...]:
-    """The specs one by one; files are read, so that what comes of them does not depend on where and when it is used.
-
-    Returns:
-        letters and sets of graphs as they are, everything else as a `GoalGraph`.
-    """
+    """Return letters and sets of graphs as they are, and everything else, such as files, as a `GoalGraph`."""
     several = specs if isinstance(specs, Sequence) and not isinstance(specs, str) else (specs,)
     return tuple(
         spec if isinstance(spec, str) and (spec in NAMED_GRAPHS or is_graph_set(spec)) else as_goal_graph(spec)
@@ -58,10 +52,10 @@ def graph_specs(specs: GraphSpecs) -> tuple[GoalGraph | str, ...]:
 
 
 def plain_specs(specs: GraphSpecs) -> list[str | dict[str, Any]]:
-    """The specs as plain types, for JSON: a `GoalGraph` by its content, a letter and a set as they are given."""
+    """Return the specs as plain types, for JSON."""
     return [spec.to_dict() if isinstance(spec, GoalGraph) else spec for spec in graph_specs(specs)]
 
 
 def spec_names(specs: GraphSpecs) -> tuple[str, ...]:
-    """What each spec is called: a set and a letter as they are given, a `GoalGraph` by its name."""
+    """Return the name of each spec."""
     return tuple(spec.name if isinstance(spec, GoalGraph) else spec for spec in graph_specs(specs))

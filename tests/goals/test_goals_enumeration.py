@@ -6,7 +6,7 @@ import networkx as nx
 import pytest
 
 from hierroom.goals import GoalGraph, enumerate_graphs
-from hierroom.goals.canonical import canonical_rooms
+from hierroom.goals.tree import canonical_rooms
 from hierroom.support.errors import InputError
 
 

@@ -7,8 +7,7 @@ TESTS = Path(__file__).parents[1]
 TARGETS: Mapping[str, tuple[str, str, int]] = {
     "gae": ("learners/gae.py", "learner_gae", 0),
     "graph": ("goals/graph.py", "goals goals_enumeration", 0),
-    "enumeration": ("goals/enumeration.py", "goals_enumeration", 0),
-    "canonical": ("goals/canonical.py", "goals goals_enumeration complexity_graph_set", 1),
+    "tree": ("goals/tree.py", "goals goals_enumeration complexity_graph_set reachable", 1),
     "hitting": ("complexity/chains/hitting.py", "complexity_hitting", 7),
     "elimination": ("complexity/chains/elimination.py", "complexity_elimination", 21),
     "ledger": ("turns/ledger.py", "options option_ends crafted_states", 24),

@@ -11,7 +11,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.complexity.chains.exploration_graph import graph_weights, node_index, node_labels, normalized
 from hierroom.complexity.chains.hitting import (
     expected_visits,
     first_passage_variance,
@@ -21,7 +20,17 @@ from hierroom.complexity.chains.hitting import (
 )
 from hierroom.complexity.chains.laplacian import laplacian_hitting_time, laplacian_sensitivity
 from hierroom.complexity.chains.reach import expected_states, reach_probability
-from hierroom.complexity.chains.weights import Weights, as_moves, as_node, as_weights, n_nodes
+from hierroom.complexity.chains.weights import (
+    Weights,
+    as_moves,
+    as_node,
+    as_weights,
+    graph_weights,
+    n_nodes,
+    node_index,
+    node_labels,
+    normalized,
+)
 from hierroom.support.errors import InputError
 from hierroom.support.tables import html_table
 
@@ -87,8 +96,8 @@ class Chain:
 
         Args:
             matrix: [n, n] dense or sparse; what a row lacks to one is the node's probability to stay.
-            source: the start node: its index, or its label.
-            target: the node to reach, the goal ``"exit"``, likewise.
+            source: the start node, by its index or its label.
+            target: the node to reach, the goal ``"exit"``, by its index or its label.
             labels: [n] names of the nodes; their indices by default.
             rates: divide each row by its sum, because it holds rates or counts.
         """
@@ -108,7 +117,6 @@ class Chain:
         """The random walk on a networkx graph, directed or not; the names of its nodes become labels.
 
         Args:
-            graph: the graph.
             source: the start node.
             target: the node to reach, the goal ``"exit"``.
             weight: attribute of the edges that holds their probability. Where no edge has it, or for None, the walk
@@ -150,10 +158,7 @@ class Chain:
         return float(mean_first_passage_time(self.weights, self.nodes_of(goal))[self.source])
 
     def hitting_time_to(self, node: str) -> float:
-        """The paper's hitting time of any single node, by its label.
-
-        A goal that is achieved at several nodes has no Laplacian hitting time.
-        """
+        """The paper's hitting time of a single node, by its label."""
         nodes = self.nodes_of(node)
         if len(nodes) != 1:
             raise InputError(
@@ -163,7 +168,7 @@ class Chain:
         return laplacian_hitting_time(self.weights, self.source, nodes[0])
 
     def hitting_probability(self, goal: str = EXIT) -> float:
-        """Probability that a goal is ever achieved; ``goal`` as for `expected_steps_to`."""
+        """Probability that a goal is ever achieved."""
         return float(hitting_probability(self.weights, self.nodes_of(goal))[self.source])
 
     def reach_probability(self, t: ArrayLike, goal: str = EXIT) -> NDArray[np.float64]:
@@ -186,25 +191,18 @@ class Chain:
         exit_node = self.goals[EXIT][0]
         steps = passage_time_sensitivity(self.weights, self.source, exit_node).tocoo()
         paper = laplacian_sensitivity(self.weights, self.source, exit_node)
-        edges = [
-            EdgeSensitivity(
-                self.labels[i],
-                self.labels[j],
-                float(self.weights[i, j]),
-                float(slope),
-                float(paper[i, j]),
-                float(self.weights[i, j] * slope / self.expected_steps),
-            )
-            for i, j, slope in zip(steps.row, steps.col, steps.data, strict=True)
-        ]
+        edges = []
+        for i, j, slope in zip(steps.row, steps.col, steps.data, strict=True):
+            weight = self.weights[i, j]
+            numbers = weight, slope, paper[i, j], weight * slope / self.expected_steps
+            edges.append(EdgeSensitivity(self.labels[i], self.labels[j], *map(float, numbers)))
         return sorted(edges, key=lambda edge: edge.elasticity)
 
     def goal_sensitivity(self) -> dict[str, float]:
-        """Which goal makes the graph hard: percent change of expected_steps if a goal gets one percent easier.
+        """Percent change of expected_steps if a goal gets one percent easier, the bottleneck first.
 
-        This is the sum of the elasticities of the edges that achieve the goal, which lead from nodes where it has not
-        been achieved to nodes where it has. The first goal, with the most negative value, is the bottleneck; there is
-        none if the exit may never be reached.
+        Sum the elasticities of the edges that lead from nodes where the goal has not been achieved to nodes where it
+        has. The result is empty if the exit may never be reached.
         """
         if np.isinf(self.expected_steps):
             return {}
@@ -223,10 +221,9 @@ class Chain:
         return f"<Chain: random walk on {len(self.labels)} nodes from {first} to {last}>"
 
     def _repr_html_(self) -> str:
-        """What notebooks show."""
-        rows = [(goal, self.expected_steps_to(goal), self.hitting_probability(goal)) for goal in self.goals]
-        cells = [(goal, f"{steps:.4g}", f"{chance:.4g}") for goal, steps, chance in rows]
-        return html_table(repr(self).strip("<>"), ("goal", "expected steps", "probability ever"), cells)
+        answers = self.expected_steps_to, self.hitting_probability
+        rows = [(goal, *(f"{answer(goal):.4g}" for answer in answers)) for goal in self.goals]
+        return html_table(repr(self).strip("<>"), ("goal", "expected steps", "probability ever"), rows)
 
     def nodes_of(self, goal: str) -> tuple[int, ...]:
         """The nodes at which a goal has been achieved, or the single node with that label."""

@@ -38,8 +38,7 @@ class Elimination:
 
     Args:
         moves: [n, n] CSR, the probability of each move among these nodes; its diagonal is ignored.
-        leaving: [n] float64, the probability to leave each node for one outside; a node where it is positive can be
-            reached from each node.
+        leaving: [n], the probability to leave each node for one outside; each node leads to one where it is positive.
     """
 
     def __init__(self, moves: sp.csr_array, leaving: NDArray[np.float64]) -> None:
@@ -53,11 +52,11 @@ class Elimination:
             raise InputError(TOO_LONG)
 
     def solve(self, b: ArrayLike) -> NDArray[np.float64]:
-        """The solution x of (D - W) x = b: [n] float64, accurate in each entry where no entry of ``b`` is negative."""
+        """Solve (D - W) x = b, accurately in each entry where no entry of b [n] is negative."""
         return self._in_order(_solve, b)
 
     def solve_transposed(self, b: ArrayLike) -> NDArray[np.float64]:
-        """The solution x of (D - W)' x = b, as `solve`."""
+        """Solve (D - W)' x = b, as accurately."""
         return self._in_order(_solve_transposed, b)
 
     def _in_order(self, solver, b: ArrayLike) -> NDArray[np.float64]:
@@ -69,7 +68,7 @@ class Elimination:
 def solve_several(
     moves: NDArray[np.float64], leaving: NDArray[np.float64], b: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The solutions x [B, n] of (D - W) x = b of many small walks: W [B, n, n], and the rates [B, n] out of it."""
+    """Solve (D - W) x = b for many small walks: x and b [B, n], W [B, n, n], and the rates [B, n] out of it."""
     moves, leaving, x, n = moves.copy(), leaving.copy(), b.copy(), b.shape[1]
     rates = np.empty_like(b)
     for k in range(n):
@@ -85,7 +84,7 @@ def solve_several(
 
 
 def _order(moves: sp.csr_array) -> NDArray[np.int64]:
-    """An order of elimination with little fill: SuperLU's for a regular matrix of the same pattern (COLAMD)."""
+    """Return an order of elimination with little fill: SuperLU's (COLAMD) for a regular matrix of the same pattern."""
     pattern = sp.csr_array((np.ones(len(moves.data)), moves.indices, moves.indptr), shape=moves.shape)
     factors = splu((sp.diags_array(1.0 + np.diff(moves.indptr)) - pattern).tocsc())
     return np.argsort(factors.perm_c)

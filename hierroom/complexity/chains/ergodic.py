@@ -37,14 +37,20 @@ MAX_COVER_NODES = 14
 
 
 def stationary_distribution(weights: Weights) -> NDArray[np.float64]:
-    """Long-run fraction of the time that a walk spends at each node, pi P = pi: [n] float64; 0 at transient nodes.
+    """Long-run fraction [n] of the time that a walk spends at each node, pi P = pi; 0 at transient nodes.
 
     Between two visits to one node s of the recurrent class a walk spends an expected v_i steps at i, and
     pi_i = v_i / sum v (proposition 1.14). This needs no eigenvector, and nodes that are seldom visited keep their
     relative precision.
     """
     moves = as_moves(weights)
-    s, n = int(_recurrent(moves)[0]), n_nodes(moves)
+    classes, n = closed_classes(moves), n_nodes(moves)
+    if len(classes) > 1:
+        raise InputError(
+            f"the walk can end in any of {len(classes)} classes of nodes, so that it has no single stationary "
+            "distribution"
+        )
+    s = int(classes[0][0])
     leaving = sp.csr_array(moves[[s]])
     if leaving.nnz == 0:
         return np.eye(n)[s]
@@ -130,7 +136,7 @@ def committor(weights: Weights, sources: Targets, targets: Targets) -> NDArray[n
 
 
 def cover_time(weights: Weights, source: int) -> float:
-    """Mean number of steps until every node was visited (chapter 11), exactly, for up to `MAX_COVER_NODES` nodes.
+    """Exact mean number of steps until every node was visited (chapter 11), for up to `MAX_COVER_NODES` nodes.
 
     E(V, i), the mean with the nodes V visited and the walk at i in V, solves E(V, i) = 1 + sum_j P_ij E(V + {j}, j), a
     linear system for each V, the larger sets first. ``inf`` if a node cannot be reached from every other.
@@ -177,7 +183,7 @@ def sampled_cover_time(weights: Weights, source: int, n_walks: int = 1000, seed:
 
 
 def _balanced(moves: sp.csr_array) -> sp.csr_array:
-    """A matrix [n, n] with the eigenvalues of P; see `spectral_gap`."""
+    """Return a matrix [n, n] with the eigenvalues of P; see `spectral_gap`."""
     roots = np.ones(n_nodes(moves))
     for nodes in closed_classes(moves):
         stationary = stationary_distribution(moves[nodes][:, nodes])
@@ -189,27 +195,15 @@ def _balanced(moves: sp.csr_array) -> sp.csr_array:
     return sp.csr_array((roots[rows] * values / roots[columns], (rows, columns)), shape=chances.shape)
 
 
-def _recurrent(moves: sp.csr_array) -> NDArray[np.int64]:
-    classes = closed_classes(moves)
-    if len(classes) > 1:
-        raise InputError(
-            f"the walk can end in any of {len(classes)} classes of nodes, so that it has no single stationary "
-            "distribution"
-        )
-    return classes[0]
-
-
 def _is_irreducible(moves: sp.csr_array) -> bool:
-    """Whether every node can be reached from every other."""
     return connected_components(moves, directed=True, connection="strong")[0] == 1
 
 
 @njit(cache=True, nogil=True)
 def _sampled_cover_times(indptr, indices, data, totals, source, n_walks, rng):
-    """Walk [n_walks] times until all nodes were visited: the numbers of steps.
+    """Return the numbers of steps [n_walks] until all nodes were visited, for W as CSR with row sums ``totals`` > 0.
 
-    Each step that moves counts for the mean number of steps that it takes, which makes the variance smaller. W is given
-    as CSR without diagonal, with its row sums ``totals``, all above 0.
+    Each step that moves counts for the mean number of steps that it takes, which makes the variance smaller.
     """
     n = totals.shape[0]
     times = np.zeros(n_walks)

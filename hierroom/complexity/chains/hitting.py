@@ -1,8 +1,7 @@
 """First passage of a random walk in discrete time: mean, variance, probability, visits, and sensitivity to each edge.
 
-Every function takes W as described in `chains.weights`, dense or sparse, and returns the exact limit where
-an equation has no solution: a node from which the target may never be reached has mean ``inf`` instead of a singular
-matrix.
+Every function takes W as described in `chains.weights` and returns the exact limit where an equation has no solution: a
+node from which the target may never be reached has mean ``inf`` instead of a singular matrix.
 
 With Q the transition matrix among the nodes that are not targets, I - Q = D - W on those nodes, whatever the
 probability to stay; N = (I - Q)^-1 is the fundamental matrix (Kemeny and Snell, Finite Markov Chains, 1960, chapter 3).
@@ -51,11 +50,11 @@ def mean_first_passage_time(weights: Weights, targets: Targets) -> NDArray[np.fl
     (1997), theorem 1.3.5. The numbers in the paper's Table 2 are different ones: see `laplacian_hitting_time`.
 
     Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
+        weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
 
     Returns:
-        [n] float64, in steps, for each start node; ``inf`` where the target is missed with positive probability.
+        [n], in steps, for each start node; ``inf`` where the target is missed with positive probability.
     """
     moves, fates = _prepare(weights, targets)
     means = np.where(fates.target, 0.0, np.inf)
@@ -76,11 +75,11 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
     The rounding error of each is bounded along with it, and each node gets the value with the smaller bound.
 
     Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
+        weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
 
     Returns:
-        [n] float64, in steps squared; ``inf`` where the mean is ``inf``.
+        [n], in steps squared; ``inf`` where the mean is ``inf``.
     """
     moves, fates = _prepare(weights, targets)
     variances = np.where(fates.target, 0.0, np.inf)
@@ -102,17 +101,14 @@ def first_passage_variance(weights: Weights, targets: Targets) -> NDArray[np.flo
 
 
 def hitting_probability(weights: Weights, targets: Targets) -> NDArray[np.float64]:
-    """Probability that a target is ever reached.
+    """Probability [n] that a target is ever reached.
 
     h_i = 1 on the targets, h_i = 0 where no target can be reached, and sum_j (D - W)_ij h_j = 0 elsewhere (Norris,
     theorem 1.3.2, the minimal solution). Nodes that cannot miss the targets get exactly one.
 
     Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
+        weights: W [n, n], dense or sparse; rows sum to at most one.
         targets: one or several nodes.
-
-    Returns:
-        [n] float64 in 0..1.
     """
     moves, fates = _prepare(weights, targets)
     reached = (fates.target | fates.sure).astype(float)
@@ -129,12 +125,12 @@ def expected_visits(weights: Weights, source: int, targets: Targets) -> NDArray[
     transient nodes. The sum of v is the mean first-passage time.
 
     Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
+        weights: W [n, n], dense or sparse; rows sum to at most one.
         source: index of the start node.
         targets: one or several nodes.
 
     Returns:
-        [n] float64, in steps; 0 at the targets and at nodes that are not visited before them, ``inf`` at nodes where a
+        [n], in steps; 0 at the targets and at nodes that are not visited before them, ``inf`` at nodes where a
         walk that missed the targets stays for ever.
     """
     moves, fates = _prepare(weights, targets)
@@ -160,12 +156,12 @@ def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) ->
     probability moves from staying at i to going to j. This follows from dN = N dQ N.
 
     Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
+        weights: W [n, n], dense or sparse; rows sum to at most one.
         source: index of the start node.
         targets: one or several nodes.
 
     Returns:
-        [n, n] float64 CSR with an entry for each edge of W that begins at a node visited before a target, in steps per
+        [n, n] CSR with an entry for each edge of W that begins at a node visited before a target, in steps per
         unit of weight; negative where a larger weight shortens the time; ``nan`` throughout if the mean is ``inf``.
     """
     moves, fates = _prepare(weights, targets)
@@ -182,7 +178,7 @@ def passage_time_sensitivity(weights: Weights, source: int, targets: Targets) ->
 
 
 def _means_less_the_sources(moves: sp.csr_array, fates: _Fates, source: int, mean: float) -> NDArray[np.float64]:
-    """m_i - m_s [n] for the targets and the nodes that surely reach one, where m_s is ``mean``.
+    """Return m_i - m_s [n] for the targets and the nodes that surely reach one, where m_s is ``mean``.
 
     Means of 10^18 steps differ by a few steps where a walk restarts, and their floats do not. So a walk from i is cut
     where it is first at s or at a target: m_i - m_s = (steps until then) - (probability of a target) m_s.
@@ -211,6 +207,6 @@ def _finite(steps: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _system(moves: sp.csr_array, among: NDArray[np.bool_]) -> Elimination:
-    """D - W on nodes that the walk surely leaves."""
+    """Factor D - W on nodes that the walk surely leaves."""
     rows = moves[among]
     return Elimination(rows[:, among], row_sums(rows[:, ~among]))

@@ -40,7 +40,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from hierroom.complexity.chains.elimination import Elimination
@@ -56,33 +56,30 @@ from hierroom.complexity.chains.weights import (
 )
 from hierroom.support.errors import InputError
 
+Vector = NDArray[np.float64]
 RARE = 1e-3
 """A node that is visited less than so often as another one of its class is rare."""
 
 
 def laplacian(weights: Weights) -> sp.csr_array:
-    """The graph Laplacian L = W - D, where D holds the row sums of W (paper, section 2.1).
+    """Return the graph Laplacian L = W - D, [n, n] CSR, where D holds the row sums of W (paper, section 2.1).
 
     Args:
         weights: W [n, n], dense or sparse.
-
-    Returns:
-        [n, n] float64 CSR; its rows sum to zero.
     """
     matrix = as_weights(weights)
     return sp.csr_array(matrix - sp.diags_array(row_sums(matrix)))
 
 
 def laplacian_hitting_time(weights: Weights, source: int, target: int) -> float:
-    """The paper's hitting time, as in Table 2: b' pinv(D - W) b with b = e_source - e_target.
+    """Return the paper's hitting time, as in Table 2: b' pinv(D - W) b with b = e_source - e_target.
+
+    It is ``inf`` if there is no path from source to target, and 0 if they are the same node.
 
     Args:
         weights: W [n, n], dense or sparse; rows may have any sum, and the diagonal cancels.
         source: index of the start node.
         target: index of the goal node.
-
-    Returns:
-        The value of equation (1) above; ``inf`` if there is no path from source to target, 0 if they are the same node.
     """
     matrix = as_weights(weights)
     n = n_nodes(matrix)
@@ -108,14 +105,13 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
         d(b' pinv(K) b) / dW_ij = -z_i (x_i - x_j) + r_i (u_i - u_j).
 
     Args:
-        weights: W [n, n], dense or sparse, with one closed class in the connected component of the source, as in any
-            walk that restarts.
+        weights: W [n, n] with one closed class in the connected component of the source, as in any walk that restarts.
         source: index of the start node.
         target: index of the goal node.
 
     Returns:
-        [n, n] float64 CSR with an entry for each edge of that component, per unit of weight; ``nan`` throughout if the
-        hitting time is ``inf``.
+        [n, n] CSR with an entry for each edge of that component, per unit of weight; ``nan`` throughout if the hitting
+        time is ``inf``.
     """
     whole = as_weights(weights)
     n = n_nodes(whole)
@@ -141,71 +137,57 @@ def laplacian_sensitivity(weights: Weights, source: int, target: int) -> sp.csr_
 
 
 class LaplacianInverse:
-    """pinv(D - W) for W [n, n] as CSR without stored zeros, applied to vectors without forming the matrix."""
+    """Applies pinv(D - W) to vectors without forming it; W is CSR without stored zeros.
+
+    D - W is regular without the row and the column of one node of each closed class, its pin.
+    """
 
     def __init__(self, weights: sp.csr_array) -> None:
         classes = closed_classes(weights)
-        self._system = _PinnedSystem(weights, [int(nodes[0]) for nodes in classes])
-        left = self._system.left_null(classes)  # in proportion to how often a node of the class is visited
-        if (left.max(axis=0) * RARE > 1).any():  # 1 at the pins
-            self._system = _PinnedSystem(weights, left.argmax(axis=0).tolist())
-            left = self._system.left_null(classes)
+        left = self._pin(weights, classes, [int(nodes[0]) for nodes in classes])
+        if (left.max(axis=0) * RARE > 1).any():  # left is 1 at the pins and grows with the visits of a node
+            left = self._pin(weights, classes, left.argmax(axis=0).tolist())
         self._left = left / np.linalg.norm(left, axis=0)
-        self._right = self._system.right_null()
+        # the h_c [n, C] with (D - W) h_c = 0, which are 1 at the pins
+        self._right = np.column_stack([self._solve(weights[:, [pin]].toarray().ravel()) for pin in self._pins])
+        self._right[self._pins, np.arange(len(self._pins))] = 1.0
 
-    def project(self, b: ArrayLike) -> NDArray[np.float64]:
-        """The part of ``b`` [n] in the range of D - W: [n] float64."""
-        b = np.asarray(b, float)
+    def project(self, b: Vector) -> Vector:
+        """Return the part of b in the range of D - W."""
         return b - self._left @ (self._left.T @ b)
 
-    def apply(self, b: ArrayLike) -> NDArray[np.float64]:
-        """pinv(D - W) b for ``b`` [n]: the least-squares solution of least norm, [n] float64."""
-        return self._without_right_null(self._system.solve(self.project(b)))
+    def apply(self, b: Vector) -> Vector:
+        """Return pinv(D - W) b, the least-squares solution of least norm."""
+        return self._without_right_null(self._solve(self.project(b)))
 
-    def apply_transposed(self, b: ArrayLike) -> NDArray[np.float64]:
-        """pinv(D - W)' b for ``b`` [n]: as `apply`, with the roles of the two null spaces exchanged."""
-        return self.project(self._system.solve_transposed(self._without_right_null(np.asarray(b, float))))
+    def apply_transposed(self, b: Vector) -> Vector:
+        """Return pinv(D - W)' b, as `apply` with the roles of the two null spaces exchanged."""
+        return self.project(self._solve_transposed(self._without_right_null(b)))
 
-    def _without_right_null(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _without_right_null(self, x: Vector) -> Vector:
         return x - self._right @ np.linalg.solve(self._right.T @ self._right, self._right.T @ x)
 
-
-class _PinnedSystem:
-    """D - W without the row and the column of one node of each closed class, its pin: a regular matrix."""
-
-    def __init__(self, weights: sp.csr_array, pins: list[int]) -> None:
-        self._weights, self._pins = weights, pins
-        self._free = np.setdiff1d(np.arange(n_nodes(weights)), pins)
+    def _pin(self, weights: sp.csr_array, classes: list[NDArray[np.int64]], pins: list[int]) -> Vector:
+        """Choose the pins, and return the y_c [n, C] with y_c' (D - W) = 0, which are 1 at the pins."""
+        self._pins, self._free = pins, np.setdiff1d(np.arange(n_nodes(weights)), pins)
         rows = weights[self._free]
-        self._factors = Elimination(rows[:, self._free], row_sums(rows[:, pins])) if self._free.size else None
+        self._factors = Elimination(rows[:, self._free], row_sums(rows[:, pins]))
+        left = np.zeros((n_nodes(weights), len(classes)))
+        for c, (pin, nodes) in enumerate(zip(pins, classes, strict=True)):
+            left[nodes, c] = self._solve_transposed(weights[[pin]].toarray().ravel())[nodes]
+            left[pin, c] = 1.0
+        return left
 
-    def solve(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The x [n] that is 0 at the pins and solves (D - W) x = b elsewhere."""
+    def _solve(self, b: Vector) -> Vector:
+        """Return the x that is 0 at the pins and solves (D - W) x = b elsewhere."""
         x = np.zeros(len(b))
-        if self._factors is not None:
-            x[self._free] = self._factors.solve(b[self._free])
+        x[self._free] = self._factors.solve(b[self._free])
         return x
 
-    def solve_transposed(self, b: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The x [n] that is 0 at the pins and solves (D - W)' x = b elsewhere."""
+    def _solve_transposed(self, b: Vector) -> Vector:
         x = np.zeros(len(b))
-        if self._factors is not None:
-            x[self._free] = self._factors.solve_transposed(b[self._free])
+        x[self._free] = self._factors.solve_transposed(b[self._free])
         return x
-
-    def left_null(self, classes: list[NDArray[np.int64]]) -> NDArray[np.float64]:
-        """[n, C] the y_c with y_c' (D - W) = 0, which are 1 at the pins."""
-        found = np.zeros((n_nodes(self._weights), len(classes)))
-        for c, (pin, nodes) in enumerate(zip(self._pins, classes, strict=True)):
-            found[nodes, c] = self.solve_transposed(self._weights[[pin]].toarray().ravel())[nodes]
-            found[pin, c] = 1.0
-        return found
-
-    def right_null(self) -> NDArray[np.float64]:
-        """[n, C] the h_c with (D - W) h_c = 0, which are 1 at the pins."""
-        found = np.column_stack([self.solve(self._weights[:, [pin]].toarray().ravel()) for pin in self._pins])
-        found[self._pins, np.arange(len(self._pins))] = 1.0
-        return found
 
 
 def _part_of(weights: sp.csr_array, node: int) -> NDArray[np.int64]:
@@ -214,8 +196,5 @@ def _part_of(weights: sp.csr_array, node: int) -> NDArray[np.int64]:
     return np.flatnonzero(labels == labels[node])
 
 
-def _difference(n: int, source: int, target: int) -> NDArray[np.float64]:
-    b = np.zeros(n)
-    b[source] += 1.0
-    b[target] -= 1.0
-    return b
+def _difference(n: int, source: int, target: int) -> Vector:
+    return (np.arange(n) == source).astype(float) - (np.arange(n) == target)

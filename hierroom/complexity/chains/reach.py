@@ -46,20 +46,17 @@ PATIENCE = 16_384
 
 
 def reach_probability(weights: Weights, source: int, targets: Targets, times: ArrayLike) -> NDArray[np.float64]:
-    """Probability that a target has been reached within t steps: equation (1).
+    """Probability that one of the targets has been reached within t steps, in the shape of the times: equation (1).
 
     Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
+        weights: W [n, n], dense or sparse; rows sum to at most one.
         source: index of the start node.
-        targets: one or several nodes; the first visit to any of them counts, at t = 0 too.
+        targets: one or several nodes.
         times: numbers of steps t, any shape, each 0, 1, 2, ...
-
-    Returns:
-        float64 in 0..1, the shape of ``times``.
     """
     moves, steps = as_moves(weights), as_times(times)
-    source = as_node(source, n_nodes(moves))
-    return _reached(moves, source, as_targets(targets, n_nodes(moves))[:, None], steps.ravel())[0].reshape(steps.shape)
+    n = n_nodes(moves)
+    return _reached(moves, as_node(source, n), as_targets(targets, n)[:, None], steps.ravel())[0].reshape(steps.shape)
 
 
 def expected_states(
@@ -72,11 +69,11 @@ def expected_states(
     """Expected number of distinct nodes visited within t steps, the start included: sum over i of P(T_i <= t).
 
     Args:
-        weights: W [n, n], dense or sparse, rows summing to at most one.
+        weights: W [n, n], dense or sparse; rows sum to at most one.
         source: index of the start node.
         times: numbers of steps t, any shape, each 0, 1, 2, ...
         nodes: the nodes that count; by default all of them.
-        multiplicity: for each of ``nodes`` the number of nodes that it stands for, as of `augmented.alike_nodes`.
+        multiplicity: for each of ``nodes`` the number of nodes that it stands for, as in `augmented.alike_nodes`.
     """
     moves, steps = as_moves(weights), as_times(times)
     n = n_nodes(moves)
@@ -90,9 +87,9 @@ def expected_states(
 def later_by_squaring(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Probability [m, k] to reach each of m sets of targets later than t, by repeated squaring of Q.
+    """Return the probability [m, k] to reach each of m sets of targets later than t, by repeated squaring of Q.
 
-    ``targets`` is [n, m] bool; ``hits`` [n, m] is the probability to reach each set ever, 0 at its own nodes.
+    ``targets`` is [n, m]; ``hits`` [n, m] is the probability to reach each set ever, 0 at its own nodes.
     """
     later = np.empty((targets.shape[1], len(times)))
     chances = with_staying(moves).toarray()
@@ -112,7 +109,7 @@ def later_by_squaring(
 def later_by_stepping(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], hits: NDArray[np.float64], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """The same as `later_by_squaring`, step by step until the decay is geometric."""
+    """Return the same as `later_by_squaring`, step by step until the decay is geometric."""
     later = np.empty((targets.shape[1], len(times)))
     order = np.argsort(times, kind="stable")
     chances, killed = with_staying(moves), np.nonzero(targets)
@@ -143,27 +140,24 @@ def later_by_stepping(
 def _reached(
     moves: sp.csr_array, source: int, targets: NDArray[np.bool_], times: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """P(T <= t) [m, k] for the m target sets in the columns of targets [n, m]."""
+    """Return P(T <= t) [m, k] for the m target sets in the columns of targets [n, m]."""
     is_seen = can_reach(moves.T.tocsr(), as_targets(source, n_nodes(moves)))
     moves, targets = moves[is_seen][:, is_seen], targets[is_seen]  # such nodes lead only to such nodes
     source = int(is_seen[:source].sum())
     hits = np.zeros(targets.shape)
     for question, target in enumerate(targets.T):
         hits[:, question] = hitting_probability(moves, np.flatnonzero(target))
-    starts_there = targets[source]
-    ever = hits[source]
-    hits = np.where(targets, 0.0, hits)
     method = later_by_squaring if n_nodes(moves) <= SMALL else later_by_stepping
-    later = method(moves, source, targets, hits, times)
-    reached = np.clip(ever[:, None] - later, 0.0, 1.0)
-    reached[starts_there] = 1.0
+    later = method(moves, source, targets, np.where(targets, 0.0, hits), times)
+    reached = np.clip(hits[source][:, None] - later, 0.0, 1.0)
+    reached[targets[source]] = 1.0
     return reached
 
 
 def _geometric_hazard(
     ahead: NDArray[np.float64], following: NDArray[np.float64], source: int, remaining: int
 ) -> NDArray[np.float64] | None:
-    """1 - w_{t+1} / w_t at the source [m] if the bounds over all nodes fix the rest of each curve, else None."""
+    """Return 1 - w_{t+1} / w_t at the source [m] if the bounds over all nodes fix the rest of each curve."""
     counts = ahead > 0
     ratio = np.divide(ahead - following, ahead, out=np.zeros_like(ahead), where=counts)
     low = np.clip(np.where(counts, ratio, np.inf).min(axis=0), 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""W, the weights of a random walk: validation, and which nodes can be reached from which.
+"""W, the weights of a random walk: validation, graphs as W, and which nodes can be reached from which.
 
 W[i, j] is the probability to move from node i to node j in one step. One minus the sum of a row is the probability to
 stay, as in the paper, where staying cancels in the Laplacian. An entry on the diagonal has the same meaning and is
@@ -7,15 +7,18 @@ accepted too.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TypeAlias
+from collections.abc import Hashable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse.csgraph import connected_components, dijkstra
 
 from hierroom.support.errors import InputError
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 Weights: TypeAlias = ArrayLike | sp.sparray | sp.spmatrix
 Targets: TypeAlias = int | Iterable[int]
@@ -25,7 +28,7 @@ ROW_SLACK = 1e-9
 
 
 def as_weights(weights: Weights) -> sp.csr_array:
-    """Check a weighted adjacency matrix, rows of any sum: a copy as [n, n] float64 CSR without stored zeros."""
+    """Check W, whose rows may have any sum, and return a copy as [n, n] float64 CSR without stored zeros."""
     try:
         given = sp.csr_array(weights) if sp.issparse(weights) else np.atleast_2d(np.asarray(weights))
         if given.dtype.kind == "c":
@@ -47,10 +50,9 @@ def as_weights(weights: Weights) -> sp.csr_array:
 
 
 def as_moves(weights: Weights) -> sp.csr_array:
-    """The probabilities to leave each node of a walk in discrete time, without the probability to stay.
+    """Check W, whose rows sum to at most one, and return it as [n, n] float64 CSR without its diagonal.
 
-    D - W is the same with and without a diagonal in W, so the diagonal is omitted: one minus the sum of a row of the
-    result, [n, n] float64 CSR, is the probability to stay. Each given row, its diagonal included, sums to at most one.
+    The diagonal cancels in D - W; one minus the sum of a row of the result is the probability to stay.
     """
     matrix = as_weights(weights)
     totals = row_sums(matrix)
@@ -66,22 +68,22 @@ def as_moves(weights: Weights) -> sp.csr_array:
 
 
 def with_staying(moves: sp.csr_array) -> sp.csr_array:
-    """P: the moves of `as_moves`, and on the diagonal what each row lacks to one: [n, n] float64 CSR."""
+    """Return P: the moves of `as_moves`, and on the diagonal what each row lacks to one."""
     return sp.csr_array(moves + sp.diags_array(np.maximum(1 - row_sums(moves), 0.0)))
 
 
 def n_nodes(matrix: sp.csr_array) -> int:
-    """Number of nodes of a walk, which is the number of rows of its matrix."""
+    """Return the number of rows."""
     return matrix.indptr.size - 1
 
 
 def row_sums(matrix: sp.csr_array) -> NDArray[np.float64]:
-    """D, the weighted out-degree of each node: [n] float64."""
+    """Return D, the weighted out-degree of each node: [n]."""
     return np.asarray(matrix.sum(axis=1)).ravel()
 
 
 def as_targets(targets: Targets, n: int) -> NDArray[np.bool_]:
-    """The set of target nodes as a mask [n]; an empty set is a target that cannot be reached."""
+    """Return the target nodes as a mask [n]; an empty set is a target that cannot be reached."""
     mask = np.zeros(n, bool)
     for node in targets if isinstance(targets, Iterable) else (targets,):
         mask[as_node(node, n)] = True
@@ -107,29 +109,18 @@ def as_times(times: ArrayLike) -> NDArray[np.int64]:
 def can_reach(
     weights: sp.csr_array, targets: NDArray[np.bool_], avoid: NDArray[np.bool_] | None = None
 ) -> NDArray[np.bool_]:
-    """Find the nodes [n] from which a target can be reached along edges of positive weight, targets included.
-
-    The path visits no node of ``avoid`` [n].
-    """
-    into = weights.tocsc()
-    found = targets.copy()
-    frontier = np.flatnonzero(found)
-    while frontier.size:
-        reached = np.zeros(len(found), bool)
-        reached[np.concatenate([into.indices[into.indptr[j] : into.indptr[j + 1]] for j in frontier])] = True
-        reached &= ~found
-        if avoid is not None:
-            reached &= ~avoid
-        found |= reached
-        frontier = np.flatnonzero(reached)
-    return found
+    """Find the nodes [n] from which a path leads to a target and visits no node of ``avoid``; targets included."""
+    if not targets.any():
+        return targets
+    if avoid is not None:
+        weights = sp.csr_array(sp.diags_array(1.0 - avoid) @ weights)
+        weights.eliminate_zeros()
+    steps = dijkstra(weights.T, indices=np.flatnonzero(targets), unweighted=True, min_only=True)
+    return np.isfinite(steps)
 
 
 def closed_classes(weights: sp.csr_array) -> list[NDArray[np.int64]]:
-    """Find the closed communicating classes: sets of nodes that reach each other and no other node.
-
-    A walk ends in one of them with probability one.
-    """
+    """Find the closed classes: sets of nodes that reach each other and no other node, in one of which a walk ends."""
     n_classes, labels = connected_components(weights, directed=True, connection="strong")
     edges = weights.tocoo()
     leaves = labels[edges.row] != labels[edges.col]
@@ -138,3 +129,51 @@ def closed_classes(weights: sp.csr_array) -> list[NDArray[np.int64]]:
     order = np.argsort(labels, kind="stable")
     members = np.split(order, np.cumsum(np.bincount(labels, minlength=n_classes))[:-1])
     return [nodes for nodes, closed in zip(members, is_closed, strict=True) if closed]
+
+
+def graph_weights(graph: nx.Graph, weight: str | None = "weight", rates: bool = False) -> sp.csr_array:
+    """Return W of the walk of `Chain.from_networkx`; an undirected edge leads both ways, and parallel edges add up."""
+    import networkx as nx  # loads slowly, and few programs need it
+
+    if graph.number_of_nodes() == 0:
+        raise InputError("an exploration graph needs at least one node")
+    n_weighted = sum(weight in data for _, _, data in graph.edges(data=True)) if weight is not None else 0
+    if 0 < n_weighted < graph.number_of_edges():
+        raise InputError(
+            f"either all edges of an exploration graph have the attribute {weight!r} or none: "
+            f"{n_weighted} of {graph.number_of_edges()} have it"
+        )
+    try:
+        attribute: Any = weight if n_weighted else None  # its stubs know of no None
+        given = nx.to_scipy_sparse_array(graph, weight=attribute, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the attribute {weight!r} of the edges must be a number: {error}") from error
+    weights = as_weights(given)
+    return normalized(weights) if rates or not n_weighted else weights
+
+
+def normalized(weights: sp.csr_array) -> sp.csr_array:
+    """Divide each row by its sum; an empty row, of a node that is never left, stays empty."""
+    totals = row_sums(weights)
+    return sp.csr_array(weights.multiply(1 / np.where(totals > 0, totals, 1.0)[:, None]))
+
+
+def node_labels(nodes: Iterable[Hashable]) -> tuple[str, ...]:
+    """Return the names of nodes as strings."""
+    labels = tuple(map(str, nodes))
+    if len(set(labels)) < len(labels):
+        twice = next(label for label in labels if labels.count(label) > 1)
+        raise InputError(f"nodes need different names, but two of them are called {twice!r}")
+    return labels
+
+
+def node_index(nodes: Sequence[Hashable], node: Hashable) -> int:
+    """Return the position of a node."""
+    if node in nodes:
+        return nodes.index(node)
+    raise InputError(f"there is no node {node!r} among the {len(nodes)} nodes {first_names(nodes)}")
+
+
+def first_names(nodes: Sequence[Hashable]) -> str:
+    """Return the first names of many, for an error message."""
+    return ", ".join(map(repr, nodes[:5])) + ", ..." * (len(nodes) > 5)

@@ -29,11 +29,9 @@ from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.support.files import write_atomically
 
-MAX_DRAWN_NODES = 250
 PICTURE_FORMATS = (".png", ".pdf", ".svg")
 INCHES, MOST_INCHES, LEAST_SCALE = 0.6, 14.0, 0.55
-"""Inches per unit of the drawing; the width and height from which on a drawing is shrunk; and by how much at most, so
-that it can be read."""
+"""Inches per unit of the drawing; above so many inches it is shrunk, at most by so much that it can be read."""
 
 ROOM_COLOURS = ("#d9d9d9", "#4c8bf5", "#b565d8", "#f28e2b", "#e15759", "#17a2b8", "#c9a400", "#8c6d5a", "#7a8b99")
 """Colours of the start and of rooms 1, 2, ...; a key has the colour of the room it opens."""
@@ -42,17 +40,15 @@ INK, FAINT = "#333333", "#9a9a9a"
 
 
 def draw_graph(augmented: AugmentedGraph, path: str | Path) -> None:
-    """Draw the goal graph next to the augmented graph and write the picture to a file.
+    """Draw a goal graph next to its augmented graph and write the picture to a .png, .pdf or .svg file.
 
-    Args:
-        augmented: the augmented graph, which includes its goal graph.
-        path: the file; its suffix selects the format: .png, .pdf or .svg; without a suffix .png is added.
+    The suffix of ``path`` selects the format; without one .png is added.
     """
     save_figure(_figure(augmented), path)
 
 
 def svg_of(augmented: AugmentedGraph) -> str:
-    """The picture of `draw_graph` as the text of an SVG document."""
+    """Return the picture of `draw_graph` as the text of an SVG document."""
     picture = io.StringIO()
     _figure(augmented).savefig(picture, format="svg", facecolor="white")
     return picture.getvalue()
@@ -73,13 +69,13 @@ def draw_goal_graph(graph: GoalGraph, axes: Axes, scale: float = 1.0) -> None:
 
 def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) -> None:
     """Draw an augmented graph onto an Axes; `caption` explains the drawing."""
-    boxes = _boxes(augmented)
+    boxes = place_augmented(augmented)
     drop = "with" if augmented.drop_key else "without"
     size = f"{len(augmented.nodes)} nodes, {len(augmented.edges)} edges"
     pen = _Pen(axes, scale, f"augmented graph, {drop} drop\n{size}", _corners(boxes))
     kinds = {i: kind for kind, nodes in enumerate(kinds_of_nodes(augmented)) for i in nodes}
     entrances = {kinds[augmented.index[room.node]]: room.at for box in boxes for room in box.rooms}
-    moves = {(augmented.nodes[i], augmented.nodes[j]) for i, j in augmented.edges.tolist()}
+    moves = augmented.moves
     for box in boxes:
         _draw_box(pen, augmented, box)
         _draw_moves(pen, box, moves)
@@ -94,7 +90,7 @@ def draw_augmented(augmented: AugmentedGraph, axes: Axes, scale: float = 1.0) ->
 
 
 def caption(augmented: AugmentedGraph) -> str:
-    """What the symbols of `draw_augmented` mean, and what is not drawn."""
+    """Explain the symbols of `draw_augmented`, and what is not drawn."""
     walk = augmented.walk
     lines = ["circles: rooms    squares: keys    exit: one node, drawn wherever it is reached    two heads: both ways"]
     lines.append("grey band: each of its rooms leads to every other; an arrow at a band is one at each of its rooms")
@@ -110,7 +106,7 @@ def caption(augmented: AugmentedGraph) -> str:
 
 
 def picture_file(path: str | Path) -> Path:
-    """The file into which `save_figure` writes, to be asked for before anything is computed that is to be drawn."""
+    """Check the file into which `save_figure` writes, before a long computation."""
     path = Path(path)
     if path.is_dir():
         raise InputError(f"a drawing is a file, not the folder {path}")
@@ -124,14 +120,14 @@ def picture_file(path: str | Path) -> Path:
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
-    """Write a figure to a file, whole or not at all; see `draw_graph` for its name."""
+    """Write a figure to a file, see `draw_graph`, whole or not at all."""
     path, picture = picture_file(path), io.BytesIO()
     figure.savefig(picture, format=path.suffix[1:].lower(), dpi=150, facecolor="white")
     write_atomically(path, picture.getvalue())
 
 
 def _figure(augmented: AugmentedGraph) -> Figure:
-    boxes, goals = _boxes(augmented), place_goals(augmented.graph)
+    boxes, goals = place_augmented(augmented), place_goals(augmented.graph)
     width, height = _extent(_corners(boxes))
     goal_width, goal_height = _extent(list(goals.values()))
     whole = (width + goal_width) * INCHES, (max(height, goal_height) + 2) * INCHES
@@ -142,16 +138,6 @@ def _figure(augmented: AugmentedGraph) -> Figure:
     draw_augmented(augmented, right, scale)
     figure.supxlabel(caption(augmented), fontsize=8 * max(scale, 0.7), color=INK, parse_math=False)
     return figure
-
-
-def _boxes(augmented: AugmentedGraph) -> list[Box]:
-    n_drawn = len(kinds_of_nodes(augmented))
-    if n_drawn > MAX_DRAWN_NODES:
-        raise InputError(
-            f"a drawing can show at most {MAX_DRAWN_NODES} nodes that differ; the augmented graph of "
-            f"{augmented.graph.name} has {n_drawn}"
-        )
-    return place_augmented(augmented)
 
 
 def _draw_box(pen: _Pen, augmented: AugmentedGraph, box: Box) -> None:
@@ -168,7 +154,7 @@ def _draw_box(pen: _Pen, augmented: AugmentedGraph, box: Box) -> None:
 
 
 def _draw_moves(pen: _Pen, box: Box, moves: set[tuple[Node, Node]]) -> None:
-    """The moves between rooms and keys of one set of open doors; those to the next set are drawn elsewhere."""
+    """Draw the moves between rooms and keys of one set of open doors."""
     all_rooms = [Node("room", room, box.doors) for room in (0, *box.doors)]
     for key in box.keys:
         has_all = all((room, key.node) in moves for room in all_rooms)
@@ -196,7 +182,7 @@ def _name(node: Node) -> str:
 
 
 def _corners(boxes: list[Box]) -> list[Point]:
-    """The corners of boxes, as points whose margin is the padding of a node."""
+    """Return the corners of boxes, as points with the padding of a node as margin."""
     corners = []
     for box in boxes:
         (left, bottom), (width, height) = box.corner, box.size
@@ -210,8 +196,8 @@ def _extent(points: list[Point]) -> Point:
 
 
 def _colour_of(room: int) -> str:
-    """The colour of a room and of the key that opens it; after the ninth the room colours repeat."""
-    return ROOM_COLOURS[room] if room < len(ROOM_COLOURS) else ROOM_COLOURS[1 + (room - 1) % (len(ROOM_COLOURS) - 1)]
+    """Return the colour of a room and of its key; those of branch rooms repeat."""
+    return ROOM_COLOURS[room and 1 + (room - 1) % (len(ROOM_COLOURS) - 1)]
 
 
 class _Pen:
@@ -227,7 +213,7 @@ class _Pen:
         axes.axis("off")
 
     def node(self, place: Point, colour: str, name: str, is_key: bool = False, count: int = 1) -> None:
-        """A circle, or the square of a key, with the number of nodes that it stands for beside it."""
+        """Draw a circle, or the square of a key, with the number of nodes that it stands for."""
         marker, size = ("s", 620) if is_key else ("o", 760)
         lines = self.scale**2 * size
         self.axes.scatter(*place, s=lines, marker=marker, color=colour, edgecolors=INK, linewidths=self.scale, zorder=3)
@@ -242,7 +228,7 @@ class _Pen:
         self, start: Point, end: Point, colour: str, style: str = "-|>", bend: float = 0.0, width: float = 1.1,
         shrink: float = 15.0,
     ) -> None:  # fmt: skip
-        """An arrow to the rim of a node; ``bend`` is its sideways curvature as a fraction of its length."""
+        """Draw an arrow to the rim of a node; ``bend`` is its sideways curvature as a fraction of its length."""
         self.axes.add_patch(
             FancyArrowPatch(
                 start, end, arrowstyle=style, mutation_scale=11 * self.scale, color=colour,
@@ -252,7 +238,7 @@ class _Pen:
         )  # fmt: skip
 
     def patch(self, corner: Point, size: Point, fill: str, rim: str, order: int) -> None:
-        """A box with round corners."""
+        """Draw a box with round corners."""
         self.axes.add_patch(
             FancyBboxPatch(
                 corner, *size, boxstyle="round,pad=0,rounding_size=0.3", facecolor=fill, edgecolor=rim,
@@ -261,6 +247,6 @@ class _Pen:
         )  # fmt: skip
 
     def text(self, corner: Point, words: str) -> None:
-        """The name of a box, readable above arrows."""
+        """Write the name of a box, readable above arrows."""
         behind = {"facecolor": "#f6f6f6", "edgecolor": "none", "pad": 1.0}
         self.axes.text(*corner, words, fontsize=9 * self.scale, va="top", color=INK, zorder=5, bbox=behind)

@@ -20,14 +20,7 @@ POINTS = 200
 
 
 def draw_reach(axes: Axes, chains: Mapping[str, Chain], last: int = 1000, goal: str = EXIT) -> None:
-    """Draw the probability that a goal has been achieved within t steps onto an Axes, a line for each chain.
-
-    Args:
-        axes: where to draw.
-        chains: the chains by their names in the legend.
-        last: the greatest number of steps, at least 1.
-        goal: as in `Chain.reach_probability`.
-    """
+    """Draw the probability that a goal has been achieved within 0 to ``last`` steps, a line for each chain by name."""
     times = _times(last)
     for name, chain in chains.items():
         axes.plot(times, chain.reach_probability(times, goal), "--", label=name)
@@ -43,7 +36,7 @@ def draw_played_reach(
     """Draw the reach curves of a measured chain and of its episodes, with Wilson's interval, to their step limit.
 
     Args:
-        axes: where to draw.
+        axes: the Axes to draw onto.
         played: a chain measured from play, in any environment.
         last: the greatest number of steps; None: that of the longest episode.
         beside: further chains by their names in the legend.
@@ -54,14 +47,13 @@ def draw_played_reach(
     seen = ~np.isnan(shares)
     low, high = np.transpose([wilson_interval(share, played.episodes, played.level)[1:] for share in shares[seen]])
     axes.fill_between(times[seen], low, high, color="#35a853", alpha=0.25, linewidth=0)
-    axes.plot(
-        times[seen], shares[seen], color="#35a853", label=f"{played.episodes} episodes, {played.level:.0%} interval"
-    )
+    label = f"{played.episodes} episodes, {played.level:.0%} interval"
+    axes.plot(times[seen], shares[seen], color="#35a853", label=label)
     draw_reach(axes, {"their chain": played.chain, **beside}, last)
 
 
 def draw_measured_reach(axes: Axes, report: MeasuredReport, last: int | None = None) -> None:
-    """Draw the reach curves of the assumed walk beside those of `draw_played_reach`."""
+    """Draw the reach curves of the assumed walk and those of `draw_played_reach`."""
     draw_played_reach(axes, report, last, {"assumed walk": report.assumed.chain})
     axes.set_title(f"goal graph {report.assumed.graph.name}", parse_math=False)
 

@@ -29,32 +29,16 @@ from hierroom.complexity.chains.ergodic import (
     spectral_gap,
     stationary_distribution,
 )
-from hierroom.complexity.measures.covering import CoveringLength, covering_length
-from hierroom.complexity.measures.effective_horizon import (
-    EffectiveHorizon,
-    effective_horizon,
-    effective_planning_window,
-    minimum_k,
-)
-from hierroom.complexity.measures.enumerate import enumerate_env
-from hierroom.complexity.measures.gorp import Gorp, GorpRollouts
-from hierroom.complexity.measures.mdp import DeterministicMDP, graph_mdp
-from hierroom.complexity.measures.policy_information import (
-    PolicyInformation,
-    mdp_policy_information,
-    policy_information,
-)
-from hierroom.complexity.measures.summary import MdpMeasures, WalkMeasures, measure_mdp, measure_walk
+from hierroom.complexity.measures.covering import covering_length
+from hierroom.complexity.measures.effective_horizon import effective_horizon, effective_planning_window, minimum_k
+from hierroom.complexity.measures.gorp import Gorp
+from hierroom.complexity.measures.mdp import DeterministicMDP, enumerate_env, graph_mdp
+from hierroom.complexity.measures.policy_information import mdp_policy_information, policy_information
+from hierroom.complexity.measures.summary import measure_mdp, measure_walk
 
 __all__ = [
-    "CoveringLength",
     "DeterministicMDP",
-    "EffectiveHorizon",
     "Gorp",
-    "GorpRollouts",
-    "MdpMeasures",
-    "PolicyInformation",
-    "WalkMeasures",
     "committor",
     "commute_time",
     "cover_time",

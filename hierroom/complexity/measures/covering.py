@@ -10,19 +10,16 @@ import numpy as np
 from hierroom.complexity.measures.mdp import DeterministicMDP, check_horizon
 
 LEAST_CHANCE = 1e-300
-"""Numbers that are much smaller are no floats, and their inverses neither."""
+"""The inverses of smaller numbers are no floats."""
 
 
 @dataclass(frozen=True)
 class CoveringLength:
-    """Bounds on the covering length L, in episodes.
+    """Bounds on the covering length L, in episodes; all are ``inf`` where a pair is less likely than `LEAST_CHANCE`.
 
     L is the number of episodes of the random policy after which every pair of a state and an action was tried at least
     once with probability 1/2 (Even-Dar and Mansour, Learning Rates for Q-learning, JMLR 2003, who count steps; in
-    episodes as Laidlaw et al. 2023 use it). Only pairs that can be reached within the horizon count, and none in
-    absorbing states.
-
-    All three bounds are ``inf`` where a pair is less likely than `LEAST_CHANCE`.
+    episodes as Laidlaw et al. 2023 use it). Pairs out of reach within the horizon and absorbing states do not count.
     """
 
     low: float  # no fewer episodes suffice: the hardest pair alone is missed with probability above 1/2
@@ -54,18 +51,14 @@ def covering_length(mdp: DeterministicMDP, horizon: int) -> CoveringLength:
         return CoveringLength(0.0, 0.0, 0.0, 1.0, 0)
     if least.min() < LEAST_CHANCE:
         return CoveringLength(math.inf, math.inf, math.inf, float(least.min()), n_pairs)
-    low = max(1.0, math.ceil(_episodes_for(most.min())))
+    rarest = most.min()
+    low = 1.0 if rarest >= 0.5 else math.ceil(math.log(0.5) / math.log1p(-rarest))
     simple = math.log(2 * n_pairs) / float(least.min())
     return CoveringLength(low, _union_bound(least, mdp.n_actions, low, simple), simple, float(least.min()), n_pairs)
 
 
-def _episodes_for(chance: float) -> float:
-    """After so many episodes an event of this chance has happened with probability 1/2."""
-    return 1.0 if chance >= 0.5 else math.log(0.5) / math.log1p(-chance)
-
-
 def _union_bound(chances: np.ndarray, n_actions: int, low: float, high: float) -> float:
-    """The least number of episodes, to a relative 1e-6, after which the chances to miss a pair add up to 1/2."""
+    """Return, to a relative 1e-6, after how many episodes the chances to miss a pair add up to 1/2."""
     with np.errstate(divide="ignore"):  # a pair tried for sure is missed never: exp(-inf) is 0
         logs = np.log1p(-chances)
     low, high = math.floor(low / 2), math.ceil(high)

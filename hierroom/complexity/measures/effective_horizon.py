@@ -48,12 +48,12 @@ class EffectiveHorizon:
 
 
 def horizon_of(k: int, rollouts: float, n_actions: int) -> float:
-    """H_k = k + log_A m."""
+    """Return H_k = k + log_A m."""
     return k + math.log(rollouts) / math.log(max(n_actions, 2))
 
 
 def samples_of(horizon: int, n_actions: int, effective_horizon: float) -> float:
-    """T^2 A^H, which bounds the steps that GORP samples (lemma 5.3); ``inf`` if no float is so large."""
+    """Return T^2 A^H, which bounds the steps that GORP samples (lemma 5.3); ``inf`` if no float is so large."""
     try:
         return horizon**2 * float(n_actions) ** effective_horizon
     except OverflowError:
@@ -81,23 +81,22 @@ def effective_horizon(mdp: DeterministicMDP, horizon: int) -> EffectiveHorizon:
             sequences = math.log(2 * horizon) + k * math.log(mdp.n_actions)  # ln(2 T A^k)
             rollouts[k] = max(1, math.ceil(16 * ratio * sequences))
             bound = min(bound, horizon_of(k, rollouts[k], mdp.n_actions))
-        kernels.look_ahead(*table, values)
+        kernels.greatest_values(*table, values, np.arange(horizon, 0, -1))
         kernels.look_ahead_variances(mdp.transitions, variances)
         k += 1
     return EffectiveHorizon(horizon, mdp.n_actions, rollouts)
 
 
 def minimum_k(mdp: DeterministicMDP, horizon: int) -> int:
-    """The least k at which an MDP is k-QVI-solvable (definition 5.1): k - 1 backups of Q of the random policy."""
+    """Return the least k at which an MDP is k-QVI-solvable (definition 5.1)."""
     return _backups_needed(mdp, horizon, mdp.random_values(horizon))
 
 
 def effective_planning_window(mdp: DeterministicMDP, horizon: int) -> int:
-    """The least number W of steps to plan ahead, such that every plan greedy in their reward alone is optimal.
+    """Return the least number W of steps to plan ahead, such that every plan greedy in their reward alone is optimal.
 
-    This is the effective planning window of Malik, Pacchiano, Srinivasan and Li (Sample Efficient Reinforcement
-    Learning In Continuous State Spaces, ICML 2021) as Laidlaw et al. compute it: Q^1 = r instead of the values of the
-    random policy.
+    Malik, Pacchiano, Srinivasan and Li (Sample Efficient Reinforcement Learning In Continuous State Spaces, ICML 2021),
+    as Laidlaw et al. compute it: Q^1 = r instead of the values of the random policy.
     """
     check_horizon(mdp, horizon)
     return _backups_needed(mdp, horizon, np.zeros((horizon + 1, mdp.n_states)))
@@ -108,5 +107,5 @@ def _backups_needed(mdp: DeterministicMDP, horizon: int, values: Values) -> int:
     for k in range(1, horizon):
         if kernels.greedy_is_optimal(*table, values, is_optimal, mdp.start):
             return k
-        kernels.look_ahead(*table, values)
+        kernels.greatest_values(*table, values, np.arange(horizon, 0, -1))
     return horizon

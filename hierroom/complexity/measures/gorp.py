@@ -44,20 +44,19 @@ class GorpRollouts:
     @property
     def samples(self) -> float:
         """T^2 A^k m_k, which bounds the steps that GORP samples (lemma 5.3)."""
-        return (
-            float("inf") if self.rollouts is None else self.horizon**2 * float(self.n_actions) ** self.k * self.rollouts
-        )
+        rollouts = float("inf") if self.rollouts is None else self.rollouts
+        return self.horizon**2 * float(self.n_actions) ** self.k * rollouts
 
 
 class Gorp:
-    """GORP on one MDP, whose returns must be 0 or 1.
+    """GORP on one MDP.
 
     Args:
-        mdp: the MDP.
+        mdp: the MDP, whose returns must be 0 or 1.
         horizon: number of steps T of an episode, at least 1.
         k: number of actions of a sequence, at least 1.
-        runs: draw so many runs of GORP, for MDPs too large to compute the probability; None computes it.
-        seed: fixes the runs drawn.
+        runs: number of runs to draw, for MDPs too large to compute the probability; None computes it.
+        seed: seed of the runs.
     """
 
     def __init__(self, mdp: DeterministicMDP, horizon: int, k: int = 1, runs: int | None = None, seed: int = 0):
@@ -79,11 +78,7 @@ class Gorp:
             self._is_optimal, self._visited = self._optimal_ways()
 
     def success_probability(self, m: int) -> float:
-        """Probability that GORP finds an optimal policy with m rollouts after each sequence.
-
-        Args:
-            m: number of rollouts, 1 to `MAX_ROLLOUTS`.
-        """
+        """Return the probability that GORP finds an optimal policy with m rollouts, at most `MAX_ROLLOUTS`."""
         if not 1 <= m <= MAX_ROLLOUTS:
             raise InputError(f"the number of rollouts must lie in 1..{MAX_ROLLOUTS:,}, not {m}")
         mdp, known = self.mdp, (self._leaves, self._leaf_steps, self._random)
@@ -98,7 +93,7 @@ class Gorp:
         return float(success[self.horizon, mdp.start])
 
     def rollouts(self) -> GorpRollouts:
-        """m_k, by doubling m and then bisecting; the probability is taken to grow with m between the points tried."""
+        """Find m_k by doubling m and then bisecting, as if the probability grew with m between the points tried."""
         low, high = 0, 1
         while self.success_probability(high) < 0.5:
             if high == MAX_ROLLOUTS:
@@ -116,7 +111,7 @@ class Gorp:
         return GorpRollouts(self.k, rollouts, self.horizon, self.mdp.n_actions, self._uniforms is None)
 
     def _optimal_ways(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """[T + 1, S, A] which actions are optimal, and [T + 1, S] which states optimal actions lead to."""
+        """Return which actions are optimal [T + 1, S, A], and which states they lead to [T + 1, S]."""
         mdp, horizon = self.mdp, self.horizon
         is_optimal = mdp.optimal_actions(horizon)
         visited = np.zeros((horizon + 1, mdp.n_states), bool)
@@ -127,7 +122,7 @@ class Gorp:
 
 
 def _sequences(mdp: DeterministicMDP, k: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """The state after each sequence of k actions, and the step that earns the reward: [S, A ** k] int64 each."""
+    """Return the state after each sequence of k actions, and the step that earns the reward: [S, A ** k] each."""
     leaves = np.arange(mdp.n_states)[:, None]
     steps = np.full(leaves.shape, NEVER)
     for step in range(1, k + 1):

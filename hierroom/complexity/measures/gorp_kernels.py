@@ -14,14 +14,14 @@ LEAST_MASS = 1e-290
 
 @njit(cache=True)
 def binomial_mass(x, m, chance):
-    """Probability of x successes in m rollouts, each of a chance between 0 and 1."""
+    """Return the probability of x successes in m rollouts, each of a chance between 0 and 1."""
     log_mass = math.lgamma(m + 1.0) - math.lgamma(x + 1.0) - math.lgamma(m - x + 1.0)
     return math.exp(log_mass + x * math.log(chance) + (m - x) * math.log1p(-chance))
 
 
 @njit(cache=True)
 def choice_probabilities(chances, n_actions, m, nodes, node_weights):
-    """Probability [A] that each action has the greatest of its leaves' estimates, ties being broken at random.
+    """Return the probability [A] that each action has the greatest of its leaves' estimates; ties break at random.
 
     The estimate of a leaf is the mean of m returns that are 0 or 1, so a binomial number over m; leaves are
     independent. With F_b the distribution function of the greatest number of action b's leaves,
@@ -105,18 +105,11 @@ def leaf_chances(leaves, leaf_steps, random_values, state, h, k, chances):
 
 @njit(cache=True, nogil=True)
 def success_values(transitions, leaves, leaf_steps, random_values, is_optimal, visited, k, m, nodes, node_weights):
-    """Probability [T + 1, S] that GORP takes optimal actions only, from every state that it may visit on such a way.
+    """Return the probability [T + 1, S] that GORP takes optimal actions only, from the states ``visited`` [T + 1, S].
 
-    Args:
-        transitions: [S, A] int64.
-        leaves: [S, A ** k] int64, the state after each sequence of k actions, those with one first action in a row.
-        leaf_steps: [S, A ** k] int64, the step of the sequence that earns the reward, or a great number.
-        random_values: [T + 1, S] float64, the probability of return 1 of the random policy.
-        is_optimal: [T + 1, S, A] bool.
-        visited: [T + 1, S] bool, the states to compute; others get 0.
-        k: number of steps of a sequence.
-        m: number of rollouts after each sequence.
-        nodes: as in `choice_probabilities`, and ``node_weights`` too.
+    After each sequence of k actions, those with one first action in a row, ``leaves`` [S, A ** k] is the state and
+    ``leaf_steps`` [S, A ** k] the step that earns the reward, or a great number. ``random_values`` [T + 1, S] is the
+    random policy's probability of return 1.
     """
     horizon, n_states, n_actions = random_values.shape[0] - 1, transitions.shape[0], transitions.shape[1]
     success = np.zeros((horizon + 1, n_states))
@@ -140,8 +133,8 @@ def sampled_successes(
 ):
     """Run GORP once for each row of uniforms [N, T], and count the runs that only took optimal actions.
 
-    Each choice is drawn from its exact distribution, so that no rollout has to be made. For the other arguments see
-    `success_values`; ``optimal_values`` is [T + 1, S] bool, whether return 1 can still be had.
+    Each choice is drawn from its exact distribution, so that no rollout has to be made. ``optimal_values`` [T + 1, S]
+    says whether return 1 can still be had; for the other arguments see `success_values`.
     """
     horizon, n_actions = random_values.shape[0] - 1, transitions.shape[1]
     chances = np.empty(leaves.shape[1])

@@ -13,7 +13,7 @@ TIE = 1e-9
 
 @njit(cache=True)
 def write_q(transitions, rewards, row, state, q):
-    """Write Q of each action, ``row`` being the values with one step less to go; returns the greatest."""
+    """Write Q of each action, with ``row`` the values with one step less to go, and return the greatest."""
     top = -np.inf
     for action in range(transitions.shape[1]):
         q[action] = rewards[state, action] + row[np.uint64(transitions[state, action])]
@@ -33,19 +33,13 @@ def random_values(transitions, rewards, values):
 
 
 @njit(cache=True, nogil=True)
-def look_ahead(transitions, rewards, values):
-    """Plan one step further in place, from the longest horizon down: V_h(s) = max over a of r(s, a) + V_(h-1)(s')."""
-    q = np.empty(transitions.shape[1])
-    for h in range(values.shape[0] - 1, 0, -1):
-        for state in range(transitions.shape[0]):
-            values[h, state] = write_q(transitions, rewards, values[h - 1], state, q)
+def greatest_values(transitions, rewards, values, horizons):
+    """Write V_h(s) = max over a of r(s, a) + V_(h-1)(s') for one horizon h after the other.
 
-
-@njit(cache=True, nogil=True)
-def optimal_values(transitions, rewards, values):
-    """Write V_h(s) = max over a of r(s, a) + V_(h-1)(s'), from the shortest horizon up."""
+    From the shortest up these are the optimal values; from the longest down each plans one step further.
+    """
     q = np.empty(transitions.shape[1])
-    for h in range(1, values.shape[0]):
+    for h in horizons:
         for state in range(transitions.shape[0]):
             values[h, state] = write_q(transitions, rewards, values[h - 1], state, q)
 

@@ -6,10 +6,15 @@ An array of values is therefore [T + 1, S], and its row 0 is zero.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
+import gymnasium
 import numpy as np
+from gymnasium.spaces import Discrete
 from numpy.typing import NDArray
 
 from hierroom.complexity.augmented import AugmentedGraph
@@ -56,7 +61,7 @@ class DeterministicMDP:
 
     @property
     def n_states(self) -> int:
-        """Number of states S, the absorbing ones included."""
+        """Number of states S."""
         return len(self.transitions)
 
     @property
@@ -77,25 +82,21 @@ class DeterministicMDP:
         return bool((self.rewards[earns] == 1).all() and self.is_absorbing[self.transitions[earns]].all())
 
     def random_values(self, horizon: int) -> Values:
-        """Expected return of the uniformly random policy: [T + 1, S]."""
+        """Return the expected return of the uniformly random policy: [T + 1, S]."""
         values = self._zeros(horizon)
         kernels.random_values(self.transitions, self.rewards, values)
         return values
 
     def optimal_values(self, horizon: int) -> Values:
-        """Greatest return: [T + 1, S]."""
-        values = self._zeros(horizon)
-        kernels.optimal_values(self.transitions, self.rewards, values)
-        return values
+        """Return the greatest return: [T + 1, S]."""
+        return self._greatest_values(self.rewards, horizon)
 
     def worst_values(self, horizon: int) -> Values:
-        """Least return: [T + 1, S]."""
-        values = self._zeros(horizon)
-        kernels.optimal_values(self.transitions, -self.rewards, values)
-        return -values
+        """Return the least return: [T + 1, S]."""
+        return -self._greatest_values(-self.rewards, horizon)
 
     def optimal_actions(self, horizon: int) -> NDArray[np.bool_]:
-        """[T + 1, S, A] bool, whether an action earns the greatest return; row 0 is False."""
+        """Return whether each action earns the greatest return: [T + 1, S, A] bool; row 0 is False."""
         is_optimal = np.zeros((horizon + 1, *self.transitions.shape), bool)
         kernels.mark_optimal(self.transitions, self.rewards, self.optimal_values(horizon), is_optimal)
         return is_optimal
@@ -123,6 +124,11 @@ class DeterministicMDP:
             frontier = after[~reached[after]]
         return -1
 
+    def _greatest_values(self, rewards: NDArray[np.float64], horizon: int) -> Values:
+        values = self._zeros(horizon)
+        kernels.greatest_values(self.transitions, rewards, values, np.arange(1, horizon + 1))
+        return values
+
     def _zeros(self, horizon: int) -> Values:
         check_horizon(self, horizon)
         return np.zeros((horizon + 1, self.n_states))
@@ -142,9 +148,8 @@ def check_horizon(mdp: DeterministicMDP, horizon: int) -> None:
 def graph_mdp(augmented: AugmentedGraph) -> DeterministicMDP:
     """The MDP of an agent that chooses the next node of an augmented goal graph.
 
-    Action i takes the i-th edge of a node, in the order of `AugmentedGraph.edges`; a node with fewer edges stays where
-    it is, as illegal goals do nothing in an environment. The step to the exit earns 1 and ends the episode. Staying and
-    restarts, which the paper's walk adds, are no part of it.
+    Action i takes the i-th edge of a node, in the order of `AugmentedGraph.edges`, or stays if there are fewer edges.
+    The step to the exit earns 1 and ends the episode. The MDP has no staying and no restarts.
     """
     sources, targets = augmented.edges.T
     n = len(augmented.nodes)
@@ -155,3 +160,59 @@ def graph_mdp(augmented: AugmentedGraph) -> DeterministicMDP:
     transitions[sources[order], ranks] = targets[order]
     rewards = ((transitions == augmented.exit) & (np.arange(n) != augmented.exit)[:, None]).astype(float)
     return DeterministicMDP(transitions, rewards, augmented.start)
+
+
+def enumerate_env(
+    env: gymnasium.Env,
+    state: Callable[[Any], Hashable],
+    *,
+    actions: Sequence[int] | None = None,
+    reward: Callable[[float], float] = float,
+    seed: int = 0,
+    max_states: int = 100_000,
+) -> DeterministicMDP:
+    """Walk through all states that can be reached after ``env.reset(seed=seed)``, by copies of the environment.
+
+    States are numbered as they are found, the start being 0; terminal states become the last, absorbing one. Truncation
+    is ignored, because the measures have a horizon.
+
+    Args:
+        env: a deterministic environment with discrete actions that `copy.deepcopy` can copy.
+        state: returns what decides all that follows in an environment, without the number of steps.
+        actions: which actions to take; all by default.
+        reward: returns the MDP's reward for the environment's, such as ``lambda r: float(r > 0)`` where it shrinks with
+            the number of steps.
+        seed: seed of the level.
+        max_states: largest number of states.
+    """
+    if not isinstance(env.action_space, Discrete):
+        raise InputError(f"states are enumerated with discrete actions, not with {env.action_space}")
+    first = int(env.action_space.start)
+    chosen = range(first, first + int(env.action_space.n)) if actions is None else actions
+    env.reset(seed=seed)
+    numbers = {state(env): 0}
+    frontier, transitions, rewards = [env], [], []
+    while frontier:
+        found = []
+        for here in frontier:
+            targets, earned = [], []
+            for action in chosen:
+                after = deepcopy(here)
+                _, gained, terminated, _, _ = after.step(action)
+                earned.append(reward(float(gained)))
+                if terminated:
+                    targets.append(-1)
+                    continue
+                key = state(after)
+                if key not in numbers:
+                    if len(numbers) >= max_states:
+                        raise InputError(f"the environment has more than {max_states:,} states, which is the limit")
+                    numbers[key] = len(numbers)
+                    found.append(after)
+                targets.append(numbers[key])
+            transitions.append(targets)
+            rewards.append(earned)
+        frontier = found
+    end = len(transitions)
+    table = np.array([*transitions, [end] * len(chosen)])
+    return DeterministicMDP(np.where(table < 0, end, table), np.array([*rewards, [0.0] * len(chosen)]))

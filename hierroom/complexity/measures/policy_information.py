@@ -37,7 +37,7 @@ def policy_information(returns: ArrayLike, n_bins: int = 100, temperature: float
 
     Args:
         returns: [P, E] float, the returns of E episodes of each of P policies.
-        n_bins: number of bins of equal width into which returns are sorted.
+        n_bins: number of bins of equal width, at least 1.
         temperature: of optimality, above 0, in units of return.
     """
     table = np.asarray(returns, float)
@@ -50,7 +50,7 @@ def policy_information(returns: ArrayLike, n_bins: int = 100, temperature: float
     bins = np.minimum(((table - low) / max(high - low, 1e-300) * n_bins).astype(int), n_bins - 1)
     shares = np.stack([(bins == b).mean(axis=1) for b in np.unique(bins)], axis=1)  # [P, bins used]
     optimality = np.exp((table - high) / temperature).mean(axis=1)
-    return PolicyInformation(_information(shares), _information(_with_rest(optimality)))
+    return PolicyInformation(_information(shares), _binary_information(optimality))
 
 
 def mdp_policy_information(
@@ -68,17 +68,16 @@ def mdp_policy_information(
 
         PIC = H(mean of p) - mean of H(p), and POIC is the same of p + (1 - p) exp(-1 / temperature).
 
-    The prior is a table of preferences, one for each state and action, normal and independent; a policy takes action a
-    in state s with probability softmax(preferences(s))_a. Each policy's probability of return 1 is computed, not
-    sampled, so that only the draw of the policies is random.
+    The prior is a table of independent normal preferences for each state and action; a policy takes action a in state s
+    with probability softmax(preferences(s))_a. Only the draw of the policies is random.
 
     Args:
         mdp: the MDP.
         horizon: number of steps T of an episode, at least 1.
-        n_policies: number of policies drawn.
+        n_policies: number of policies drawn, at least 1.
         deviation: standard deviation of the preferences, at least 0.
         temperature: of optimality, above 0; towards 0 POIC becomes PIC.
-        seed: fixes the policies.
+        seed: seed of the policies.
     """
     check_horizon(mdp, horizon)
     if not mdp.is_binary:
@@ -97,15 +96,15 @@ def mdp_policy_information(
         successes.append(values[mdp.start])
     chances = np.clip(successes, 0.0, 1.0)
     optimality = chances + (1 - chances) * np.exp(-1 / temperature)
-    return PolicyInformation(_information(_with_rest(chances)), _information(_with_rest(optimality)))
+    return PolicyInformation(_binary_information(chances), _binary_information(optimality))
 
 
-def _with_rest(chances: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.stack([chances, 1 - chances], axis=1)
+def _binary_information(chances: NDArray[np.float64]) -> float:
+    return _information(np.stack([chances, 1 - chances], axis=1))
 
 
 def _information(shares: NDArray[np.float64]) -> float:
-    """I(X; Theta) of X with the distributions [P, X] given P equally likely parameters."""
+    """Return I(X; Theta) of X with the distributions [P, X] given P equally likely parameters."""
     return max(0.0, float(entr(shares.mean(axis=0)).sum() - entr(shares).sum(axis=1).mean()))
 
 

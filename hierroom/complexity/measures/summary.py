@@ -53,10 +53,7 @@ class MdpMeasures:
 
 @dataclass(frozen=True)
 class SampledMeasures:
-    """Measures of the literature, estimated from rollouts in a deterministic MDP whose return is 0 or 1.
-
-    What is left out of `MdpMeasures` needs the values of all states.
-    """
+    """Those of `MdpMeasures` that do not need the values of all states, estimated from rollouts."""
 
     states: int | None  # number of states; None if it is not known
     actions: int  # number of actions A
@@ -76,14 +73,14 @@ class SampledMeasures:
 def measure_mdp(
     mdp: DeterministicMDP, horizon: int, *, n_policies: int = 200, gorp_runs: int | None = None, seed: int = 0
 ) -> MdpMeasures:
-    """Compute every measure of an MDP.
+    """Compute every measure of an MDP whose returns are 0 or 1.
 
     Args:
-        mdp: the MDP, whose returns must be 0 or 1.
+        mdp: the MDP.
         horizon: number of steps T of an episode, at least as many as a shortest solution has.
-        n_policies: policies drawn for the information capacities.
-        gorp_runs: draw so many runs of GORP, for MDPs too large to compute its probability; None computes it.
-        seed: fixes what is drawn.
+        n_policies: number of policies drawn for the information capacities.
+        gorp_runs: number of runs of GORP to draw, for MDPs too large to compute its probability; None computes it.
+        seed: seed of what is drawn.
     """
     shortest = mdp.shortest_solution()
     if shortest < 0:
@@ -130,20 +127,16 @@ class WalkMeasures:
 def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasures:
     """Compute every measure of the long run of a walk.
 
-    Args:
-        chain: the walk.
-        n_walks: walks drawn for the cover time of a graph too large for an exact one.
-        seed: fixes them.
+    Draw ``n_walks`` with the seed for the cover time of a graph that is too large for an exact one.
     """
     weights, source, target = as_moves(chain.weights), chain.source, chain.goals[EXIT][0]
     n = len(chain.labels)
     to_exit = committor(weights, source, target)
     leaving = float(row_sums(weights)[source])
-    cover = (
-        (cover_time(weights, source), 0.0)
-        if n <= MAX_COVER_NODES
-        else sampled_cover_time(weights, source, n_walks, seed)
-    )
+    if n <= MAX_COVER_NODES:
+        cover, error = cover_time(weights, source), 0.0
+    else:
+        cover, error = sampled_cover_time(weights, source, n_walks, seed)
     return WalkMeasures(
         nodes=n,
         at_exit=float(stationary_distribution(weights)[target]),
@@ -151,6 +144,6 @@ def measure_walk(chain: Chain, n_walks: int = 1000, seed: int = 0) -> WalkMeasur
         spectral_gap=spectral_gap(weights),
         mixing=mixing_time(weights) if n <= MAX_DENSE_NODES else float("nan"),
         commute=commute_time(weights, source, target),
-        cover=cover[0],
-        cover_error=cover[1],
+        cover=cover,
+        cover_error=error,
     )

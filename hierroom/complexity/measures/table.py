@@ -34,14 +34,13 @@ Item = TypeVar("Item")
 class MeasuredGraph:
     """The measures of one goal graph, or of one of its levels."""
 
-    name: str  # of the graph or level
-    mdp: MdpMeasures | SampledMeasures  # measures of the MDP, estimated for one with too many states
-    walk: WalkMeasures | None = None  # measures of the assumed walk; None for a level
+    name: str
+    mdp: MdpMeasures | SampledMeasures
+    walk: WalkMeasures | None = None  # the assumed walk; None for a level
 
     def to_dict(self) -> dict[str, Any]:
-        """The measures as plain numbers and strings."""
-        measures = [part for part in (self.mdp, self.walk) if part is not None]
-        return {"graph": self.name} | {key: value for part in measures for key, value in asdict(part).items()}
+        """Return the measures as plain numbers and strings."""
+        return {"graph": self.name} | asdict(self.mdp) | (asdict(self.walk) if self.walk else {})
 
     @property
     def cells(self) -> list[str]:
@@ -112,7 +111,7 @@ def print_measures(measured: Sequence[MeasuredGraph], title: str) -> None:
 
 
 def measures_text(measured: Sequence[MeasuredGraph], form: str) -> str:
-    """The measures as ``csv`` in full precision, or as a ``latex`` or ``markdown`` table, rounded as printed."""
+    """Return the measures as ``csv`` in full precision, or as a ``latex`` or ``markdown`` table, rounded as printed."""
     if form == "csv":
         return csv_text(graph.to_dict() for graph in measured)
     has_walk = all(graph.walk is not None for graph in measured)
@@ -147,22 +146,12 @@ def measure_graphs(
     walk: Walk = PAPER_WALK,
     reading: Reading = TABLE_READING,
 ) -> list[MeasuredGraph]:
-    """Measure goal graphs, each as an MDP over its nodes and as the assumed walk.
-
-    Rooms are numbered in one way whatever their numbers are, as policies and walks that are drawn would differ.
-
-    Args:
-        graphs: the goal graphs.
-        horizon: steps of an episode on the MDP, at least as many as a shortest solution has.
-        drop_key: whether keys can be dropped.
-        walk: the probabilities of one step of the walk; policies on the MDP choose among the moves themselves.
-        reading: of the augmented graph, whose nodes are the states of both.
-    """
+    """Measure goal graphs, each as an MDP of ``horizon`` steps over its nodes and as the assumed walk."""
 
     def measure(graph: GoalGraph) -> MeasuredGraph:
-        report = analyze(graph.canonical(), drop_key, walk, reading)
-        mdp = graph_mdp(report.augmented)
-        return MeasuredGraph(graph.name, measure_mdp(mdp, horizon), measure_walk(report.chain))
+        report = analyze(graph.canonical(), drop_key, walk, reading)  # what is drawn depends on the rooms' numbers
+        mdp = measure_mdp(graph_mdp(report.augmented), horizon)
+        return MeasuredGraph(graph.name, mdp, measure_walk(report.chain))
 
     return with_progress(measure, graphs, "measuring")
 
@@ -171,7 +160,6 @@ def with_progress(
     measure: Callable[[Item], MeasuredGraph], items: Iterable[Item], description: str
 ) -> list[MeasuredGraph]:
     """Measure each item, with a progress bar that disappears."""
-    console = Console(stderr=True)
-    is_hidden = not console.is_terminal  # in a file it would leave an empty line
-    tracked = track(list(items), description, console=console, transient=True, disable=is_hidden)
+    console = Console(stderr=True)  # in a file the bar would leave an empty line
+    tracked = track(list(items), description, console=console, transient=True, disable=not console.is_terminal)
     return [measure(item) for item in tracked]

@@ -41,7 +41,7 @@ def markov_test(triples: NDArray[np.int64]) -> MarkovTest | None:
 
     ``triples`` [T, 4] are three nodes in a row, and how often they came.
     """
-    from scipy.stats import chi2, chi2_contingency  # loaded here because it takes its time, and few programs need it
+    from scipy.stats import chi2, chi2_contingency  # loads slowly, and few programs need it
 
     statistic, degrees = 0.0, 0
     for node in np.unique(triples[:, 1]):
@@ -58,10 +58,7 @@ def markov_test(triples: NDArray[np.int64]) -> MarkovTest | None:
 
 
 def _pooled(table: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The table with its smallest rows and columns made one, until no expected count of it is too small.
-
-    Of the rows and the columns, whichever are more lose one, so that few are left only where the counts are few.
-    """
+    """Merge the two smallest rows or columns, whichever are more, until no expected count is too small."""
     while min(table.shape) > 1:
         rows, columns = np.sort(table.sum(axis=1)), np.sort(table.sum(axis=0))
         if rows[0] * columns[0] >= LEAST_EXPECTED * rows.sum():

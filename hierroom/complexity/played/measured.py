@@ -1,13 +1,8 @@
 """A chain measured from play: counted transitions between nodes of the augmented graph, and a report on their W.
 
-The paper defines W by the policy that the agent executes. Here W_ij is the fraction of the steps from node i that led
-to node j, over many episodes. Two kinds of edges come from the assumed walk and not from the policy. A truncated
-episode leads from its last node back to the start, like the walk's restart ("the agent is not able to reach the exit
-within the time limit"). The exit has only its restart, with the probability of the assumed walk.
-
-The chain's mean time to the exit is that of the episodes, whatever the policy. Everything else that it says, such as a
-standard deviation or a probability within t steps, holds for play only if play is Markov on these nodes. So a report
-gives what was observed beside it (`played.observed`) and tests it (`played.markov_order`).
+The paper defines W by the policy that the agent executes; see `played.played_chain` for how it is measured here. Two
+kinds of edges come from the assumed walk. A truncated episode leads from its last node back to the start, like the
+walk's restart ("the agent is not able to reach the exit within the time limit"). The exit has only its restart.
 """
 
 from __future__ import annotations
@@ -16,20 +11,20 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from hierroom.complexity.chains.weights import row_sums
-from hierroom.complexity.played.episodes import EpisodeCounts
+from hierroom.complexity.played.observed import EpisodeCounts
 from hierroom.complexity.played.played_chain import PlayedChain, summary
-from hierroom.complexity.report import REPORT_TIMES, ComplexityReport
+from hierroom.complexity.report import ComplexityReport
 from hierroom.support.errors import InputError
 
 
 class MoveDifference(NamedTuple):
-    """One edge in the assumed walk and in the measured chain: its probabilities per step, and its count in the play."""
+    """One edge in the assumed walk and in the measured chain."""
 
     source: str
     target: str
-    assumed: float
-    measured: float
-    count: int
+    assumed: float  # probability per step
+    measured: float  # probability per step
+    count: int  # in the play
 
 
 class MeasuredReport(PlayedChain):
@@ -37,7 +32,7 @@ class MeasuredReport(PlayedChain):
 
     Args:
         assumed: the report of the assumed walk on the same goal graph.
-        counts: the transitions of the episodes played; nodes are those of ``assumed.augmented``.
+        counts: the transitions between the nodes of ``assumed.augmented``.
         options: ``level``, ``n_resamples`` and ``seed`` as in `PlayedChain`.
     """
 
@@ -49,20 +44,16 @@ class MeasuredReport(PlayedChain):
             raise InputError(
                 f"the counts are over {counts.n_nodes} nodes, but goal graph {assumed.graph.name} has {assumed.nodes}"
             )
-        graph, restart = assumed.augmented, assumed.walk.restart
-        super().__init__(counts, graph.labels, graph.start, graph.goals, restart, REPORT_TIMES, **options)
+        chain = assumed.chain
+        super().__init__(counts, chain.labels, chain.source, chain.goals, assumed.walk.restart, **options)
 
     @cached_property
     def predictions(self) -> dict[str, float]:
         """The prediction of the assumed walk for each of `intervals`."""
-        return summary(self.assumed.chain, REPORT_TIMES)
+        return summary(self.assumed.chain, self.times)
 
     def moves(self) -> list[MoveDifference]:
-        """Every edge of the assumed walk or of the play, the largest difference first.
-
-        Staying is omitted, and so are edges that begin at nodes never visited in the play, about which nothing is
-        known.
-        """
+        """Every edge of the assumed walk or of the play from a node that was visited, the largest difference first."""
         assumed, measured, counts = self.assumed.chain.weights, self.chain.weights, self.counts.total()
         edges = (assumed + measured).tocoo()
         labels, visited = self.labels, row_sums(counts) > 0
@@ -74,13 +65,9 @@ class MeasuredReport(PlayedChain):
         return sorted(found, key=lambda move: -abs(move.assumed - move.measured))
 
     def to_dict(self) -> dict[str, Any]:
-        """The report as plain numbers, strings, lists and dicts."""
-        graph = self.assumed.graph
+        """Return the report as plain numbers, strings, lists and dicts."""
         return {
-            "graph": graph.name,
-            "key_rooms": {f"key {room}": home for room, home in enumerate(graph.key_rooms, start=1)},
-            "exit_room": graph.exit_room,
-            "drop_key": self.assumed.drop_key,
+            **self.assumed.described(),
             **super().to_dict(),
             "assumed": self.predictions,
             "moves": [move._asdict() for move in self.moves()],
@@ -98,11 +85,11 @@ class MeasuredReport(PlayedChain):
         return name, "assumed walk", *columns
 
     def rows(self) -> list[tuple[str, ...]]:
-        """What is printed, as for `PlayedChain`, and the prediction of the assumed walk."""
+        """Return the rows of `PlayedChain`, with the prediction of the assumed walk."""
         return [(name, f"{self.predictions[name]:.4g}", *cells) for name, *cells in super().rows()]
 
     def notes(self) -> list[str]:
-        """What has to be known to read `rows`."""
+        """Return what explains `rows`."""
         unforeseen = sum(move.count for move in self.moves() if move.assumed == 0)
         steps = self.counts.counts.sum()
         return [f"{unforeseen} of {steps} steps took an edge that the assumed walk lacks", *super().notes()]

@@ -1,4 +1,4 @@
-"""What is seen of play itself, without a chain: mean, deviation and reach of its episodes, with intervals.
+"""Episodes of play as counts, and without a chain their mean, deviation and reach, with intervals.
 
 - **Reach**: of E episodes k had escaped within t steps; the interval is Wilson's score interval (Wilson, 1927; Brown,
   Cai and DasGupta, 2001). It has a width even where nobody escaped, about 4 / E.
@@ -10,16 +10,95 @@ They cover the value that the same player would have over all levels and all its
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
-from hierroom.complexity.played.episodes import EpisodeCounts
+from hierroom.complexity.chains.weights import as_times
 
 FEWEST_EPISODES = 10
 """With fewer episodes an interval from resampling them is much too narrow, and none is given."""
+
+
+@dataclass(frozen=True, eq=False)
+class EpisodeCounts:
+    """How often each episode moved from one node to another; staying at a node counts as a transition too."""
+
+    n_nodes: int  # number of nodes n
+    episodes: NDArray[np.int64]  # [K], the episode of each entry, 0 to ``len(lengths) - 1``
+    sources: NDArray[np.int64]  # [K], the node where the step began
+    targets: NDArray[np.int64]  # [K], the node where it ended
+    counts: NDArray[np.int64]  # [K], number of such steps in the episode
+    lengths: NDArray[np.int64]  # [E], number of steps of each episode
+    escaped: NDArray[np.bool_]  # [E], whether the episode reached the exit
+    triples: NDArray[np.int64] | None = None  # [T, 4], three nodes in a row and how often they came; None: not counted
+    failed: NDArray[np.bool_] | None = None  # [E], whether the episode ended for good without the exit; None: never
+
+    def total(self, multiplicity: ArrayLike | None = None) -> sp.csr_array:
+        """Sum the transitions [n, n] over the episodes, of which each counts ``multiplicity`` [E] times, or once."""
+        times = np.ones(len(self.lengths)) if multiplicity is None else np.asarray(multiplicity, float)
+        shape = (self.n_nodes, self.n_nodes)
+        return sp.coo_array((self.counts * times[self.episodes], (self.sources, self.targets)), shape=shape).tocsr()
+
+    @property
+    def step_limit(self) -> float:
+        """The number of steps at which the first episode was truncated; ``inf`` if none was."""
+        was_cut = ~self.escaped if self.failed is None else ~(self.escaped | self.failed)
+        return float(self.lengths[was_cut].min()) if was_cut.any() else np.inf
+
+    def reach(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit, where nobody knows."""
+        steps = as_times(t)
+        share = np.searchsorted(np.sort(self.lengths[self.escaped]), steps, side="right") / len(self.lengths)
+        return np.where(steps > self.step_limit, np.nan, share)
+
+    @property
+    def mean_steps(self) -> float:
+        """Mean number of steps from a start to the next exit over consecutive episodes; ``inf`` if none escaped.
+
+        All steps, plus one for each restart, are divided by the number of escapes.
+        """
+        n_escaped = int(self.escaped.sum())
+        return (int(self.lengths.sum()) + len(self.lengths) - n_escaped) / n_escaped if n_escaped else float("inf")
+
+    def passages(self) -> NDArray[np.int64]:
+        """Steps from a start to the next exit over consecutive episodes, [number of episodes that escaped].
+
+        An episode that did not escape adds its steps, and one for the restart.
+        """
+        ends = np.cumsum(self.lengths + ~self.escaped)[self.escaped]
+        return np.diff(ends, prepend=0)
+
+
+def counts_of(
+    keys: NDArray[np.int64],
+    n_nodes: int,
+    lengths: NDArray[np.int64],
+    escaped: NDArray[np.bool_],
+    triple_keys: NDArray[np.int64] | None = None,
+    failed: NDArray[np.bool_] | None = None,
+) -> EpisodeCounts:
+    """Count transitions that are encoded as one number each.
+
+    ``keys`` are ``(episode * n + source) * n + target``, and ``triple_keys`` ``(first * n + second) * n + third``.
+    """
+    unique, counts = np.unique(keys, return_counts=True)
+    episodes, sources, targets = _digits(unique, n_nodes)
+    triples = None
+    if triple_keys is not None:
+        unique, times = np.unique(triple_keys, return_counts=True)
+        triples = np.stack([*_digits(unique, n_nodes), times], axis=1)
+    return EpisodeCounts(n_nodes, episodes, sources, targets, counts, lengths, escaped, triples, failed)
+
+
+def _digits(keys: NDArray[np.int64], base: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    rest, last = np.divmod(keys, base)
+    first, second = np.divmod(rest, base)
+    return first, second, last
 
 
 class Interval(NamedTuple):
@@ -43,27 +122,17 @@ def wilson_interval(share: float, n: int, level: float) -> Interval:
 
 
 def percentile_interval(value: float, resampled: ArrayLike, n_episodes: int, level: float) -> Interval:
-    """The percentile interval of resampled values; without low and high where it would mislead."""
+    """Percentile interval of resampled values; without low and high where it would mislead."""
     low, high = np.quantile(np.asarray(resampled), ((1 - level) / 2, (1 + level) / 2), method="inverted_cdf")
     if n_episodes < FEWEST_EPISODES or not low < high:
         return Interval(value, np.nan, np.nan)
     return Interval(value, float(low), float(high))
 
 
-def observed_steps(counts: EpisodeCounts) -> float:
-    """Mean number of steps from a start to the next exit over consecutive episodes; ``inf`` if none escaped."""
-    n_escaped = int(counts.escaped.sum())
-    steps = int(counts.lengths.sum()) + len(counts.lengths) - n_escaped
-    return steps / n_escaped if n_escaped else float("inf")
-
-
 def observed(
     counts: EpisodeCounts, times: tuple[int, ...], level: float, n_resamples: int, rng: np.random.Generator
 ) -> dict[str, Interval]:
-    """Mean and deviation of the steps from a start to the next exit, and the probability to have escaped by ``times``.
-
-    Return `"expected_steps"`, `"std"` and `"exit within N"`; ``nan`` for what was not observed.
-    """
+    """Return `"expected_steps"` to the exit, their `"std"` and `"exit within N"`; ``nan`` for what was not observed."""
     n = len(counts.lengths)
     # One after the other: all at once are too large for the memory where there are many episodes.
     draws = (rng.multinomial(n, np.full(n, 1 / n)) for _ in range(n_resamples))
@@ -78,7 +147,7 @@ def observed(
         chosen = (rng.integers(len(passages), size=len(passages)) for _ in range(n_resamples))
         stds = np.array([passages[drawn].std(ddof=1) for drawn in chosen])
     found = {
-        "expected_steps": percentile_interval(observed_steps(counts), means, n, level),
+        "expected_steps": percentile_interval(counts.mean_steps, means, n, level),
         "std": percentile_interval(std, stds, len(passages), level),
     }
     for t, share in zip(times, counts.reach(times).tolist(), strict=True):
@@ -88,5 +157,5 @@ def observed(
 
 
 def within(t: int) -> str:
-    """The name of the probability to have escaped within t steps."""
+    """Name the probability to have escaped within t steps."""
     return f"exit within {t}"

@@ -13,16 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from hierroom.complexity.chains.chain import EXIT, Chain
 from hierroom.complexity.chains.weights import row_sums
-from hierroom.complexity.played.episodes import EpisodeCounts
 from hierroom.complexity.played.markov_order import MarkovTest, markov_test
 from hierroom.complexity.played.observed import (
+    EpisodeCounts,
     Interval,
     observed,
-    observed_steps,
     percentile_interval,
     wilson_interval,
     within,
 )
+from hierroom.complexity.report import REPORT_TIMES, by_time
 from hierroom.complexity.walk import PAPER_WALK
 from hierroom.support.errors import InputError
 from hierroom.support.tables import html_table, text_table
@@ -34,33 +34,22 @@ class PlayedChain:
 
     W_ij is the fraction of the steps from node i that led to node j. Two kinds of edges come from elsewhere. An episode
     that ends without reaching the exit leads from its last node back to the source, which takes one more step: this
-    makes the chain's `expected_steps` and `empirical_steps` the same number, whatever the policy. The exit leads back
-    to the source with the probability ``restart``.
+    makes the chain's `expected_steps` and `empirical_steps` the same number, whatever the policy, because the counts
+    balance at every node. The exit leads back to the source with the probability ``restart``.
 
-    Everything else that the chain says, such as a standard deviation or a probability within t steps, holds for play
-    only if play is Markov on these nodes. So what was observed stands beside it, and `markov` tests it.
-
-    Args:
-        counts: the transitions of the episodes; each has at least one.
-        labels: the name of each node.
-        source: index of the node at which every episode begins.
-        goals: for each goal the nodes at which it has been achieved; `"exit"` is one node.
-        restart: probability to leave the exit for the source in one step.
-        times: numbers of steps at which the probability to have escaped is reported.
-        level: confidence level of the intervals, above 0 and below 1.
-        n_resamples: number of bootstrap resamples of whole episodes, at least 2.
-        seed: seed of the resamples.
+    Everything else that the chain says, such as a standard deviation or a probability within t steps, is true of play
+    only if play is Markov on these nodes, which `markov` tests. Compare it with `observed`.
     """
 
-    counts: EpisodeCounts
-    labels: tuple[str, ...]
-    source: int
-    goals: Mapping[str, tuple[int, ...]]
-    restart: float = PAPER_WALK.restart
-    times: tuple[int, ...] = (10, 100, 1000)
-    level: float = 0.95
-    n_resamples: int = 200
-    seed: int = 0
+    counts: EpisodeCounts  # each episode has at least one transition
+    labels: tuple[str, ...]  # the name of each node
+    source: int  # the node at which every episode begins
+    goals: Mapping[str, tuple[int, ...]]  # for each goal the nodes at which it has been achieved; "exit" is one node
+    restart: float = PAPER_WALK.restart  # probability to leave the exit for the source in one step
+    times: tuple[int, ...] = REPORT_TIMES  # numbers of steps at which the probability to have escaped is reported
+    level: float = 0.95  # confidence level of the intervals, above 0 and below 1
+    n_resamples: int = 200  # number of bootstrap resamples of whole episodes, at least 2
+    seed: int = 0  # of the resamples
 
     def __post_init__(self) -> None:
         n = self.counts.n_nodes
@@ -74,7 +63,7 @@ class PlayedChain:
 
     @cached_property
     def chain(self) -> Chain:
-        """The measured walk: a `Chain` with W from the counts."""
+        """The measured walk."""
         return self._chain(self.counts.total())
 
     @property
@@ -89,31 +78,26 @@ class PlayedChain:
 
     @property
     def empirical_steps(self) -> float:
-        """Mean number of steps from a start to the next exit over consecutive episodes; ``inf`` if none escaped.
-
-        It is the number of all steps plus one for each restart, divided by the number of escapes. The measured chain's
-        `expected_steps` is the same number for any policy, because its counts balance at every node and this is their
-        stationary return time.
-        """
-        return observed_steps(self.counts)
+        """Mean number of steps from a start to the next exit, see `EpisodeCounts.mean_steps`."""
+        return self.counts.mean_steps
 
     def empirical_reach(self, t: ArrayLike) -> NDArray[np.float64]:
         """Fraction of the episodes that had escaped within t steps; ``nan`` past the step limit.
 
-        A difference from `chain.reach_probability` shows that the nodes are not Markov states: the policy's next step
-        depends on more than the node, for example on the distance to the next object.
+        If it differs from `chain.reach_probability`, the policy's next step depends on more than the node, for example
+        on the distance to the next object.
         """
         return self.counts.reach(t)
 
     @cached_property
     def observed(self) -> dict[str, Interval]:
-        """Mean, deviation and reach of the episodes themselves, with intervals; see `played.observed`."""
+        """Mean, deviation and reach of the episodes, with intervals; see `played.observed`."""
         rng = np.random.default_rng([self.seed, 1])
         return observed(self.counts, self.times, self.level, 5 * self.n_resamples, rng)
 
     @cached_property
     def markov(self) -> MarkovTest | None:
-        """Whether play is Markov on the nodes; None if the counts do not suffice, see `played.markov_order`."""
+        """Test whether play is Markov on the nodes; None if the counts do not suffice, see `played.markov_order`."""
         return None if self.counts.triples is None else markov_test(self.counts.triples)
 
     @cached_property
@@ -121,10 +105,9 @@ class PlayedChain:
         """Times to the exit and to each goal, and reach probabilities, of the chain, with intervals over episodes.
 
         Episodes are resampled with replacement and the whole report is computed again (Efron and Tibshirani, 1993,
-        chapter 13). So an interval covers what the chain would be after very many episodes, which is what play does
-        only if `markov` is not rejected. A resample without an escape has infinite times, so an interval may end at
-        ``inf``. Where the resamples do not differ or the episodes are few, a time has no interval, and that of a
-        probability is as wide as Wilson's at least. Chains of thousands of nodes take a minute for 200 resamples.
+        chapter 13). So an interval covers what the chain would be after very many episodes. It may end at ``inf``, as a
+        resample without an escape has infinite times. Where the resamples do not differ or the episodes are few, a time
+        has no interval, and a probability has Wilson's. Chains of thousands of nodes take a minute for 200 resamples.
         """
         rng = np.random.default_rng(self.seed)
         share = np.full(self.episodes, 1 / self.episodes)
@@ -141,8 +124,7 @@ class PlayedChain:
         return intervals
 
     def to_dict(self) -> dict[str, Any]:
-        """The episodes and their chain as plain numbers, strings, lists and dicts."""
-        names = list(map(str, self.times))
+        """Return the episodes and their chain as plain numbers, strings, lists and dicts."""
         return {
             "episodes": self.episodes,
             "nodes": len(self.labels),
@@ -152,8 +134,8 @@ class PlayedChain:
             "observed": {name: interval._asdict() for name, interval in self.observed.items()},
             "markov_test": None if self.markov is None else self.markov._asdict(),
             "measured": {name: interval._asdict() for name, interval in self.intervals.items()},
-            "empirical_reach": dict(zip(names, self.empirical_reach(self.times).tolist(), strict=True)),
-            "expected_states": dict(zip(names, self.chain.expected_states(self.times).tolist(), strict=True)),
+            "empirical_reach": by_time(self.empirical_reach, self.times),
+            "expected_states": by_time(self.chain.expected_states, self.times),
             "goal_sensitivity": self.chain.goal_sensitivity(),
         }
 
@@ -164,18 +146,21 @@ class PlayedChain:
         return "", "observed", interval, "their chain", interval
 
     def rows(self) -> list[tuple[str, ...]]:
-        """What is printed: for each number its name, the observed one, the chain's, and the interval of each."""
+        """Return for each number its name, the observed one, the chain's, and the interval of each."""
         rows = []
         for name, measured in self.intervals.items():
             seen = self.observed.get(name)
-            cells = (
-                ("", "") if seen is None else ("-", "") if np.isnan(seen.value) else (f"{seen.value:.4g}", str(seen))
-            )
+            if seen is None:
+                cells = "", ""
+            elif np.isnan(seen.value):
+                cells = "-", ""
+            else:
+                cells = f"{seen.value:.4g}", str(seen)
             rows.append((name, *cells, f"{measured.value:.4g}", str(measured)))
         return rows
 
     def notes(self) -> list[str]:
-        """What has to be known to read `rows`, a sentence or less a line."""
+        """Return what explains `rows`, a sentence or less a line."""
         notes = self._test_notes()
         if not self.counts.escaped.any():
             notes.append("nobody escaped, so the times to the exit are infinite")
@@ -192,7 +177,6 @@ class PlayedChain:
         return notes
 
     def _test_notes(self) -> list[str]:
-        """Whether the chain's numbers are those of play."""
         if self.markov is None:
             return ["too few steps to test whether play is Markov on these nodes: trust what was observed"]
         test = f"Markov of order 1 against 2: chi2({self.markov.degrees}) = {self.markov.statistic:.1f}"
@@ -219,7 +203,6 @@ class PlayedChain:
         return text_table(self._head, self.columns, self.rows(), self.notes())
 
     def _repr_html_(self) -> str:
-        """What notebooks show."""
         return html_table(self._head, self.columns, self.rows(), self.notes())
 
     def _chain(self, counts: sp.csr_array) -> Chain:
@@ -230,7 +213,7 @@ class PlayedChain:
 
 
 def summary(chain: Chain, times: tuple[int, ...]) -> dict[str, float]:
-    """The numbers of a chain that are reported: its times, its reach by ``times``, and the mean to each goal."""
+    """Return the numbers of a chain that are reported: its times, its reach by ``times``, and the mean to each goal."""
     reached = chain.reach_probability(times)
     found = {"hitting_time": chain.hitting_time, "expected_steps": chain.expected_steps, "std": chain.std}
     chances = {within(t): float(chance) for t, chance in zip(times, reached, strict=True)}

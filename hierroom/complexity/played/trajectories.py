@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hierroom.complexity.chains.chain import EXIT
-from hierroom.complexity.chains.exploration_graph import node_labels
-from hierroom.complexity.played.episodes import counts_of
+from hierroom.complexity.chains.weights import first_names, node_labels
+from hierroom.complexity.played.observed import counts_of
 from hierroom.complexity.played.played_chain import PlayedChain
 from hierroom.support.errors import InputError
 
@@ -33,12 +33,12 @@ def measure_trajectories(
     within the median number of steps, and twice and four times as many.
 
     Args:
-        trajectories: for each episode its node at every step, that of the start first; all must begin at the same
-            node. What follows the first visit of the target is left out.
+        trajectories: for each episode its node at every step, from the start on, which must be the same for all. What
+            follows the first visit of the target is left out.
         target: the node to reach, where an episode ends; the chain's goal ``"exit"``.
         may_miss: accept that no trajectory reaches the target; its times are infinite then.
         failed: for each episode whether it ended for good, as by a fall, and never reaches the target; by default
-            those that missed it were truncated, and nobody knows what would have come.
+            those that missed it were truncated.
         seed: seed of the bootstrap that gives intervals.
     """
     numbers: dict[Hashable, int] = {}
@@ -58,8 +58,19 @@ def measure_trajectories(
         raise InputError(f"{missed(target, list(numbers))}; say may_miss=True if that may be")
     if failed is not None and len(failed) != len(walks):
         raise InputError(f"failed must say it of each of {len(walks)} episodes, not of {len(failed)}")
-    ends = None if failed is None else np.array(failed, bool) & ~np.array(reached)
-    return _measured(walks, np.array(reached), ends, node_labels([*numbers, target]), seed)
+    labels, escaped = node_labels([*numbers, target]), np.array(reached)
+    n, end = len(labels), len(labels) - 1
+    keys, triples = [], []
+    for episode, (walk, has_escaped) in enumerate(zip(walks, reached, strict=True)):
+        nodes = np.append(walk, end if has_escaped else 0)  # what missed the target begins anew
+        keys.append((episode * n + nodes[:-1]) * n + nodes[1:])
+        seen = nodes if has_escaped else walk
+        triples.append((seen[:-2] * n + seen[1:-1]) * n + seen[2:])
+    lengths = np.array([len(walk) for walk in walks]) - ~escaped
+    ends = None if failed is None else np.array(failed, bool) & ~escaped
+    counts = counts_of(np.concatenate(keys), n, lengths, escaped, np.concatenate(triples), ends)
+    median = max(1, int(np.median(lengths[escaped] if escaped.any() else lengths)))
+    return PlayedChain(counts, labels, 0, {EXIT: (end,)}, times=(median, 2 * median, 4 * median), seed=seed)
 
 
 def measure_env(
@@ -77,15 +88,14 @@ def measure_env(
 
     Args:
         env: the environment.
-        node: the node at which an environment is, called after each reset and step; it returns the target once that is
-            reached.
-        target: the node to reach. An episode that ends elsewhere has missed it: for good if it was terminated, and
-            nobody knows whether it would have if it was truncated. A warning says that none reached it.
-        policy: an action for an observation; random actions by default.
+        node: returns the node at which an environment is; called after each reset and step.
+        target: the node to reach. An episode that ends elsewhere has missed it, for good if it was terminated. If none
+            reaches it, there is a warning.
+        policy: returns an action for an observation; random actions by default.
         episodes: number of episodes, at least 1.
-        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is new; it fixes the random actions
-            and the bootstrap too.
-        max_steps: ends an episode after so many steps, if the environment does not do so itself.
+        seed: episode e begins with ``env.reset(seed=seed + e)``, so that its level is new. The seed fixes the random
+            actions and the bootstrap too.
+        max_steps: number of steps after which an episode is truncated, if the environment does not do so.
         progress: called with the number of episodes done.
     """
     if episodes < 1 or (max_steps is not None and max_steps < 1):
@@ -111,7 +121,7 @@ def measure_env(
 
 
 def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
-    """Check the first node of a trajectory, with that of the first trajectory and the target."""
+    """Check the first node of a trajectory against that of the first trajectory and the target."""
     if node == target:
         raise InputError(NO_STEP)
     if node != first:
@@ -122,27 +132,5 @@ def check_start(node: Hashable, first: Hashable, target: Hashable) -> None:
 
 
 def missed(target: Hashable, seen: Sequence[Hashable]) -> str:
-    """What to say where no episode reaches the target, which may be a misspelt one, with the nodes that were seen."""
-    names = ", ".join(map(repr, seen[:5]))
-    return f"no episode reaches the target {target!r}; nodes seen are {names}{', ...' if len(seen) > 5 else ''}"
-
-
-def _measured(
-    walks: list[NDArray[np.int64]],
-    reached: NDArray[np.bool_],
-    failed: NDArray[np.bool_] | None,
-    labels: tuple[str, ...],
-    seed: int,
-) -> PlayedChain:
-    """The chain of walks over nodes 0, 1, ..., each without its target, which is the last node."""
-    n, target = len(labels), len(labels) - 1
-    keys, triples = [], []
-    for episode, (walk, is_reached) in enumerate(zip(walks, reached.tolist(), strict=True)):
-        nodes = np.append(walk, target if is_reached else 0)  # what missed the target begins anew
-        keys.append((episode * n + nodes[:-1]) * n + nodes[1:])
-        seen = nodes if is_reached else walk
-        triples.append((seen[:-2] * n + seen[1:-1]) * n + seen[2:])
-    lengths = np.array([len(walk) for walk in walks]) - ~reached
-    counts = counts_of(np.concatenate(keys), n, lengths, reached, np.concatenate(triples), failed)
-    median = max(1, int(np.median(lengths[reached] if reached.any() else lengths)))
-    return PlayedChain(counts, labels, 0, {EXIT: (target,)}, times=(median, 2 * median, 4 * median), seed=seed)
+    """Say that no episode reaches the target, which may be misspelt, with the nodes that were seen."""
+    return f"no episode reaches the target {target!r}; nodes seen are {first_names(seen)}"

@@ -19,8 +19,8 @@ from rich.progress import Progress
 from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.agents.player import Play, Player, make_player, quotas
 from hierroom.complexity.augmented import AugmentedGraph
-from hierroom.complexity.played.episodes import EpisodeCounts, counts_of
 from hierroom.complexity.played.measured import MeasuredReport
+from hierroom.complexity.played.observed import EpisodeCounts, counts_of
 from hierroom.complexity.report import analyze
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import GoalGraph, GraphSpec

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.complexity.curriculum import Curriculum
-from hierroom.complexity.graph_set import find_graphs
+from hierroom.complexity.graph_set import Curriculum, find_graphs
 from hierroom.goals import GoalGraph, GraphSpecs
 from hierroom.support.errors import InputError
 from hierroom.support.schema import Array, Whole

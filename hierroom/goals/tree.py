@@ -1,10 +1,15 @@
-"""The canonical order of the rooms of a goal graph."""
+"""The tree of keys: its canonical order, and the goals that can be achieved in it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 
-def child_rooms(key_rooms: tuple[int, ...]) -> tuple[tuple[int, ...], ...]:
-    """For each room the rooms whose keys lie in it, ascending."""
+import numpy as np
+from numpy.typing import NDArray
+
+
+def child_rooms(key_rooms: Sequence[int]) -> tuple[tuple[int, ...], ...]:
+    """For each room list the rooms whose keys lie in it, ascending."""
     children: list[list[int]] = [[] for _ in range(len(key_rooms) + 1)]
     for room, parent in enumerate(key_rooms, start=1):
         children[parent].append(room)
@@ -15,8 +20,8 @@ def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[
     """Renumber rooms breadth first, with the children of a room ordered by the shape of their subtrees.
 
     Subtrees are ranked floor by floor, the deepest first, by whether their root holds the exit and by the ranks of its
-    children (Aho, Hopcroft & Ullman 1974), so that no depth is too deep for Python's stack. Return the new key rooms
-    and exit room, which is 0 where None is given.
+    children (Aho, Hopcroft & Ullman 1974): no recursion, so any depth will do. Return the new key rooms and exit room,
+    which is 0 where None is given.
     """
     children = child_rooms(key_rooms)
     floors = [[0]]
@@ -35,3 +40,25 @@ def canonical_rooms(key_rooms: tuple[int, ...], exit_room: int | None) -> tuple[
             new_parent[child] = position
             order.append(child)
     return tuple(new_parent[room] for room in order[1:]), 0 if exit_room is None else order.index(exit_room)
+
+
+def open_goals(
+    key_rooms: NDArray[np.integer],
+    exit_rooms: NDArray[np.integer],
+    keys: NDArray[np.bool_],
+    doors: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
+    """Find the goals [..., 2 B + 1] (keys, doors, exit) that can be achieved now, for many graphs at once.
+
+    Args:
+        key_rooms: [..., B], the room in which the key of branch room 1, 2, ... B lies.
+        exit_rooms: [...], the room that holds the exit.
+        keys: [..., B], whether the agent holds the key.
+        doors: [..., B], whether the door is open.
+    """
+    enterable = np.concatenate([np.ones((*doors.shape[:-1], 1), bool), doors], axis=-1)
+    homes = np.broadcast_to(key_rooms, doors.shape)
+    exits = np.broadcast_to(exit_rooms, doors.shape[:-1])[..., None]
+    keys_in_reach = ~keys & ~doors & np.take_along_axis(enterable, homes, axis=-1)
+    exit_in_reach = np.take_along_axis(enterable, exits, axis=-1)
+    return np.concatenate([keys_in_reach, keys & ~doors, exit_in_reach], axis=-1)
