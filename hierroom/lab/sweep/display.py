@@ -1,4 +1,4 @@
-"""What a sweep shows while it goes on: a line for each run at work, and how much is left of all."""
+"""What a sweep shows while it runs: a line for each run at work, and how much is left of all."""
 
 from __future__ import annotations
 
@@ -12,17 +12,11 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from hierroom.lab.sweep.events import Event, Failed, Finished, Interrupted, Progressed, Retried
-from hierroom.lab.sweep.job import Job
+from hierroom.lab.sweep.job import Event, Failed, Finished, Interrupted, Job, Progressed, Retried
 
 
 class Display:
-    """Shows what happens to the jobs of a sweep; on a terminal it is live.
-
-    Args:
-        jobs: what is to be done.
-        console: where to show it.
-    """
+    """A live display of a sweep's jobs, on a terminal; elsewhere a line for each that ends."""
 
     def __init__(self, jobs: Iterable[Job], console: Console) -> None:
         self._console = console
@@ -59,24 +53,24 @@ class Display:
 
     def show(self, event: Event) -> None:
         """Show what has happened."""
-        job = event.job
-        name, digest = job.run.name, job.run.digest
-        before = self._at_work.pop(digest, (0, ""))[0]
-        if isinstance(event, Progressed):
-            self._trained_here += event.steps - before if before else 0  # a resumed run begins with what it had
-            self._at_work[digest] = (event.steps, event.words)
-        if isinstance(event, Finished):
-            success, length = event.numbers["success_rate"], event.numbers["length"]
-            self._say(f"{self._n_done + 1}/{len(self._jobs)} {name}: success {success:.1%}, length {length:.0f}")
-        elif isinstance(event, Failed):
-            self._say(f"failed: {name}: {event.reason}")
-        elif isinstance(event, Retried):
-            self._say(f"{name}: its process was killed or stopped; it goes on from its last checkpoint")
-        elif isinstance(event, Interrupted):
-            self._say(f"{name}: stopped and saved")
+        run = event.job.run
+        before = self._at_work.pop(run.digest, (0, ""))[0]
         if isinstance(event, Finished | Failed):
             self._n_done += 1
-            self._steps_done += job.run.config.steps
+            self._steps_done += run.config.steps
+        match event:
+            case Progressed(_, steps, words):
+                self._trained_here += steps - before if before else 0  # a resumed run begins with what it had
+                self._at_work[run.digest] = (steps, words)
+            case Finished(_, numbers):
+                result = f"success {numbers['success_rate']:.1%}, length {numbers['length']:.0f}"
+                self._say(f"{self._n_done}/{len(self._jobs)} {run.name}: {result}")
+            case Failed(_, reason):
+                self._say(f"failed: {run.name}: {reason}")
+            case Retried():
+                self._say(f"{run.name}: its process was killed or stopped; it goes on from its last checkpoint")
+            case Interrupted():
+                self._say(f"{run.name}: stopped and saved")
         self._update()
 
     def _say(self, line: str) -> None:
@@ -92,7 +86,6 @@ class Display:
     def _content(self) -> Group:
         table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
         for digest, (steps, words) in self._at_work.items():
-            job = self._jobs[digest]
-            share = min(1.0, steps / job.run.config.steps)
-            table.add_row(escape(job.run.name), f"{share:.0%}", escape(words.rstrip(",")))
+            run = self._jobs[digest].run
+            table.add_row(escape(run.name), f"{min(1.0, steps / run.config.steps):.0%}", escape(words.rstrip(",")))
         return Group(table, self._bar)

@@ -12,8 +12,7 @@ from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
-from hierroom.lab.sweep.events import MAX_TRIES, Event, Failed, Finished, Interrupted, Progressed, Retried
-from hierroom.lab.sweep.job import Job
+from hierroom.lab.sweep.job import MAX_TRIES, Event, Failed, Finished, Interrupted, Job, Progressed, Retried
 from hierroom.runs.folder.provenance import version_of_code
 from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import in_one_line
@@ -47,10 +46,7 @@ class _Worker:
 
 
 def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iterator[Event]:
-    """Do jobs on this machine, in this order and so many at a time, and tell what happens to them.
-
-    A request to stop saves the runs at work.
-    """
+    """Do jobs on this machine in order, and yield what happens to them; a request to stop saves the runs at work."""
     waiting, tries = deque(jobs), dict.fromkeys((job.run.digest for job in jobs), 1)
     workers = [_Worker.start() for _ in range(min(processes, len(jobs)))]
     try:
@@ -78,7 +74,7 @@ def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iter
 
 
 def _stopped(workers: list[_Worker]) -> Iterator[Event]:
-    """Ask all that are at work to save, and wait until they have."""
+    """Ask all workers that have a job to save, and wait until they have."""
     for worker in workers:
         if worker.job is not None:
             worker.process.terminate()
@@ -90,7 +86,7 @@ def _stopped(workers: list[_Worker]) -> Iterator[Event]:
 
 
 def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
-    """What those of the workers say within some seconds that are at work."""
+    """Yield what the workers that have a job say within some seconds."""
     ready = wait([worker.connection for worker in workers if worker.job is not None], timeout)
     for worker in workers:
         job = worker.job
@@ -100,22 +96,25 @@ def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
             kind, content = worker.connection.recv()
         except (EOFError, OSError):
             worker.process.join()
+            kind, content = "killed", None
+        if kind != "progressed":
             worker.job = None
-            yield Retried(job)
-            continue
-        if kind == "progressed":
-            yield Progressed(job, *content)
-            continue
-        worker.job = None
-        if kind == "failed":
-            yield Failed(job, content)
-        else:
-            yield Interrupted(job) if content is None else Finished(job, content)
+        match kind, content:
+            case "progressed", (steps, words):
+                yield Progressed(job, steps, words)
+            case "killed", _:
+                yield Retried(job)
+            case "failed", reason:
+                yield Failed(job, reason)
+            case _, None:
+                yield Interrupted(job)
+            case _, numbers:
+                yield Finished(job, numbers)
 
 
 @contextmanager
 def _without_ctrl_c() -> Iterator[None]:
-    """A context in which Ctrl-C waits; a process begun in it does not hear it while it loads its modules."""
+    """Let Ctrl-C wait: a process begun in this context does not hear it while it loads its modules."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -128,8 +127,8 @@ def _without_ctrl_c() -> Iterator[None]:
 
 
 def _work(connection: Connection, command: list[str]) -> None:
-    """What a process of the pool does: jobs, until the sweep is over."""
-    sys.orig_argv = command  # of which the runs are to tell, not of how multiprocessing starts a process
+    """Do jobs until the sweep is over."""
+    sys.orig_argv = command  # which the runs record, instead of how multiprocessing starts a process
     version_of_code()  # what this process has loaded, whatever is committed while it works
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches it too; the sweep asks it to stop by SIGTERM
     while True:
