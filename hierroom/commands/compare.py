@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from hierroom.lab.compare.metric import METRICS, MetricName
+from hierroom.lab.compare.curve import METRICS, MetricName
 from hierroom.support.cli import Flag, progress_bar, read_arguments
 from hierroom.support.errors import InputError, require_number
 from hierroom.support.files import to_json, write_atomically
@@ -76,7 +77,7 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     """Return the comparison and the notes on it."""
     # These bring torch, scipy and matplotlib along, and --help needs none of them.
     from hierroom.lab.compare.caveats import caveats
-    from hierroom.lab.compare.comparison import compare, n_estimates
+    from hierroom.lab.compare.comparison import compare
     from hierroom.lab.compare.evaluated_run import find_runs, read_run, refuse_without_overlap
     from hierroom.lab.compare.figure import MAX_GROUPS
     from hierroom.lab.compare.grouping import differing_entries, entry_names, group_runs
@@ -93,10 +94,8 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
         if len(groups) > MAX_GROUPS:
             raise InputError(f"by {', '.join(by)} there are {len(groups)} groups; at most {MAX_GROUPS} can be compared")
         tasks = Tasks.common(groups)
-        task = bar.add_task("estimating", total=n_estimates(groups, tasks))
-        comparison = compare(
-            groups, tasks, arguments.metric, arguments.resamples, arguments.seed, lambda: bar.advance(task)
-        )
+        track = partial(bar.track, description="estimating")
+        comparison = compare(groups, tasks, arguments.metric, arguments.resamples, arguments.seed, track)
     notes = [f"left out, as it has no evaluations: {path}" for path in left_out]
     if arguments.by is None:
         notes.append(f"compared by {', '.join(by)}, as no --by was given")

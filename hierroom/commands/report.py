@@ -78,7 +78,7 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     import torch  # slow to load, as is what follows, and --help needs none of it
 
     from hierroom import __version__
-    from hierroom.lab.compare.metric import METRICS
+    from hierroom.lab.compare.curve import METRICS
     from hierroom.lab.compare.style import line_style
     from hierroom.lab.report.curves import compare_runs, curve_rows, run_rows
     from hierroom.lab.report.difficulty import MEASURES, complexities, learning_points

@@ -1,4 +1,4 @@
-"""How well the hitting time predicts what HiPPO learned: what the paper's Figure 5 shows, as rank correlations."""
+"""How well the hitting time predicts what HiPPO learned: the paper's Figure 5 as rank correlations."""
 
 from __future__ import annotations
 
@@ -12,17 +12,14 @@ from hierroom.lab.paper.published import PAPER_TABLE_2, PAPER_TABLE_3
 if TYPE_CHECKING:
     import pandas as pd
 
-FEWEST = 4
-"""Fewer graphs can be ranked alike by chance."""
-ALL = 10_000
-"""More than there are orders of seven graphs, so that a test takes them all."""
+FEWEST = 4  # graphs; fewer can be ranked alike by chance
+ALL = 10_000  # more than there are orders of seven graphs, so that a test takes them all
 
 
 def prediction(cells: pd.DataFrame) -> str:
-    """One sentence with Spearman's correlations of the paper's hitting time over graphs; none of fewer than four.
+    """Return a sentence with Spearman's correlations of the paper's hitting time with HiPPO's cells of one grid size.
 
-    Each has the probability that an order drawn at random is correlated as strongly, exactly, by all orders. The cells
-    of HiPPO count, of one grid size.
+    It is empty for fewer than four graphs. Each correlation has its exact p-value, by all orders of the graphs.
     """
     own = cells[cells["method"] == "hippo"]
     if len(own) < FEWEST:
@@ -37,11 +34,11 @@ def prediction(cells: pd.DataFrame) -> str:
         )
         return f"{test.statistic:.2f} (p = {test.pvalue:.2f})"
 
-    told = [
+    parts = [
         f"with {quantity} ours {correlation([*own[quantity]])}, "
         f"the paper's {correlation([getattr(PAPER_TABLE_3['hippo', graph], quantity) for graph in own['graph']])}"
         for quantity in ("success", "length")
     ]
-    told.append(f"with our training steps until 95% {correlation([*own['steps_to_95']])}")
+    parts.append(f"with our training steps until 95% {correlation([*own['steps_to_95']])}")
     over = f"over {len(own)} graphs (p by an exact permutation test)"
-    return f"Rank correlation of the paper's hitting time {over}, HiPPO: {'; '.join(told)}."
+    return f"Rank correlation of the paper's hitting time {over}, HiPPO: {'; '.join(parts)}."

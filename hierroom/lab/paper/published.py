@@ -46,14 +46,10 @@ _LENGTH = {
 
 @dataclass(frozen=True)
 class PaperCell:
-    """What the paper's Table 3 prints for one method on one graph: means over the last 10 training episodes.
+    """What the paper's Table 3 prints for one method on one graph: means over the last 10 training episodes."""
 
-    Success is in percent, and length in percent of the limit of 1000 steps; that is None where the paper prints a dash,
-    next to success rates of at most 0.5%: about the whole limit.
-    """
-
-    success: float
-    length: float | None
+    success: float  # percent
+    length: float | None  # percent of 1000 steps; None for a dash, next to at most 0.5% success: about the whole limit
 
 
 PAPER_TABLE_3: Mapping[tuple[str, str], PaperCell] = {

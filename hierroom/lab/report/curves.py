@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from hierroom.lab.compare.caveats import caveats
 from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary, compare
+from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
 from hierroom.lab.compare.figure import MAX_GROUPS
 from hierroom.lab.compare.grouping import Group, differing_entries, entry_names, group_runs
-from hierroom.lab.compare.metric import METRICS
 from hierroom.lab.compare.tasks import Tasks, refuse_namesakes
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.runs.folder.run_folder import RunFolder
@@ -26,25 +26,21 @@ RESAMPLES = 1000
 
 @dataclass(frozen=True)
 class Curves:
-    """What the report draws of learning.
-
-    There is a comparison by each metric: of all groups on the graphs that all have, and on each other graph of those
-    that have it.
-    """
+    """The groups of a report, and comparisons by each metric: on the shared graphs, and on each other graph."""
 
     labels: list[str]  # the groups' names
     group_of: dict[str, int]  # for each run, by its path, the number of its group
     by: tuple[str, ...] = ()  # the entries that make the groups; none where each run is one
     comparisons: list[Comparison] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)  # lines that go with them
+    notes: list[str] = field(default_factory=list)
 
 
 def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable[[], object] = lambda: None) -> Curves:
-    """Group the runs and estimate their curves; where they cannot be compared, each run is a group of its own.
+    """Group the runs and estimate their curves; if they cannot be compared, each run is a group.
 
     Args:
         runs: the runs.
-        by: entries of the config that make a group; None: those that tell the runs apart.
+        by: entries of the config that make a group; None: those that differ between the runs.
         progress: called after each metric.
     """
     evaluated = [run.evaluated for run in runs if run.evaluated is not None]
@@ -56,8 +52,7 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
         groups = group_runs(evaluated, names)
         if len(groups) > MAX_GROUPS:
             raise InputError(f"by {', '.join(names)} there are {len(groups)} groups; at most {MAX_GROUPS} can be shown")
-        parts = _parts(groups)
-        comparisons = []
+        parts, comparisons = _parts(groups), []
         for members, _ in parts:
             refuse_without_overlap([run for group in members for run in group.runs])
         for metric in METRICS:
@@ -79,18 +74,19 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
 
 
 def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
-    """What is compared: all groups on the graphs that all have, and on each other graph those that have it."""
+    """Return the comparisons: all groups on the shared graphs, and on each other graph those that have it."""
     refuse_namesakes(groups)
     by_group = [{graph for run in group.runs for graph in run.curves} for group in groups]
     shared = set.intersection(*by_group)
-    parts: list[tuple[Sequence[Group], Tasks]] = [(groups, Tasks.common(groups))] if shared else []
-    for graph in sorted(set.union(*by_group) - shared):
-        parts.append(([group for group, own in zip(groups, by_group, strict=True) if graph in own], Tasks((graph,))))
-    return parts
+    others = {
+        graph: [g for g, own in zip(groups, by_group, strict=True) if graph in own] for graph in set.union(*by_group)
+    }
+    alone = [(others[graph], Tasks((graph,))) for graph in sorted(others.keys() - shared)]
+    return [*([(groups, Tasks.common(groups))] if shared else []), *alone]
 
 
 def drawn(curves: Curves) -> list[tuple[int, str, GroupSummary]]:
-    """The number of its group and the metric of each curve that is drawn: that over all graphs where there are some."""
+    """Return each drawn curve with its group's number and its metric; over all graphs only if there are several."""
     return [
         (curves.labels.index(summary.group.label), comparison.metric, summary)
         for comparison in curves.comparisons
@@ -100,7 +96,7 @@ def drawn(curves: Curves) -> list[tuple[int, str, GroupSummary]]:
 
 
 def curve_rows(curves: Curves) -> list[dict[str, Any]]:
-    """The groups' curves, for the page: one for each group, graph and metric."""
+    """Return the groups' curves for the page: one for each group, graph and metric."""
     return [
         {
             "group": group,
@@ -117,7 +113,7 @@ def curve_rows(curves: Curves) -> list[dict[str, Any]]:
 
 
 def run_rows(runs: Sequence[ReportedRun], curves: Curves) -> list[dict[str, Any]]:
-    """The runs' own curves, for the page: for each graph the steps and seconds, the metrics and success's interval."""
+    """Return the runs' curves for the page: for each graph steps, seconds, metrics, and the interval of success."""
     return [
         {"name": run.name, "group": curves.group_of[str(run.path)], "graphs": _graph_curves(run.evaluated)}
         for run in runs
@@ -137,7 +133,6 @@ def _graph_curves(run: EvaluatedRun) -> dict[str, dict[str, list[float | None]]]
 
 
 def rounded(values: Sequence[float] | NDArray, digits: int = 5) -> list[float | None]:
-    """Numbers with so many significant digits, so that the page stays small; what is not finite is None."""
-    return [
-        float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in np.asarray(values, float).tolist()
-    ]
+    """Round to so many significant digits, so that the page stays small; what is not finite is None."""
+    numbers = np.asarray(values, float).tolist()
+    return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in numbers]

@@ -12,12 +12,11 @@ from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
 
-N_BINS, LEAST_IN_BIN = 40, 10
-"""Most points of the curve of what training's episodes achieved, and the fewest episodes that make one."""
+N_BINS, LEAST_IN_BIN = 40, 10  # points of a curve at most, and episodes of each at least
 
 
 def goal_row(evaluation: Evaluation) -> dict[str, Any]:
-    """What trained agents achieved, for the page."""
+    """Return what trained agents achieved, for the page."""
     goals = [
         {"name": name, "share": share, "mean_step": None if np.isnan(step) else step}
         for name, (share, step) in evaluation.steps_to_goals.items()
@@ -35,10 +34,7 @@ def goal_row(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def training_goals(folder: RunFolder) -> dict[str, Any] | None:
-    """The share of training's episodes that achieved each goal, over the steps; None for fewer than two bins of them.
-
-    ``steps`` are those of the middle of each bin of episodes; for each goal there are the ``shares``.
-    """
+    """Return the ``shares`` of training's episodes that achieved each goal, in bins of ``steps``; None for few."""
     try:
         rows = folder.episodes.read()
         steps = np.array([float(row["steps"]) for row in rows])

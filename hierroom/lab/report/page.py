@@ -14,12 +14,7 @@ from hierroom.support.files import to_json
 
 
 def render_page(texts: Mapping[str, Any], data: Mapping[str, Any]) -> bytes:
-    """Fill the templates: a page in UTF-8.
-
-    Args:
-        texts: what the page's template shows; every character is shown as it is.
-        data: plain types, from which the page's scripts draw.
-    """
+    """Fill the templates with escaped texts, and with plain data that the page's scripts draw; return UTF-8."""
     loader = PackageLoader("hierroom.lab.report", "templates")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     page = environment.get_template("page.html")
@@ -27,7 +22,7 @@ def render_page(texts: Mapping[str, Any], data: Mapping[str, Any]) -> bytes:
 
 
 def script_json(value: Any) -> Markup:
-    """Plain types as JSON that can stand in a script element: nothing in it can end the element or begin another."""
+    """Return plain types as JSON for a script element: nothing in it can end the element or begin another."""
     text = to_json(value, indent=None)
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
@@ -35,7 +30,7 @@ def script_json(value: Any) -> Markup:
 
 
 def _plotly() -> str:
-    """The chart library, gzip as base64: a third of its size. It is unpacked by the page when charts are drawn."""
+    """Return the chart library, gzip as base64, a third of its size; the page unpacks it to draw charts."""
     from plotly.offline import get_plotlyjs
 
     return base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode()

@@ -28,8 +28,11 @@ def page_texts(
     points: Sequence[Mapping[str, Any]],
     notes: Sequence[str],
 ) -> dict[str, Any]:
-    """The texts of the page's tables; ``goals`` are rows of `goal_row`, each with its ``run``, and ``notes`` lines."""
-    names = _told(runs)
+    """Return the texts of the page's tables."""
+    has_meta = any(run.config.resolved_method.meta == LEARNED for run in runs)
+    has_variant = any(run.entries["variant"] for run in runs)
+    names = [name for name in runs[0].entries if has_meta or not name.startswith("meta_ppo.")]
+    names = [name for name in names if has_variant or name != "variant"]
     differing = [name for name in names if len({_text(run.entries.get(name)) for run in runs}) > 1]
     shown = [*(name for name in curves.by if name in differing and name != "graph"), "seed"]
     default = flat_entries(TrainConfig())
@@ -39,13 +42,9 @@ def page_texts(
         "runs": [_run(run, curves, shown, differing) for run in runs],
         "differing": shown,
         "common": [
-            {
-                "name": name,
-                "value": _text(runs[0].entries[name]),
-                "is_other": default.get(name) != runs[0].entries[name],
-            }
-            for name in names
-            if name not in differing
+            {"name": name, "value": _text(value), "is_other": default.get(name) != value}
+            for name, value in runs[0].entries.items()
+            if name in names and name not in differing
         ],
         "goals": [_goals(row) for row in goals],
         "measure_names": [*MEASURES.values()],
@@ -60,13 +59,6 @@ def page_texts(
         ],
         "notes": list(notes),
     }
-
-
-def _told(runs: Sequence[ReportedRun]) -> list[str]:
-    """The names of the entries that are told: not those of a learner, nor a variant, that no run has."""
-    has_meta, has_variant = any(run.meta == LEARNED for run in runs), any(run.entries["variant"] for run in runs)
-    names = [name for name in runs[0].entries if has_meta or not name.startswith("meta_ppo.")]
-    return [name for name in names if has_variant or name != "variant"]
 
 
 def _run(run: ReportedRun, curves: Curves, shown: Sequence[str], differing: Sequence[str]) -> dict[str, Any]:
@@ -101,19 +93,19 @@ def _interval(row: Mapping[str, str]) -> str:
 
 
 def _origin(run: ReportedRun) -> list[tuple[str, str]]:
-    """What is told of where a run came from: name and text."""
-    told = []
+    """Return where a run came from, as names and texts."""
+    lines = []
     for number, session in enumerate(run.sessions, start=1):
         which = f" {number}" if len(run.sessions) > 1 else ""
-        told += [(f"{name}{which}", _text(session[name])) for name in _ORIGIN if session.get(name)]
+        lines += [(f"{name}{which}", _text(session[name])) for name in _ORIGIN if session.get(name)]
         ours = session.get("hierroom")
         commit = ours.get("git") if isinstance(ours, Mapping) else None
         if isinstance(commit, Mapping):
             changed = ", with changes" if commit.get("is_dirty") else ""
-            told.append((f"commit{which}", f"{_text(commit.get('commit'))}{changed}"))
+            lines.append((f"commit{which}", f"{_text(commit.get('commit'))}{changed}"))
         if isinstance(packages := session.get("packages"), Mapping):
-            told.append((f"packages{which}", ", ".join(f"{name} {version}" for name, version in packages.items())))
-    return told
+            lines.append((f"packages{which}", ", ".join(f"{name} {version}" for name, version in packages.items())))
+    return lines
 
 
 def _goals(row: Mapping[str, Any]) -> dict[str, str]:

@@ -84,10 +84,9 @@ class Plan:
         seeds = [{}] if self.seeds is None else [{"seed": [seed]} for seed in range(self.seeds)]
         variants = self.variants or {"": {}}
         several = [name for name, values in self.values.items() if len(values) > 1]
-        columns = dict.fromkeys([*several, *(name for values in variants.values() for name in values)])
-        varied = [name for name in columns if name not in (*_IDENTITY, "steps")] + [_PLANNED_STEPS] * (
-            "steps" in columns
-        )
+        several += [name for values in variants.values() for name in values]
+        columns = dict.fromkeys(_PLANNED_STEPS if name == "steps" else name for name in several)
+        varied = [name for name in columns if name not in _IDENTITY]
         for seed, (variant, own), graph in product(seeds, variants.items(), self._graphs()):
             values = {**self.values, **own, **seed, **graph}
             for chosen in product(*values.values()):

@@ -62,7 +62,7 @@ class Sweep:
         return self.table.of(self.plan.runs())
 
     def made_with_other_code(self) -> list[str]:
-        """Return the names of the finished runs with a custom meta-controller, network or reward that has changed since.
+        """Return the names of the finished runs with custom code (meta-controller, network, reward) that has changed.
 
         A row has a digest of the files of that code. Rows without one, and rows without such files now, are no change.
         """
