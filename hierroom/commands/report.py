@@ -82,10 +82,9 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
     from hierroom.lab.compare.style import line_style
     from hierroom.lab.report.curves import compare_runs, curve_rows, run_rows
     from hierroom.lab.report.difficulty import MEASURES, complexities, learning_points
-    from hierroom.lab.report.page import render_page
+    from hierroom.lab.report.page import page_texts, render_page
     from hierroom.lab.report.replay import TILES
     from hierroom.lab.report.runs import read_runs
-    from hierroom.lab.report.texts import page_texts
 
     torch.set_num_threads(1)  # as in training
     with progress_bar() as bar:
@@ -127,21 +126,10 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         "is_greedy": arguments.greedy,
         "replays": replays,
     }
-    has = {"replay": bool(replays), "curves": bool(data["runs"]), "goals": bool(goals), "points": bool(points)}
-    sections = [
-        ("runs", "Runs"),
-        *[("replay", "Episodes")] * has["replay"],
-        *[("learning", "Learning")] * has["curves"],
-        *[("goals", "Goals")] * has["goals"],
-        ("complexity", "Complexity"),
-        ("configuration", "Configuration"),
-    ]
     texts = {
         **page_texts(runs, curves, goals, complexity, points, notes),
-        **{f"has_{name}": value for name, value in has.items()},
         "title": runs[0].name if len(runs) == 1 else f"hierroom: {len(runs)} runs",
         "summary": _summary(runs, curves),
-        "sections": sections,
         "version": __version__,
     }
     return render_page(texts, data), notes

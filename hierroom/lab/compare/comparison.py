@@ -102,8 +102,8 @@ class _Estimator:
         return curve.between(self.steps[0], self.steps[-1])
 
     def summary(self, group: Group, graph: str, graphs: tuple[str, ...]) -> GroupSummary:
-        values = self.tasks.strata(group, self.metric, lambda curve: curve.at(self.steps), graphs)
-        areas = self.tasks.strata(group, self.metric, lambda curve: [self.part(curve).area], graphs)
+        values = [*self.tasks.strata(group, self.metric, lambda curve: curve.at(self.steps), graphs).values()]
+        areas = [*self.tasks.strata(group, self.metric, lambda curve: [self.part(curve).area], graphs).values()]
         successes = [self.part(curve) for curve in self.tasks.curves(group, "success_rate", graphs)]
         there = [run for run in group.runs if set(self.tasks.on(run)) & set(graphs)]
         reaching = {level: np.array([curve.steps_to(level) for curve in successes]) for level in SUCCESS_LEVELS}
@@ -130,15 +130,14 @@ class _Estimator:
             return [sign * part.values[-1], sign * part.area]
 
         own, other = (self.tasks.strata(group, self.metric, scores) for group in (ours, theirs))
-        own_graphs, other_graphs = (self.tasks.strata_graphs(group) for group in (ours, theirs))
 
         def statistic(strata: Strata) -> Scores:
             return probability_of_improvement(
-                _by_graph(strata[: len(own)], own_graphs, self.tasks.graphs),
-                _by_graph(strata[len(own) :], other_graphs, self.tasks.graphs),
+                _by_graph(strata[: len(own)], [*own], self.tasks.graphs),
+                _by_graph(strata[len(own) :], [*other], self.tasks.graphs),
             )
 
-        found = self.estimate([*own, *other], statistic)
+        found = self.estimate([*own.values(), *other.values()], statistic)
         final, auc = (Estimate(found.values[[n]], found.lows[[n]], found.highs[[n]]) for n in range(2))
         return [Improvement(ours, theirs, "final", final), Improvement(ours, theirs, "auc", auc)]
 

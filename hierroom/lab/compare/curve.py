@@ -24,11 +24,6 @@ class Metric:
     digits: int = 1  # shown after the point
 
     @property
-    def axis_label(self) -> str:
-        """Label with unit."""
-        return f"{self.label} (%)" if self.is_rate else self.label
-
-    @property
     def scale(self) -> float:
         """The factor of the values that are shown."""
         return 100.0 if self.is_rate else 1.0

@@ -31,7 +31,7 @@ def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
 
 
 def _figure(comparison: Comparison) -> Figure:
-    panels = _panels(comparison)
+    panels, metric = _panels(comparison), METRICS[comparison.metric]
     n_columns = 3 if len(panels) in (5, 6, 9) else min(4, len(panels))
     n_rows = -(-len(panels) // n_columns)
     labels = [f"{one.group.label} ({one.n_seeds} seed{'s' * (one.n_seeds != 1)})" for one in comparison.of_graph(ALL)]
@@ -41,7 +41,7 @@ def _figure(comparison: Comparison) -> Figure:
     legend_height = 0.18 * -(-len(labels) // n_legend)
     height = 2.3 if len(panels) == 1 else 1.55 * n_rows + 0.25
     figure = Figure(figsize=(width, height + legend_height), layout="constrained")
-    axes = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True, sharey=METRICS[comparison.metric].is_rate)
+    axes = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True, sharey=metric.is_rate)
     for place, (graph, title) in zip(axes.flat, panels.items(), strict=False):
         for summary in comparison.of_graph(graph):
             _draw(place, summary, comparison)
@@ -53,7 +53,7 @@ def _figure(comparison: Comparison) -> Figure:
         axes[lowest, column].tick_params(labelbottom=True)
         axes[lowest, column].set_xlabel(f"training steps ({step_unit(comparison.summaries[0].steps[-1])[1]})")
     for first in axes[:, 0]:
-        first.set_ylabel(METRICS[comparison.metric].axis_label)
+        first.set_ylabel(f"{metric.label} (%)" if metric.is_rate else metric.label)
     lines, _ = axes[0, 0].get_legend_handles_labels()
     n_shown = min(n_legend, len(labels))
     legend = figure.legend(lines, labels, loc="outside lower center", ncols=n_shown, handlelength=1.8)

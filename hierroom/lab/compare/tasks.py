@@ -25,10 +25,8 @@ class Tasks:
     @classmethod
     def common(cls, groups: Sequence[Group]) -> Tasks:
         """Return the graphs of all groups; `OWN` if there is none and graphs make the groups."""
-        refuse_namesakes(groups)
-        by_group = [{graph for run in group.runs for graph in run.curves} for group in groups]
-        shared = set.intersection(*by_group)
-        if shared:
+        by_group = graphs_of(groups)
+        if shared := set.intersection(*by_group):
             return cls(tuple(sorted(shared)))
         if "graph" in groups[0].choices:
             return cls((OWN,))
@@ -47,12 +45,8 @@ class Tasks:
 
     def curves(self, group: Group, metric: MetricName, graphs: Sequence[str] | None = None) -> list[Curve]:
         """Return the curves of a group's runs on some graphs, by default all."""
-        strata = self._strata(group, graphs).items()
-        return [self.curve(run, graph, metric) for own, runs in strata for run in runs for graph in own]
-
-    def strata_graphs(self, group: Group, graphs: Sequence[str] | None = None) -> list[tuple[str, ...]]:
-        """Return the graphs of each stratum: the runs of a group that were evaluated on the same graphs."""
-        return list(self._strata(group, graphs))
+        wanted = self.graphs if graphs is None else graphs
+        return [self.curve(run, graph, metric) for run in group.runs for graph in self.on(run) if graph in wanted]
 
     def strata(
         self,
@@ -60,31 +54,25 @@ class Tasks:
         metric: MetricName,
         scores: Callable[[Curve], ArrayLike],
         graphs: Sequence[str] | None = None,
-    ) -> list[NDArray[np.float64]]:
-        """Return the scores of a group for `compare.estimates`: for each stratum [R, K, Q].
+    ) -> dict[tuple[str, ...], NDArray[np.float64]]:
+        """Return the scores [R, K, Q] of each stratum, see `compare.estimates`, by the K graphs that its R runs share.
 
         ``scores`` makes the scores [Q] of a curve of the metric.
         """
-        return [
-            np.array([[scores(self.curve(run, graph, metric)) for graph in own] for run in runs], float)
-            for own, runs in self._strata(group, graphs).items()
-        ]
-
-    def _strata(self, group: Group, graphs: Sequence[str] | None) -> dict[tuple[str, ...], list[EvaluatedRun]]:
         wanted = self.graphs if graphs is None else graphs
-        strata: dict[tuple[str, ...], list[EvaluatedRun]] = {}
+        strata: dict[tuple[str, ...], list[list[ArrayLike]]] = {}
         for run in group.runs:
-            own = tuple(graph for graph in self.on(run) if graph in wanted)
-            if own:
-                strata.setdefault(own, []).append(run)
-        return strata
+            if own := tuple(graph for graph in self.on(run) if graph in wanted):
+                strata.setdefault(own, []).append([scores(self.curve(run, graph, metric)) for graph in own])
+        return {own: np.array(runs, float) for own, runs in strata.items()}
 
 
-def refuse_namesakes(groups: Sequence[Group]) -> None:
-    """Refuse two different goal graphs of the same name, which would be taken for one."""
+def graphs_of(groups: Sequence[Group]) -> list[set[str]]:
+    """Return the names of each group's graphs; refuse two different goal graphs of the same name."""
     named: dict[str, EvaluatedRun] = {}
     for run in (run for group in groups for run in group.runs):
         for name, graph in run.own_graphs.items():
             if named.setdefault(name, run).own_graphs[name] != graph:
                 both = f"in {named[name].path} and in {run.path}"
                 raise InputError(f"two different goal graphs are called {name}, {both}; compare one of them at a time")
+    return [{graph for run in group.runs for graph in run.curves} for group in groups]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hierroom.goals import COLOURS, EXIT_GOAL, NO_GOAL, GoalGraph
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.support.errors import InputError
-from hierroom.turns.records import CONTROLLER, META, Step
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import COL_STEP, KEY, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, ROW_STEP
 from hierroom.worlds.escape_room.layout import State
@@ -33,6 +33,10 @@ class Game:
         has_fog: whether what was not seen yet is hidden.
         has_hints: whether the oracle's next action is shown.
         message: what the last step did, or why it did nothing.
+        graph: the goal graph of this level.
+        shortest: the fewest steps in which this level can be left from its start.
+        has_ended: whether the exit or the limit of steps was reached.
+        has_escaped: whether the exit was reached.
         achieved: the goal ids achieved in this level, in their order.
         seen: [size, size] bool, the cells that have been in view.
     """
@@ -46,9 +50,11 @@ class Game:
     def _begin(self) -> None:
         self._start = self.turns.get_state()
         self._pair = self.agent.pair(1, seed=self._seed) if self.agent is not None else None
-        self.message, self.achieved = "", []
-        self._last: Step | None = None
-        self.seen: NDArray[np.bool_] = seen_cells(self.state)
+        state = self.state
+        self.graph: GoalGraph = self.turns.world.graph_of(state)
+        self.shortest = int(self.turns.ledger.shortest[0])
+        self.message, self.achieved, self.has_ended, self.has_escaped = "", [], False, False
+        self.seen: NDArray[np.bool_] = seen_cells(state)
         if self._pair is not None:
             self._pair.choose(self.turns, META)
 
@@ -58,29 +64,9 @@ class Game:
         return self.turns.world.get_state()
 
     @property
-    def graph(self) -> GoalGraph:
-        """The goal graph of the level."""
-        return self.turns.world.graph_of(self.state)
-
-    @property
     def goal(self) -> int:
         """The goal id that the agent's meta-controller would pursue now; -1 for none."""
         return int(self.turns.goals[0])
-
-    @property
-    def shortest(self) -> int:
-        """The fewest steps in which the level can be left from its start."""
-        return int(self.turns.ledger.shortest[0])
-
-    @property
-    def has_ended(self) -> bool:
-        """Whether the exit or the limit of steps was reached."""
-        return self._last is not None and bool(self._last.episode_ended[0])
-
-    @property
-    def has_escaped(self) -> bool:
-        """Whether the exit was reached."""
-        return self._last is not None and bool(self._last.terminated[0])
 
     @property
     def hint(self) -> str:
@@ -112,7 +98,8 @@ class Game:
                 agent.record(step, self.turns)
             if not step.episode_ended[0]:
                 self._pair.choose(self.turns, META)
-        self._last, self.message, event = step, "", int(step.events[0])
+        self.has_ended, self.has_escaped = bool(step.episode_ended[0]), bool(step.terminated[0])
+        self.message, event = "", int(step.events[0])
         self.seen |= seen_cells(self.state)
         if event != NO_GOAL:
             self.achieved.append(event)

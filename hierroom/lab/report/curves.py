@@ -16,7 +16,7 @@ from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
 from hierroom.lab.compare.figure import MAX_GROUPS
 from hierroom.lab.compare.grouping import Group, differing_entries, entry_names, group_runs
-from hierroom.lab.compare.tasks import Tasks, refuse_namesakes
+from hierroom.lab.compare.tasks import Tasks, graphs_of
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
@@ -75,8 +75,7 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
 
 def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
     """Return the comparisons: all groups on the shared graphs, and on each other graph those that have it."""
-    refuse_namesakes(groups)
-    by_group = [{graph for run in group.runs for graph in run.curves} for group in groups]
+    by_group = graphs_of(groups)
     shared = set.intersection(*by_group)
     others = {
         graph: [g for g, own in zip(groups, by_group, strict=True) if graph in own] for graph in set.union(*by_group)

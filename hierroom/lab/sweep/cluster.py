@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hierroom.lab.sweep.job import MAX_TRIES, Event, Failed, Finished, Job, Progressed
+from hierroom.lab.sweep.job import MAX_TRIES, Event, Job
 from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import InputError, in_one_line
 
@@ -38,7 +38,7 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
             try:
                 job.check_folder()
             except InputError as error:
-                yield Failed(job, str(error))
+                yield Event("failed", job, str(error))
             else:
                 waiting[remote.remote(job)] = job
         while waiting and not interrupt.is_requested:
@@ -48,11 +48,11 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
                 try:
                     numbers, content = ray.get(reference)
                 except Exception as error:  # what the run raised, or that its machine was lost too often
-                    yield Failed(job, in_one_line(getattr(error, "cause", None) or error))
+                    yield Event("failed", job, in_one_line(getattr(error, "cause", None) or error))
                 else:
                     _unpack(content, job.folder)
-                    yield Progressed(job, job.run.config.steps, "")
-                    yield Finished(job, numbers)
+                    yield Event("progressed", job, (job.run.config.steps, ""))
+                    yield Event("finished", job, numbers)
     finally:
         for reference in waiting:
             ray.cancel(reference, force=True)

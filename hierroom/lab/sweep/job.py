@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import torch
 from rich.console import Console
@@ -114,38 +114,14 @@ def _columns(prefix: str, result: Evaluation) -> dict[str, object]:
     }
 
 
-@dataclass(frozen=True)
-class Event:
-    """What happened to a job, wherever it is worked on."""
+class Event(NamedTuple):
+    """What happened to a job, wherever it is worked on.
 
+    A job that progressed has the steps trained so far and a few words as its content, a finished one the results of its
+    row, a failed one the reason. A job is retried from its last checkpoint if its process was killed or stopped, and
+    interrupted, after saving, if the sweep is to stop.
+    """
+
+    kind: Literal["progressed", "finished", "failed", "retried", "interrupted"]
     job: Job
-
-
-@dataclass(frozen=True)
-class Progressed(Event):
-    """The job has trained some steps; ``words`` say how it fares."""
-
-    steps: int
-    words: str
-
-
-@dataclass(frozen=True)
-class Finished(Event):
-    """The job is done, with the results of its row."""
-
-    numbers: Mapping[str, Any]
-
-
-@dataclass(frozen=True)
-class Failed(Event):
-    """The job cannot be done."""
-
-    reason: str
-
-
-class Retried(Event):
-    """The job's process was killed or stopped; it begins again from its last checkpoint."""
-
-
-class Interrupted(Event):
-    """The job was stopped and saved, because the sweep is to stop."""
+    content: Any = None

@@ -12,7 +12,7 @@ from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
-from hierroom.lab.sweep.job import MAX_TRIES, Event, Failed, Finished, Interrupted, Job, Progressed, Retried
+from hierroom.lab.sweep.job import MAX_TRIES, Event, Job
 from hierroom.runs.folder.provenance import version_of_code
 from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import in_one_line
@@ -57,14 +57,15 @@ def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iter
                 if worker.job is None and waiting:
                     worker.give(waiting.popleft())
             for event in _heard(workers, 0.2):
-                if isinstance(event, Interrupted) and not interrupt.is_requested:
-                    event = Retried(event.job)  # its process alone was asked to stop, by a scheduler or by hand
-                if isinstance(event, Retried):
-                    if tries[event.job.run.digest] == MAX_TRIES:
-                        event = Failed(event.job, f"its process was killed or stopped {MAX_TRIES} times")
+                job = event.job
+                if event.kind == "interrupted" and not interrupt.is_requested:
+                    event = Event("retried", job)  # its process alone was asked to stop, by a scheduler or by hand
+                if event.kind == "retried":
+                    if tries[job.run.digest] == MAX_TRIES:
+                        event = Event("failed", job, f"its process was killed or stopped {MAX_TRIES} times")
                     else:
-                        tries[event.job.run.digest] += 1
-                        waiting.appendleft(event.job)
+                        tries[job.run.digest] += 1
+                        waiting.appendleft(job)
                 yield event
         yield from _stopped(workers)
     finally:
@@ -82,7 +83,7 @@ def _stopped(workers: list[_Worker]) -> Iterator[Event]:
         while worker.job is not None and wait([worker.connection], _LAST_WORDS_S):
             for event in _heard([worker], 0):
                 # Before it trains, and after it, nothing is left to be saved, and SIGTERM ends the process.
-                yield Interrupted(event.job) if isinstance(event, Retried) else event
+                yield Event("interrupted", event.job) if event.kind == "retried" else event
 
 
 def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
@@ -96,20 +97,10 @@ def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
             kind, content = worker.connection.recv()
         except (EOFError, OSError):
             worker.process.join()
-            kind, content = "killed", None
+            kind, content = "retried", None
         if kind != "progressed":
             worker.job = None
-        match kind, content:
-            case "progressed", (steps, words):
-                yield Progressed(job, steps, words)
-            case "killed", _:
-                yield Retried(job)
-            case "failed", reason:
-                yield Failed(job, reason)
-            case _, None:
-                yield Interrupted(job)
-            case _, numbers:
-                yield Finished(job, numbers)
+        yield Event(kind, job, content)
 
 
 @contextmanager
@@ -143,4 +134,4 @@ def _work(connection: Connection, command: list[str]) -> None:
         except Exception as error:
             connection.send(("failed", in_one_line(error)))
         else:
-            connection.send(("finished", numbers))
+            connection.send(("finished" if numbers is not None else "interrupted", numbers))

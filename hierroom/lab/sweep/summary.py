@@ -27,10 +27,13 @@ class Summary:
     lines: tuple[tuple[str, ...], ...]  # the cells of each line
     has_single_runs: bool  # whether some line is of one run
 
+    def caption(self) -> str:
+        """Return how to read the numbers."""
+        return f"{_CAPTION}{_SINGLE_RUNS if self.has_single_runs else ''}"
+
     def table(self) -> Table:
         """Return a table for a terminal."""
-        caption = f"{_CAPTION}{_SINGLE_RUNS if self.has_single_runs else ''}"
-        return named_table(self.headings, self.lines, self.n_names, caption=caption)
+        return named_table(self.headings, self.lines, self.n_names, caption=self.caption())
 
     def markdown(self) -> str:
         """Return a table in Markdown."""

@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
-
 from hierroom.lab.sweep.plan import Plan, PlannedRun
 from hierroom.lab.sweep.table import SweepTable
 from hierroom.runs.folder.own_modules import own_code_digest
@@ -99,7 +97,7 @@ class Sweep:
         # These bring torch along, and a sweep that is done needs none of it.
         from hierroom.lab.sweep.cluster import work_on_cluster
         from hierroom.lab.sweep.display import Display
-        from hierroom.lab.sweep.job import Failed, Finished, Job
+        from hierroom.lab.sweep.job import Job
         from hierroom.lab.sweep.pool import work_here
         from hierroom.runs.folder.run_folder import RunFolder
         from hierroom.runs.interrupt import Interrupt
@@ -114,15 +112,16 @@ class Sweep:
         failures: list[tuple[PlannedRun, str]] = []
         replaced: list[PlannedRun] = []
         n_cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        with Interrupt() as interrupt, Display(jobs, Console(stderr=True)) as display:
+        with Interrupt() as interrupt, Display(jobs) as display:
             here = work_here(jobs, processes or n_cores, interrupt)
             for event in here if ray is None else work_on_cluster(jobs, ray, interrupt):
-                if isinstance(event, Finished):
+                run = event.job.run
+                if event.kind == "finished":
                     evaluations = RunFolder(event.job.folder).evaluations.read()
-                    if self.table.add(event.job.run, event.numbers, evaluations):
-                        replaced.append(event.job.run)
-                elif isinstance(event, Failed):
-                    failures.append((event.job.run, event.reason))
+                    if self.table.add(run, event.content, evaluations):
+                        replaced.append(run)
+                elif event.kind == "failed":
+                    failures.append((run, event.content))
                 display.show(event)
         return SweepOutcome(tuple(failures), tuple(replaced), interrupt.is_requested)
 
