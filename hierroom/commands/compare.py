@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from hierroom.lab.compare.comparison import Comparison
     from hierroom.lab.compare.evaluated_run import EvaluatedRun
 
-REPORT = "comparison.json"
-"""The file by which the folder of an earlier comparison is known."""
+REPORT = "comparison.json"  # marks the folder of an earlier comparison
 
 
 @dataclass(frozen=True)
@@ -79,8 +78,7 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
     from hierroom.lab.compare.caveats import caveats
     from hierroom.lab.compare.comparison import compare
     from hierroom.lab.compare.evaluated_run import find_runs, read_run, refuse_without_overlap
-    from hierroom.lab.compare.figure import MAX_GROUPS
-    from hierroom.lab.compare.grouping import differing_entries, entry_names, group_runs
+    from hierroom.lab.compare.grouping import choose_groups
     from hierroom.lab.compare.tasks import Tasks
 
     with progress_bar() as bar:
@@ -89,16 +87,13 @@ def _compared(arguments: CompareArguments) -> tuple[Comparison, list[str]]:
             raise InputError(f"no run in {', '.join(map(str, arguments.runs))} has evaluations")
         runs: list[EvaluatedRun] = list(bar.track(map(read_run, paths), len(paths), description="reading"))
         refuse_without_overlap(runs)
-        by = differing_entries(runs) if arguments.by is None else entry_names(arguments.by)
-        groups = group_runs(runs, by)
-        if len(groups) > MAX_GROUPS:
-            raise InputError(f"by {', '.join(by)} there are {len(groups)} groups; at most {MAX_GROUPS} can be compared")
+        groups = choose_groups(runs, arguments.by)
         tasks = Tasks.common(groups)
         track = partial(bar.track, description="estimating")
         comparison = compare(groups, tasks, arguments.metric, arguments.resamples, arguments.seed, track)
     notes = [f"left out, as it has no evaluations: {path}" for path in left_out]
     if arguments.by is None:
-        notes.append(f"compared by {', '.join(by)}, as no --by was given")
+        notes.append(f"compared by {', '.join(comparison.by)}, as no --by was given")
     return comparison, notes + caveats(comparison)
 
 

@@ -51,9 +51,8 @@ def main(argv: Sequence[str]) -> int:
         files = [str(path) for path in sorted(stamp.parent.rglob("*.nb[ci]"))]
         write_atomically(stamp, json.dumps({"made_of": _made_of(), "files": files}).encode())
     seconds = f"{time.perf_counter() - started:.1f} s"
-    print(
-        f"{n_compiled} kernels compiled in {seconds}" if n_compiled else f"all kernels are compiled already ({seconds})"
-    )
+    done = f"{n_compiled} kernels compiled in {seconds}"
+    print(done if n_compiled else f"all kernels are compiled already ({seconds})")
     return 0
 
 

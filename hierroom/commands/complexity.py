@@ -21,12 +21,9 @@ from hierroom.support.files import to_json
 from hierroom.support.tables import named_table, print_table
 from hierroom.worlds.env_config import GRAPHS
 
-MAX_LISTED_ROOMS = 8
-"""There are 612 goal graphs of 8 rooms. The 1,747 of 9 rooms would take most of a minute."""
-
+MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
 FORMATS = ("json", "csv", "latex", "markdown")
-OF_PLAY = ("episodes", "size", "max_steps", "trust_run")
-"""Options of --from-play alone."""
+OF_PLAY = ("episodes", "size", "max_steps", "trust_run")  # options of --from-play alone
 
 
 @dataclass(frozen=True)

@@ -87,16 +87,14 @@ def _table(results: Mapping[str, Evaluation]) -> Table:
         "return of the controller": lambda r: f"{r.mean_return:.2f}",
     }
     for goal in results["sampled"].steps_to_goals:
-        texts[f"steps to {goal}"] = lambda r, g=goal: _steps_to(*r.steps_to_goals[g])
+        texts[f"steps to {goal}"] = lambda r, g=goal: (
+            f"{_number(r.steps_to_goals[g][1])} ({r.steps_to_goals[g][0]:.1%})"
+        )
     rows = ([label, *map(text, results.values())] for label, text in texts.items())
     return named_table(["", *(f"{name} actions" for name in results)], rows)
 
 
-def _steps_to(fraction: float, mean_step: float) -> str:
-    return f"{_number(mean_step, '.1f')} ({fraction:.1%})"
-
-
-def _number(value: float, style: str) -> str:
+def _number(value: float, style: str = ".1f") -> str:
     return "-" if math.isnan(value) else format(value, style)
 
 

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from hierroom.lab.report.runs import ReportedRun
 
 
-_DASHES = ("solid", "dash", "dot", "dashdot")
-"""The dashes of `compare.style`, as the page calls them."""
+_DASHES = ("solid", "dash", "dot", "dashdot")  # those of `compare.style`, as the page calls them
 
 
 @dataclass(frozen=True)
@@ -114,9 +113,7 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
             {"label": label, "colour": colour, "dash": _DASHES[dash]}
             for label, (colour, dash) in zip(curves.labels, map(line_style, count()), strict=False)
         ],
-        "metrics": [
-            {"name": name, "label": metric.label, "is_rate": metric.is_rate} for name, metric in METRICS.items()
-        ],
+        "metrics": [{"name": name, "label": one.label, "is_rate": one.is_rate} for name, one in METRICS.items()],
         "curves": curve_rows(curves),
         "runs": run_rows(runs, curves),
         "measures": dict(MEASURES),
@@ -126,20 +123,15 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         "is_greedy": arguments.greedy,
         "replays": replays,
     }
+    groups = dict.fromkeys(curves.labels)
+    n_groups = f"{len(groups)} group{'s' * (len(groups) > 1)}"
     texts = {
-        **page_texts(runs, curves, goals, complexity, points, notes),
+        **page_texts(runs, curves, complexity, points, notes),
         "title": runs[0].name if len(runs) == 1 else f"hierroom: {len(runs)} runs",
-        "summary": _summary(runs, curves),
+        "summary": runs[0].config.title if len(runs) == 1 else f"{len(runs)} runs in {n_groups}: {'; '.join(groups)}",
         "version": __version__,
     }
     return render_page(texts, data), notes
-
-
-def _summary(runs: Sequence[ReportedRun], curves: Curves) -> str:
-    if len(runs) == 1:
-        return runs[0].config.title
-    groups = dict.fromkeys(curves.labels)
-    return f"{len(runs)} runs in {len(groups)} group{'s' * (len(groups) > 1)}: {'; '.join(groups)}"
 
 
 def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:

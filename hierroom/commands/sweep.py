@@ -21,10 +21,8 @@ from hierroom.support.errors import InputError
 from hierroom.support.tables import print_table
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
-_FLAGS = ("--list", "--markdown", "--help", "-h")
-"""Options that take no word."""
-_OF_SEVERAL = ("--graphs", "--metas")
-"""Options that take words up to the next option, or to an entry; all others take one."""
+_FLAGS = ("--list", "--markdown", "--help", "-h")  # options without a word
+_OF_SEVERAL = ("--graphs", "--metas")  # options with words up to the next option or entry; all others take one
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from hierroom.lab.compare.comparison import Comparison
 from hierroom.lab.compare.evaluated_run import EvaluatedRun
 from hierroom.lab.compare.grouping import Group, describe_differences, shortened
-from hierroom.lab.compare.tasks import OWN, Tasks
+from hierroom.lab.compare.tasks import OWN, Tasks, graphs_of
 
 _SHOWN = 3
 _FEW_RUNS = 5  # with fewer on a graph 95% intervals cover the true value too rarely: with three in 74% of cases
@@ -48,9 +48,7 @@ def _on_lengths(runs: Sequence[EvaluatedRun], end: float) -> Iterable[str]:
 def _on_graphs(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
     if tasks.graphs == (OWN,):
         yield "the groups have no goal graph in common: each run is compared on its own, as --by graph wants it"
-        return
-    left_out = sorted({graph for group in groups for run in group.runs for graph in run.curves} - set(tasks.graphs))
-    if left_out:
+    elif left_out := sorted(set.union(*graphs_of(groups)) - set(tasks.graphs)):
         yield f"left out, as not every group has it: graph {shortened(left_out, _SHOWN)}"
 
 

@@ -111,7 +111,7 @@ class _Estimator:
             group=group,
             graph=graph,
             n_runs=len(there),
-            n_seeds=len({run.seed for run in there}),
+            n_seeds=len({run.entries["seed"] for run in there}),
             n_scores=len(successes),
             steps=self.steps,
             curve=self.estimate(values, interquartile_mean),

@@ -37,11 +37,6 @@ class EvaluatedRun:
     own_graphs: Mapping[str, GoalGraph]  # the user-defined goal graphs, by their names
 
     @property
-    def seed(self) -> int:
-        """The seed it was trained with."""
-        return self.entries["seed"]
-
-    @property
     def first_steps(self) -> float:
         """Steps trained at the first evaluation that all its graphs have."""
         return max(curve.steps[0] for metrics in self.curves.values() for curve in metrics.values())

@@ -13,18 +13,17 @@ from matplotlib.ticker import FormatStrFormatter, MaxNLocator
 
 from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary
 from hierroom.lab.compare.curve import METRICS
-from hierroom.lab.compare.style import COLOURS, DASHES, STYLE, line_style, save
+from hierroom.lab.compare.style import DASHES, STYLE, line_style, save
 from hierroom.lab.compare.tasks import OWN
 from hierroom.runs.logs.plots import step_unit
 
-MAX_GROUPS = len(COLOURS) * len(DASHES)
 MAX_PANELS = 12  # of more graphs only the panel over all is drawn
 _COLUMN, _PAGE = 3.3, 6.8  # inches: the width of a column and of a page of a paper in two columns
 _LETTERS = 12  # of the legend to the inch
 
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
-    """Draw the learning curves of at most `MAX_GROUPS` groups into ``curves.pdf`` and ``curves.png``; return these."""
+    """Draw the learning curves of a comparison into ``curves.pdf`` and ``curves.png``; return these."""
     with matplotlib.rc_context(STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph \d+")  # of a name in a script that the font does not have
         return save(_figure(comparison), folder / "curves", 300)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from hierroom.lab.compare.evaluated_run import EvaluatedRun
+from hierroom.lab.compare.style import MAX_GROUPS
 from hierroom.support.errors import InputError
 from hierroom.support.tables import telling_columns
 
@@ -36,6 +37,17 @@ class Group:
         return ", ".join(names) or "no variant"
 
 
+def choose_groups(runs: Sequence[EvaluatedRun], by: str | None) -> list[Group]:
+    """Group the runs by the named entries, or by those that differ; refuse more groups than a figure can show."""
+    # The config has num_envs for num-envs.
+    given = dict.fromkeys(name.strip().lstrip("-").replace("-", "_") for name in (by or "").split(","))
+    names = tuple(given) if by is not None else differing_entries(runs)
+    groups = group_runs(runs, names)
+    if len(groups) > MAX_GROUPS:
+        raise InputError(f"by {', '.join(names)} there are {len(groups)} groups; at most {MAX_GROUPS} can be compared")
+    return groups
+
+
 def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
     """Return the entries that differ between the runs; ``method`` if none does.
 
@@ -46,11 +58,6 @@ def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
     first = [name for name in _NAMED_BY_VALUE if name in names]
     choices = {name: [run.choice(name) for run in runs] for name in [*first, *names]}
     return tuple(telling_columns(pd.DataFrame(choices))) or ("method",)
-
-
-def entry_names(by: str) -> tuple[str, ...]:
-    """Return names of entries as the config has them: ``num-envs,gamma`` is ``num_envs`` and ``gamma``."""
-    return tuple(dict.fromkeys(name.strip().lstrip("-").replace("-", "_") for name in by.split(",")))
 
 
 def group_runs(runs: Sequence[EvaluatedRun], by: Sequence[str]) -> list[Group]:
@@ -105,8 +112,8 @@ def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
         key += (str(sorted(run.own_graphs.items())),)  # other graphs of the same name are for `Tasks.common` to refuse
         if key in seen:
             raise InputError(
-                f"{seen[key].path} and {run.path} have the same seed, {run.seed}, and differ at most in steps, "
-                "threads, device and evaluations, so that they count once; give one of them, or compare --by steps"
+                f"{seen[key].path} and {run.path} have the same seed, {run.entries['seed']}, and differ at most in "
+                "steps, threads, device and evaluations, so that they count once; give one of them, or compare --by steps"
             )
         seen[key] = run
 

@@ -13,6 +13,7 @@ from hierroom.support.files import write_atomically
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 """Okabe & Ito's palette for the colour-blind, without its yellow, which is faint on white."""
 DASHES = ("-", "--", ":", "-.")
+MAX_GROUPS = len(COLOURS) * len(DASHES)
 
 STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,  # TrueType: editors and publishers refuse type 3

@@ -81,8 +81,6 @@ def measure(
         episodes: how many in all.
         progress: called with the number of episodes done.
         seed: fixes the bootstrap.
-        walk: the assumed walk.
-        reading: interpretation of the paper's augmented graph.
     """
     counts = count_transitions(turns, player, episodes, progress)
     assumed = analyze(graph_of(turns), turns.config.drop_key, walk, reading)
@@ -106,10 +104,7 @@ def measure_named(
         entries: the ``graph``, ``size`` and ``max_steps`` of the environments, where they differ from the run's, or,
             for `"random"` and `"oracle"`, from the defaults.
         drop_key: whether keys can be dropped; always true for a run that trained so.
-        episodes: how many.
         seed: fixes the levels, the actions and the bootstrap.
-        walk: the assumed walk, to compare with.
-        reading: interpretation of the paper's augmented graph.
         trust: whether to run the code that the run's config names, as for `load`.
     """
     require_number("episodes", episodes, 1, 10**9, is_whole=True)

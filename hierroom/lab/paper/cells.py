@@ -83,10 +83,9 @@ def values_at(at: float | np.ndarray, runs: pd.DataFrame, curves: Curves, name: 
 def curves_of(runs: pd.DataFrame, curves: Curves) -> list[pd.DataFrame]:
     """Return the evaluations of each run."""
     for run in runs[~runs["digest"].isin([*curves])].to_dict("records"):
-        raise InputError(
-            f"curves.csv has no learning curve of {run['method']} on {run['graph']} with seed {run['seed']}; "
-            "delete its row from sweep.csv, and it is written again"
-        )
+        missing = f"{run['method']} on {run['graph']} with seed {run['seed']}"
+        remedy = "delete its row from sweep.csv, and it is written again"
+        raise InputError(f"curves.csv has no learning curve of {missing}; {remedy}")
     return [curves[digest] for digest in runs["digest"]]
 
 

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from hierroom.lab.compare.style import COLOURS, DASHES, STYLE, save
 from hierroom.lab.paper.cells import LIMIT, Curves, curves_of, table_3, values_at
-from hierroom.lab.paper.prediction import prediction
+from hierroom.lab.paper.order import prediction
 from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2
 from hierroom.lab.paper.runs import PaperRuns, cell, mean_and_interval
 from hierroom.lab.sweep.sweep import Sweep

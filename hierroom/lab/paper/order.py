@@ -1,18 +1,23 @@
-"""In which order the methods come on each goal graph, in the paper and in our runs."""
+"""How our runs agree with the paper: the order of the methods, and how well the hitting time predicts learning."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
+from scipy.stats import permutation_test, spearmanr
+
 from hierroom.lab.paper.cells import LEAST_SUCCESS
-from hierroom.lab.paper.published import METHODS
+from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2, PAPER_TABLE_3
 
 if TYPE_CHECKING:
     import pandas as pd
 
 _DIGITS = 9  # in which means of the same numbers in another order agree
+_FEWEST = 4  # graphs; fewer can be ranked alike by chance
+_ALL = 10_000  # more than there are orders of seven graphs, so that a test takes them all
 _DASH = 99.9  # the paper's dash means about the whole limit, as its 99.9 does
 LEGEND = "the best first; = the same number, ~ not told apart by our intervals, of which one seed has none"
 
@@ -99,3 +104,31 @@ def _by_graph(cells: pd.DataFrame, quantity: str) -> list[tuple[str, list[_Metho
     })  # fmt: skip
     by_graph = numbers.groupby(cells["graph"], sort=False)
     return [(str(graph), [_Method(*one) for one in own.itertuples(index=False)]) for graph, own in by_graph]
+
+
+def prediction(cells: pd.DataFrame) -> str:
+    """Return a sentence with Spearman's correlations of the paper's hitting time with HiPPO's cells of one grid size.
+
+    It is empty for fewer than four graphs. Each correlation has its exact p-value, by all orders of the graphs.
+    """
+    own = cells[cells["method"] == "hippo"]
+    if len(own) < _FEWEST:
+        return ""
+    times = [PAPER_TABLE_2[graph].hitting_time for graph in own["graph"]]
+
+    def correlation(values: Sequence[float]) -> str:
+        if len(set(values)) < 2:
+            return "none (all are equal)"
+        test = permutation_test(
+            (values,), lambda shuffled: spearmanr(times, shuffled)[0], permutation_type="pairings", n_resamples=_ALL
+        )
+        return f"{test.statistic:.2f} (p = {test.pvalue:.2f})"
+
+    parts = [
+        f"with {quantity} ours {correlation([*own[quantity]])}, "
+        f"the paper's {correlation([getattr(PAPER_TABLE_3['hippo', graph], quantity) for graph in own['graph']])}"
+        for quantity in ("success", "length")
+    ]
+    parts.append(f"with our training steps until 95% {correlation([*own['steps_to_95']])}")
+    over = f"over {len(own)} graphs (p by an exact permutation test)"
+    return f"Rank correlation of the paper's hitting time {over}, HiPPO: {'; '.join(parts)}."

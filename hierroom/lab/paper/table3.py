@@ -12,8 +12,7 @@ import tyro
 from rich.console import Console
 
 from hierroom.lab.paper.cells import REFERENCES, STEPS_ENDS, Curves, cells_where_reached, table_3
-from hierroom.lab.paper.order import LEGEND, method_orders, pair_counts
-from hierroom.lab.paper.prediction import prediction
+from hierroom.lab.paper.order import LEGEND, method_orders, pair_counts, prediction
 from hierroom.lab.paper.published import METHODS
 from hierroom.lab.paper.runs import PaperRuns
 from hierroom.lab.sweep.summary import steps_text

@@ -75,7 +75,10 @@ class Board:
         left = level.get_width() + 22
         top = self._facts(game, left)
         top = self._tree(game, left, top + 12)
-        self._help(left, max(top + 14, self._surface.get_height() - 26 * len(KEYS) + 4))
+        top = max(top + 14, self._surface.get_height() - 26 * len(KEYS) + 4)
+        for number, (keys, purpose) in enumerate(KEYS):
+            self._write(keys, (left, top + 25 * number), self._small, INK)
+            self._write(purpose, (left + 104, top + 25 * number), self._small, FAINT)
 
     def _write(self, words: str, at: tuple[float, float], font: pygame.font.Font, colour=INK, centred=False) -> None:
         text = font.render(words, True, colour)
@@ -154,12 +157,6 @@ class Board:
                 point = x - radius - 5, y
                 pygame.draw.polygon(self._surface, RGB[0], [point, (point[0] - 11, y - 7), (point[0] - 11, y + 7)])
         return int(top + down * deep)
-
-    def _help(self, left: int, top: float) -> None:
-        for number, (keys, what) in enumerate(KEYS):
-            y = top + 25 * number
-            self._write(keys, (left, y), self._small, INK)
-            self._write(what, (left + 104, y), self._small, FAINT)
 
 
 def _wrapped(words: str, font: pygame.font.Font, width: int) -> list[str]:

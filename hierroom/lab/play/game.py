@@ -30,13 +30,7 @@ class Game:
 
     Attributes:
         is_piloted: whether the agent plays.
-        has_fog: whether what was not seen yet is hidden.
-        has_hints: whether the oracle's next action is shown.
         message: what the last step did, or why it did nothing.
-        graph: the goal graph of this level.
-        shortest: the fewest steps in which this level can be left from its start.
-        has_ended: whether the exit or the limit of steps was reached.
-        has_escaped: whether the exit was reached.
         achieved: the goal ids achieved in this level, in their order.
         seen: [size, size] bool, the cells that have been in view.
     """

@@ -14,8 +14,7 @@ from hierroom.lab.compare.caveats import caveats
 from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary, compare
 from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
-from hierroom.lab.compare.figure import MAX_GROUPS
-from hierroom.lab.compare.grouping import Group, differing_entries, entry_names, group_runs
+from hierroom.lab.compare.grouping import Group, choose_groups
 from hierroom.lab.compare.tasks import Tasks, graphs_of
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.runs.folder.run_folder import RunFolder
@@ -36,22 +35,16 @@ class Curves:
 
 
 def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable[[], object] = lambda: None) -> Curves:
-    """Group the runs and estimate their curves; if they cannot be compared, each run is a group.
+    """Group the runs by some entries, or by those that differ, and estimate their curves, metric by metric.
 
-    Args:
-        runs: the runs.
-        by: entries of the config that make a group; None: those that differ between the runs.
-        progress: called after each metric.
+    If the runs cannot be compared, each is a group.
     """
     evaluated = [run.evaluated for run in runs if run.evaluated is not None]
     alone = Curves([run.name for run in runs], {str(run.path): n for n, run in enumerate(runs)})
     if not evaluated:
         return alone
     try:
-        names = entry_names(by) if by else differing_entries(evaluated)
-        groups = group_runs(evaluated, names)
-        if len(groups) > MAX_GROUPS:
-            raise InputError(f"by {', '.join(names)} there are {len(groups)} groups; at most {MAX_GROUPS} can be shown")
+        groups = choose_groups(evaluated, by or None)
         parts, comparisons = _parts(groups), []
         for members, _ in parts:
             refuse_without_overlap([run for group in members for run in group.runs])
@@ -70,18 +63,18 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
             group_of[str(run.path)] = len(labels)
             labels.append(run.name)
     notes = caveats(comparisons[0]) if len(evaluated) > 1 else []
-    return Curves(labels, group_of, names, comparisons, [note for note in notes if not note.startswith("left out")])
+    notes = [note for note in notes if not note.startswith("left out")]
+    return Curves(labels, group_of, tuple(groups[0].choices), comparisons, notes)
 
 
 def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
     """Return the comparisons: all groups on the shared graphs, and on each other graph those that have it."""
     by_group = graphs_of(groups)
     shared = set.intersection(*by_group)
-    others = {
-        graph: [g for g, own in zip(groups, by_group, strict=True) if graph in own] for graph in set.union(*by_group)
-    }
-    alone = [(others[graph], Tasks((graph,))) for graph in sorted(others.keys() - shared)]
-    return [*([(groups, Tasks.common(groups))] if shared else []), *alone]
+    parts: list[tuple[Sequence[Group], Tasks]] = [(groups, Tasks.common(groups))] if shared else []
+    for graph in sorted(set.union(*by_group) - shared):
+        parts.append(([group for group, own in zip(groups, by_group, strict=True) if graph in own], Tasks((graph,))))
+    return parts
 
 
 def drawn(curves: Curves) -> list[tuple[int, str, GroupSummary]]:

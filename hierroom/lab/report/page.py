@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import gzip
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -52,7 +51,6 @@ def _plotly() -> str:
 def page_texts(
     runs: Sequence[ReportedRun],
     curves: Curves,
-    goals: Sequence[Mapping[str, Any]],
     complexity: Sequence[Mapping[str, Any]],
     points: Sequence[Mapping[str, Any]],
     notes: Sequence[str],
@@ -75,7 +73,6 @@ def page_texts(
             for name, value in runs[0].entries.items()
             if name in names and name not in differing
         ],
-        "goals": [_goals(row) for row in goals],
         "measure_names": [*MEASURES.values()],
         "steps_labels": [curves.labels[group] for group in groups],
         "complexity": [
@@ -135,21 +132,6 @@ def _origin(run: ReportedRun) -> list[tuple[str, str]]:
         if isinstance(packages := session.get("packages"), Mapping):
             lines.append((f"packages{which}", ", ".join(f"{name} {version}" for name, version in packages.items())))
     return lines
-
-
-def _goals(row: Mapping[str, Any]) -> dict[str, str]:
-    return {
-        "run": row["run"],
-        "episodes": str(row["episodes"]),
-        "success": f"{row['success']:.1%} ({row['low']:.1%} to {row['high']:.1%})",
-        "length": f"{row['length']:.1f}",
-        "over_shortest": "-" if math.isnan(row["over_shortest"]) else f"{row['over_shortest']:.2f}",
-        "goals": ", ".join(
-            f"{goal['name']}: {'never' if goal['mean_step'] is None else format(goal['mean_step'], '.1f')} "
-            f"({goal['share']:.0%})"
-            for goal in row["goals"]
-        ),
-    }
 
 
 def _number(value: float | None) -> str:

@@ -41,10 +41,7 @@ class ReportedRun:
 
 def read_runs(paths: Iterable[Path]) -> tuple[list[ReportedRun], list[str]]:
     """Read the runs among some paths, see `runs_inside`, each once; and return notes on what could not be read."""
-    found: dict[Path, Path] = {}
-    for path in paths:
-        for one in runs_inside(path):
-            found.setdefault(one.resolve(), one)
+    found = {one.resolve(): one for path in paths for one in runs_inside(path)}
     runs, notes = [], []
     for path in found.values():
         try:

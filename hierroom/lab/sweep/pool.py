@@ -18,14 +18,11 @@ from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import in_one_line
 
 _SPAWN = get_context("spawn")  # a forked process would share torch's threads and the kernels' cache locks
-_LAST_WORDS_S = 60.0
-"""How long a sweep that is to stop waits for its processes to save."""
+_SAVING_SECONDS = 60.0  # that a sweep waits for its processes when it is to stop
 
 
 @dataclass
 class _Worker:
-    """A process that does one job after another."""
-
     process: BaseProcess
     connection: Connection
     job: Job | None = None
@@ -39,11 +36,6 @@ class _Worker:
         theirs.close()  # so that ours ends when the process does
         return cls(process, ours)
 
-    def give(self, job: Job) -> None:
-        self.job = job
-        with suppress(OSError):  # a process that was just killed is noticed when it is listened to
-            self.connection.send(job)
-
 
 def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iterator[Event]:
     """Do jobs on this machine in order, and yield what happens to them; a request to stop saves the runs at work."""
@@ -55,7 +47,9 @@ def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iter
                 if not worker.process.is_alive() and worker.job is None:
                     workers[n] = worker = _Worker.start()
                 if worker.job is None and waiting:
-                    worker.give(waiting.popleft())
+                    worker.job = waiting.popleft()
+                    with suppress(OSError):  # a process that was just killed is noticed when it is listened to
+                        worker.connection.send(worker.job)
             for event in _heard(workers, 0.2):
                 job = event.job
                 if event.kind == "interrupted" and not interrupt.is_requested:
@@ -80,7 +74,7 @@ def _stopped(workers: list[_Worker]) -> Iterator[Event]:
         if worker.job is not None:
             worker.process.terminate()
     for worker in workers:
-        while worker.job is not None and wait([worker.connection], _LAST_WORDS_S):
+        while worker.job is not None and wait([worker.connection], _SAVING_SECONDS):
             for event in _heard([worker], 0):
                 # Before it trains, and after it, nothing is left to be saved, and SIGTERM ends the process.
                 yield Event("interrupted", event.job) if event.kind == "retried" else event

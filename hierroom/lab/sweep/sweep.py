@@ -78,13 +78,9 @@ class Sweep:
         shard: Shard = Shard(),
         command: str = "",
     ) -> SweepOutcome:
-        """Do the runs that the table lacks, and show progress on standard error.
+        """Do the runs of a shard that the table lacks, and record the command in their rows.
 
-        Args:
-            processes: runs at a time on this machine; None: one for each core that it may use.
-            ray: address of a Ray cluster that does them instead.
-            shard: which of them.
-            command: recorded in the rows.
+        They run in so many processes, by default one for each core, or on the Ray cluster of an address.
         """
         if processes is not None:
             require_number("processes", processes, 1, 1024, is_whole=True)
