@@ -33,10 +33,9 @@ class TrainArguments:
             to repeat; options on the command line win.
         out: the run folder, new; by default runs/ and a name that shows what differs from the preset.
         resume: a run folder to go on with; it allows only --steps, --threads and --device.
-        trust_run: run custom code that the config.json of --config or --resume names, and that --meta, --network or
-            --reward do not name here.
-        log: where to show the run while it trains, joined by commas: tensorboard, wandb and mlflow (install the last
-            two); none for nowhere. Name it again to go on there with a resumed run.
+        trust_run: run custom code that the config.json of --config or --resume names, but this command line does not.
+        log: where to show the run while it trains: tensorboard, wandb, mlflow (install these two), joined by commas, or
+            none. Name it again to go on there with a resumed run.
     """
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
@@ -84,8 +83,7 @@ def train(
     Args:
         config: what to train, such as `hierroom.find_preset` gives. None: the ``preset`` among the entries, else
             ``default``, or ``learned`` where ``meta="learned"``.
-        out: the run folder, new or empty; None: a new one in ``runs/`` with a name that shows what differs from the
-            preset.
+        out: the run folder, new or empty; None: a new one in ``runs/``, named after what differs from the preset.
         log: ``"tensorboard"``, ``"wandb"``, ``"mlflow"``, several joined by commas, or ``"none"``.
         **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
             ``steps=2_000_000``, ``method="ppo"``.

@@ -33,9 +33,8 @@ class ComplexityArguments:
     Give one graph for its full report, or several for a list. By default the paper's seven graphs are listed.
 
     Args:
-        graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), paths
-            to .toml files, rooms:N for every graph of N rooms, 2 to 8, and hitting_time:LOW..HIGH or
-            expected_steps:LOW..HIGH for all graphs in that interval.
+        graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), paths of
+            .toml files, rooms:N for every graph of N rooms, 2 to 8, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
         exclude: goal graphs to leave out, given in the same way and found however their rooms are numbered.
         all: list the paper's seven graphs.
         drop: let the controller drop keys.
@@ -44,17 +43,14 @@ class ComplexityArguments:
         csv: print the list as CSV.
         latex: print the list as a LaTeX table, for the package booktabs.
         markdown: print the list as a Markdown table.
-        draw: draw the goal graph and its augmented graph into this .png, .pdf or .svg file; with --from-play the
-            reach curves of the episodes and of the chains.
+        draw: draw the goal graph and its augmented graph, or --from-play's reach curves, into this .png, .pdf or .svg.
         walk: probabilities of one step of the assumed walk: to stay, to move, to start again.
         reading: interpretation of the paper's augmented graph: from where a key is picked up (accessible, way to the
             start, own room), where a room leads (accessible, neighbours, through the start), and where dropping a key
             leads (accessible, key room, start).
-        from_play: measure the chain from play instead of assuming the random walk. Give a run's folder to let its
-            trained agents play, random for random actions, or oracle for shortest solutions. Without --graph the goal
-            graph is that of the run, or c for random and oracle.
-        measures: list the measures of the literature instead, such as the effective horizon and the covering length, on
-            the MDP of the augmented graph's nodes.
+        from_play: measure the chain from play instead of assuming the random walk: of a run's trained agents (give its
+            folder), of random actions (random), or of shortest solutions (oracle); by default on the run's graph, or c.
+        measures: list measures such as the effective horizon and the covering length, on the augmented graph's MDP.
         levels: with --measures, measure so many levels of each graph by their exact states instead.
         horizon: with --measures, steps of an episode: by default 20 on goal graphs and 1000 in levels.
         size: cells of the grid's side in play; by default the run's, or 19 for random and oracle.
@@ -102,10 +98,8 @@ def show(options: ComplexityArguments) -> None:
         return
     has_seed = options.seed != ComplexityArguments.seed and not options.levels
     if has_seed or any(getattr(options, name) != getattr(ComplexityArguments, name) for name in OF_PLAY):
-        raise InputError(
-            "--episodes, --seed, --size, --max-steps and --trust-run go with --from-play, which is missing, or --seed "
-            "with --levels"
-        )
+        options_of_play = "--episodes, --seed, --size, --max-steps and --trust-run"
+        raise InputError(f"{options_of_play} go with --from-play, which is missing, or --seed with --levels")
     if (options.levels or options.horizon is not None) and not options.measures:
         raise InputError("--levels and --horizon go with --measures, which is missing")
     specs = graph_specs(options.graph)

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
+from rich.box import HEAVY_HEAD
+
 from hierroom.commands.agent_arguments import AgentArguments
 from hierroom.support.cli import given, progress_bar, read_arguments
 from hierroom.support.errors import require_number
@@ -91,7 +93,7 @@ def _table(results: Mapping[str, Evaluation]) -> Table:
             f"{_number(r.steps_to_goals[g][1])} ({r.steps_to_goals[g][0]:.1%})"
         )
     rows = ([label, *map(text, results.values())] for label, text in texts.items())
-    return named_table(["", *(f"{name} actions" for name in results)], rows)
+    return named_table(["", *(f"{name} actions" for name in results)], rows, box=HEAVY_HEAD, padding=(0, 1))
 
 
 def _number(value: float, style: str = ".1f") -> str:

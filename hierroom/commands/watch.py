@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from hierroom.runs.trained_agent import TrainedAgent
 
 
+_SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
+
+
 @dataclass(frozen=True)
 class WatchArguments(AgentArguments):
     """Watch a trained agent play: in a window, in the terminal, or in a file.
@@ -68,10 +71,10 @@ def main(argv: Sequence[str]) -> int:
         for episode in episodes:
             print(episode.title)
         print(arguments.out)
-    elif arguments.text or not _has_screen():
-        _print(episodes)
-    else:
+    elif not arguments.text and (sys.platform in ("win32", "darwin") or any(map(os.environ.get, _SCREENS))):
         _show(episodes)
+    else:
+        _print(episodes)
     return 0
 
 
@@ -108,11 +111,6 @@ def _print(episodes: Sequence[Episode]) -> None:
 
     words = "\n\n\n".join(map(description, episodes))
     print(words if sys.stdout.isatty() else without_colours(words))
-
-
-def _has_screen() -> bool:
-    names = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
-    return sys.platform in ("win32", "darwin") or any(os.environ.get(name) for name in names)
 
 
 def _show(episodes: Sequence[Episode]) -> None:

@@ -51,8 +51,8 @@ def choose_groups(runs: Sequence[EvaluatedRun], by: str | None) -> list[Group]:
 def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
     """Return the entries that differ between the runs; ``method`` if none does.
 
-    Those of `_NAMED_BY_VALUE` come first. Seed, graph, steps, threads, device and the evaluations do not count, nor
-    does an entry that differs only together with earlier ones, as the reward with the method.
+    Those of `_NAMED_BY_VALUE` come first. An entry that differs only together with earlier ones, as the reward with the
+    method, does not count.
     """
     names = [name for name in runs[0].entries if _is_treatment(name)]
     first = [name for name in _NAMED_BY_VALUE if name in names]
@@ -111,9 +111,10 @@ def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
         key = tuple(str(run.entries[name]) for name in names if name not in ("preset", "variant"))
         key += (str(sorted(run.own_graphs.items())),)  # other graphs of the same name are for `Tasks.common` to refuse
         if key in seen:
+            both = f"{seen[key].path} and {run.path} have the same seed, {run.entries['seed']}"
             raise InputError(
-                f"{seen[key].path} and {run.path} have the same seed, {run.entries['seed']}, and differ at most in "
-                "steps, threads, device and evaluations, so that they count once; give one of them, or compare --by steps"
+                f"{both}, and differ at most in steps, threads, device and evaluations, so that they count once; give "
+                "one of them, or compare --by steps"
             )
         seen[key] = run
 

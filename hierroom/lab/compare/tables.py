@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from rich.markup import escape
 from rich.table import Table
 
 from hierroom.lab.compare.comparison import ALL, SUCCESS_LEVELS, Comparison, GroupSummary
-from hierroom.lab.compare.curve import METRICS, Metric
+from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.estimates import Estimate
 from hierroom.lab.compare.tasks import OWN
 from hierroom.support.tables import named_table
@@ -74,12 +75,14 @@ def summary_table(comparison: Comparison) -> Table:
     caption = f"interquartile means with 95% intervals{'' if metric.is_higher_better else ', less is better'}"
     caption += "; steps until the success rate is that high, medians of the runs"
     levels = [f"steps to\n{level:.0%}" for level in SUCCESS_LEVELS]
+    unit = "%" if metric.is_rate else ""
+    shown = partial(_with_interval, digits=metric.digits, gap="\n", scale=metric.scale, unit=unit)
     rows = [
         [
             summary.group.label,
             str(summary.n_runs),
-            _with_interval(summary.curve, metric, -1),
-            _with_interval(summary.auc, metric),
+            shown(summary.curve, -1),
+            shown(summary.auc, 0),
             *(_censored(summary.steps_to[level], summary.reached[level], end) for level in SUCCESS_LEVELS),
         ]
         for summary in comparison.of_graph(ALL)
@@ -94,7 +97,7 @@ def improvement_table(comparison: Comparison) -> Table:
     """Return how likely a run of one group is better than a run of another, for the first `MAX_PAIRS` pairs."""
     finals, areas = ([i for i in comparison.improvements if i.score == score] for score in ("final", "auc"))
     rows = [
-        [final.better.label, final.worse.label, _probability(final.probability), _probability(area.probability)]
+        [final.better.label, final.worse.label, *(_with_interval(i.probability, 0, 2, " ") for i in (final, area))]
         for final, area in [*zip(finals, areas, strict=True)][:MAX_PAIRS]
     ]
     title = "probability that a run of the first group is better"
@@ -119,19 +122,12 @@ def _rounded(value: float) -> float:
     return float(f"{value:.6g}") if math.isfinite(value) else math.nan
 
 
-def _with_interval(estimate: Estimate, metric: Metric, n: int = 0) -> str:
-    value, low, high = (metric.scale * float(part[n]) for part in (estimate.values, estimate.lows, estimate.highs))
+def _with_interval(estimate: Estimate, n: int, digits: int, gap: str, scale: float = 1.0, unit: str = "") -> str:
+    value, low, high = (scale * float(part[n]) for part in (estimate.values, estimate.lows, estimate.highs))
     if math.isnan(value):
         return "-"
-    text = f"{value:.{metric.digits}f}" + ("%" if metric.is_rate else "")
-    return text if math.isnan(low) else f"{text}\n[{low:.{metric.digits}f}, {high:.{metric.digits}f}]"
-
-
-def _probability(estimate: Estimate) -> str:
-    value, low, high = (float(part[0]) for part in (estimate.values, estimate.lows, estimate.highs))
-    if math.isnan(value):
-        return "-"
-    return f"{value:.2f}" + ("" if math.isnan(low) else f" [{low:.2f}, {high:.2f}]")
+    text = f"{value:.{digits}f}{unit}"
+    return text if math.isnan(low) else f"{text}{gap}[{low:.{digits}f}, {high:.{digits}f}]"
 
 
 def _censored(steps: float, reached: float, end: float) -> str:

@@ -3,8 +3,6 @@
 The world says at which node the agent is (an EscapeRoom's: `node_map.NodeMap`). Play has other edges than the paper's
 graph, where a key leads into the room it opens: opening a door leaves the agent in the centre, in front of the open
 door; and with a second key in hand it is at that key's node.
-
-It stands outside `hierroom.complexity`, which knows of no world and no learner.
 """
 
 from __future__ import annotations

@@ -17,6 +17,8 @@ from hierroom.lab.paper.cells import LIMIT, Curves, curves_of, table_3, values_a
 from hierroom.lab.paper.order import prediction
 from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2
 from hierroom.lab.paper.runs import PaperRuns, cell, mean_and_interval
+from hierroom.lab.paper.table2 import Table2
+from hierroom.lab.paper.table3 import Table3
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.support.errors import InputError
 
@@ -135,9 +137,6 @@ class All:
 
     def run(self) -> None:
         """Train, print and draw."""
-        from hierroom.lab.paper.table2 import Table2
-        from hierroom.lab.paper.table3 import Table3
-
         Table2().run()
         Table3(self.runs).run()
         for figure in (Figure3, *[Figure4] * ("c" in self.runs.graphs), Figure5):

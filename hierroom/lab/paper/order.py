@@ -25,9 +25,8 @@ LEGEND = "the best first; = the same number, ~ not told apart by our intervals, 
 class MethodOrder(NamedTuple):
     """The methods on one goal graph, the best first, by the paper's means and by ours.
 
-    The paper's names are separated by `>`, or by `=` if it prints the same number. Ours are separated by `>` if the 95%
-    intervals do not overlap (and success differs by more than `LEAST_SUCCESS`), by `=` if the means are equal, and else
-    by `~`, as always for a single seed, which has no interval.
+    Between ours is `=` for equal means, `>` if the 95% intervals do not overlap (and success differs by more than
+    `LEAST_SUCCESS`), and else `~`, as always for a single seed, which has no interval.
     """
 
     graph: str

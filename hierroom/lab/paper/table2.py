@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 
+from rich.box import HEAVY_HEAD
 from rich.console import Console
 
 from hierroom.complexity.report import analyze
@@ -83,7 +84,8 @@ class Table2:
             head, *body = ([cell.strip() for cell in line] for line in (headings, *lines))
             print(markdown_table(head, body))
             return
-        table = named_table(headings, lines, 2, title="Table 2", caption="* differs from the paper's printed digits")
+        texts = {"title": "Table 2", "caption": "* differs from the paper's printed digits"}
+        table = named_table(headings, lines, 2, box=HEAVY_HEAD, padding=(0, 1), **texts)
         for row in table.rows[1::2]:
             row.end_section = True
         print_table(table)

@@ -39,10 +39,7 @@ def complexities(runs: Sequence[ReportedRun]) -> tuple[list[dict[str, Any]], lis
 
 
 def learning_points(curves: Curves) -> list[dict[str, Any]]:
-    """Return the median steps of each group to levels of success on each graph; None if half or fewer got there.
-
-    Groups in which keys can be dropped in some runs and not in others are left out.
-    """
+    """Return the median steps of each group to levels of success on each graph, unless only some runs can drop keys."""
     return [
         {
             "group": group,

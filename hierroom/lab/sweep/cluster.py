@@ -18,9 +18,8 @@ from hierroom.support.errors import InputError, in_one_line
 def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> Iterator[Event]:
     """Do jobs on the machines of a Ray cluster, one core each, and yield what happens to them.
 
-    A run begins again elsewhere if its machine is lost. Machines need only hierroom: they share no folder, and the
-    folder of a run comes back when it is done. A request to stop keeps what has come back. The address is one that
-    `ray.init` takes: ``auto``, ``HOST:6379`` or ``ray://HOST:10001``.
+    A run begins again elsewhere if its machine is lost. Machines share no folder: that of a run comes back when it is
+    done. A request to stop keeps what has come back. The address is one that `ray.init` takes.
     """
     try:
         import ray  # pyright: ignore[reportMissingImports] - an extra

@@ -41,10 +41,7 @@ class Job:
     command: str  # the command that began the sweep
 
     def work(self, report: Callable[[int, str], object]) -> dict[str, object] | None:
-        """Train and evaluate; return the results of the table's row, or None if it was interrupted and saved.
-
-        ``report`` takes the steps trained so far and a few words.
-        """
+        """Train and evaluate, and report steps and words; return the row's results, None if interrupted and saved."""
         torch.set_num_threads(1)  # the processes are the parallel part
         config = self.run.config
         self.check_folder()
@@ -105,13 +102,9 @@ class Job:
 
 def _columns(prefix: str, result: Evaluation) -> dict[str, object]:
     low, high = result.success_interval
-    return {
-        f"{prefix}success_rate": result.success_rate,
-        f"{prefix}success_low": low,
-        f"{prefix}success_high": high,
-        f"{prefix}length": result.length,
-        f"{prefix}length_over_shortest": result.length_over_shortest,
-    }
+    columns = {"success_rate": result.success_rate, "success_low": low, "success_high": high, "length": result.length}
+    columns["length_over_shortest"] = result.length_over_shortest
+    return {f"{prefix}{name}": value for name, value in columns.items()}
 
 
 class Event(NamedTuple):

@@ -50,23 +50,14 @@ class PlannedRun:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a sweep trains, and how each run is evaluated at its end.
-
-    Args:
-        values: the values to try of each entry.
-        graphs: goal graphs, or sets of them; each graph gets runs. None: ``graph`` of the values.
-        seeds: seeds 0, 1, ... of each run; None: ``seed`` of the values.
-        variants: by name, further values of entries; each is combined with all others.
-        episodes: of the evaluations at the end.
-        metas: other meta-controllers to evaluate a trained controller with, if it sees goals.
-    """
+    """What a sweep trains, and how each run is evaluated at its end."""
 
     values: Values
-    graphs: GraphSpecs = ()
-    seeds: int | None = None
-    variants: Mapping[str, Values] | None = None
-    episodes: int = 1000
-    metas: tuple[str, ...] = ()
+    graphs: GraphSpecs = ()  # or sets of them; each graph gets runs; () for ``graph`` of the values
+    seeds: int | None = None  # 0, 1, ... of each run; None for ``seed`` of the values
+    variants: Mapping[str, Values] | None = None  # by name, further values, each combined with all others
+    episodes: int = 1000  # of the evaluations at the end
+    metas: tuple[str, ...] = ()  # others to evaluate a trained controller with, if it sees goals
 
     def __post_init__(self) -> None:
         require_number("episodes", self.episodes, 1, 10**7, is_whole=True)
@@ -98,9 +89,9 @@ class Plan:
                     raise InputError(f"two runs of the sweep are the same: {run.name} {why}; leave one out")
                 runs[run.digest] = run
                 if named.setdefault(tuple(run.identity.values()), run) is not run:
+                    both = f"two goal graphs or sets of them that are called alike: {run.identity['graph']}"
                     raise InputError(
-                        f"two runs of the sweep would have the same row, on two goal graphs or sets of them that are "
-                        f"called alike: {run.identity['graph']}; give one of the graphs another name"
+                        f"two runs of the sweep would have the same row, on {both}; give one of the graphs another name"
                     )
         return tuple(runs.values())
 
@@ -137,16 +128,11 @@ class Plan:
 
 
 def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
-    """Return the plan of a TOML file and of words, which win.
+    """Return the plan of a TOML file and of words ``entry=value,value,...``, which win.
 
     The file has the entries of a run's config, flat as for ``python -m hierroom train --config``, but with lists of the
     values to try; and ``graphs``, ``seeds``, ``episodes``, ``metas``, and tables ``[[variants]]``, each with a ``name``
-    and further entries.
-
-    Args:
-        path: the file; None: words alone.
-        words: ``entry=value`` or ``entry=value,value,...``; ``seed`` and ``graph`` replace the file's ``seeds`` and
-            ``graphs``.
+    and further entries. The words ``seed`` and ``graph`` replace its ``seeds`` and ``graphs``.
     """
     table = {} if path is None else read_toml(path, "sweep")
     where = "" if path is None else f"{path}: "
