@@ -21,8 +21,8 @@ class AgentArguments:
     """A trained agent, and the environments it plays in.
 
     Args:
-        run: the run's folder, an agent's .safetensors file, or an agent that ships (a to g, learned-g); give it before
-            --graph and --exclude, which take all words up to the next option.
+        run: the run's folder, an agent's .safetensors file, or an agent that ships (a to g, learned-g); it comes
+            before --graph and --exclude, which take all words up to the next option.
         checkpoint: the steps of an earlier checkpoint than the newest.
         trust_run: run custom code that the run's config names (a network, a reward, a meta-controller).
         graph: other goal graphs than those trained on, given as in training.

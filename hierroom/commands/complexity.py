@@ -33,8 +33,8 @@ class ComplexityArguments:
     Give one graph for its full report, or several for a list. By default the paper's seven graphs are listed.
 
     Args:
-        graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), paths of
-            .toml files, rooms:N for every graph of N rooms, 2 to 8, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
+        graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), TOML files,
+            rooms:N for every graph of N rooms, 2 to 8, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
         exclude: goal graphs to leave out, given in the same way and found however their rooms are numbered.
         all: list the paper's seven graphs.
         drop: let the controller drop keys.
