@@ -145,7 +145,7 @@ def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
 
 def _play(one: ReportedRun, arguments: ReportArguments, notes: list[str]) -> tuple[dict[str, Any], list[Any]] | None:
     """Return what a run's agents achieve, and some episodes; None, with a note, if they cannot play."""
-    from hierroom.lab.report.goals import goal_row, training_goals
+    from hierroom.lab.report.curves import goal_row, training_goals
     from hierroom.lab.report.replay import replays
     from hierroom.runs.evaluation import evaluate
     from hierroom.runs.folder.run_folder import RunFolder

@@ -26,9 +26,9 @@ def caveats(comparison: Comparison) -> list[str]:
     counts = {count for run in runs for count in run.episodes}
     if len(counts) > 1:
         lines.append(f"the evaluations are not alike: they have {min(counts):,} to {max(counts):,} episodes each")
-    if comparison.metric == "return" and len({run.reward for run in runs}) > 1:
-        rewards = ", ".join(sorted({run.reward for run in runs}))
-        lines.append(f"returns of different rewards ({rewards}) are not comparable; success_rate is")
+    rewards = sorted({run.reward for run in runs})
+    if comparison.metric == "return" and len(rewards) > 1:
+        lines.append(f"returns of different rewards ({', '.join(rewards)}) are not comparable; success_rate is")
     return lines
 
 

@@ -56,11 +56,7 @@ class Curve:
 
     @property
     def area(self) -> float:
-        """The area under the curve over its number of steps: the mean value.
-
-        By the trapezoidal rule, exact for straight lines:
-        ``sum((t[i+1] - t[i]) * (v[i] + v[i+1]) / 2) / (t[-1] - t[0])``.
-        """
+        """The area over the number of steps: ``sum((t[i+1] - t[i]) * (v[i] + v[i+1]) / 2) / (t[-1] - t[0])``."""
         return float(np.trapezoid(self.values, self.steps) / (self.steps[-1] - self.steps[0]))
 
     def steps_to(self, level: float) -> float:

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from hierroom.support.files import write_atomically
 
+# Okabe & Ito's palette for the colour-blind, without its yellow, which is faint on white.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe & Ito's palette for the colour-blind, without its yellow, which is faint on white."""
 DASHES = ("-", "--", ":", "-.")
 MAX_GROUPS = len(COLOURS) * len(DASHES)
 

@@ -32,10 +32,7 @@ MAX_ENVS = 100  # played in side by side
 def count_transitions(
     turns: Turns, player: Player, episodes: int, progress: Callable[[int], object] = lambda done: None
 ) -> EpisodeCounts:
-    """Let a player play the first episodes of each environment, and count its moves between nodes by episode.
-
-    Arguments as for `measure`.
-    """
+    """Let a player play the first episodes of each environment, and count its moves between nodes; see `measure`."""
     augmented = AugmentedGraph(graph_of(turns))
     node_of, n_nodes, n = turns.world.node_map(augmented), len(augmented.nodes), len(turns)
     quota = quotas(episodes, n)

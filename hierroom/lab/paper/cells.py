@@ -60,10 +60,9 @@ def table_3(rows: pd.DataFrame, curves: Curves, sizes: Sequence[int]) -> pd.Data
 
 
 def cells_where_reached(cells: pd.DataFrame, rows: pd.DataFrame, curves: Curves, reference: str) -> pd.DataFrame:
-    """Return the cells of one grid size at the steps that one method's median seed took to the paper's success.
+    """Return the cells of one grid size, interpolated to the steps of one method's median seed to the paper's success.
 
-    Success and length are interpolated between evaluations. Graphs where the method never had the paper's success, or
-    where that is too low to resolve, are left out.
+    Graphs where the method never had the paper's success, or where that is too low to resolve, are left out.
     """
     steps = cells[cells["method"] == reference].set_index("graph")["steps_to_paper"]
     earlier = cells[np.isfinite(cells["graph"].map(steps))].copy()

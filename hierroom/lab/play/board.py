@@ -16,8 +16,7 @@ from hierroom.worlds.escape_room.render import cells_of, draw_level
 PANEL, LEVEL = 390, 684  # pixels: the width of the panel, and about that of the level
 PAPER, INK, FAINT = (24, 28, 36), (232, 236, 243), (150, 160, 176)
 ACCENT, GOOD, FOG = (109, 179, 245), (70, 200, 110), 34
-RGB = ((240, 60, 50), (60, 215, 80), (80, 120, 255), (170, 90, 235), (245, 225, 60), (165, 165, 165))
-"""`hierroom.goals.COLOURS`, bright enough for a dark panel."""
+RGB = ((240, 60, 50), (60, 215, 80), (80, 120, 255), (170, 90, 235), (245, 225, 60), (165, 165, 165))  # as `COLOURS`
 KEYS = (
     ("arrows, wasd", "move: forward, turn left or right"),
     ("space", "pick up or open what is in front"),

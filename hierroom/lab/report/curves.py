@@ -1,4 +1,4 @@
-"""The learning curves of a report: each run's own, and of groups of runs with their bands."""
+"""Learning in a report: the curves of runs and of groups with their bands, and the goals that agents achieve."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from hierroom.goals import ROOM_GOAL_NAMES
 from hierroom.lab.compare.caveats import caveats
 from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary, compare
 from hierroom.lab.compare.curve import METRICS
@@ -17,10 +18,12 @@ from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_over
 from hierroom.lab.compare.grouping import Group, choose_groups
 from hierroom.lab.compare.tasks import Tasks, graphs_of
 from hierroom.lab.report.runs import ReportedRun
+from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
 
 RESAMPLES = 1000
+N_BINS, LEAST_IN_BIN = 40, 10  # points of a curve of goals at most, and episodes of each at least
 
 
 @dataclass(frozen=True)
@@ -35,10 +38,7 @@ class Curves:
 
 
 def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable[[], object] = lambda: None) -> Curves:
-    """Group the runs by some entries, or by those that differ, and estimate their curves, metric by metric.
-
-    If the runs cannot be compared, each is a group.
-    """
+    """Group the runs by some entries, or by those that differ, and estimate their curves; else each run is a group."""
     evaluated = [run.evaluated for run in runs if run.evaluated is not None]
     alone = Curves([run.name for run in runs], {str(run.path): n for n, run in enumerate(runs)})
     if not evaluated:
@@ -128,3 +128,38 @@ def rounded(values: Sequence[float] | NDArray, digits: int = 5) -> list[float | 
     """Round to so many significant digits, so that the page stays small; what is not finite is None."""
     numbers = np.asarray(values, float).tolist()
     return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in numbers]
+
+
+def goal_row(evaluation: Evaluation) -> dict[str, Any]:
+    """Return what trained agents achieved, for the page."""
+    goals = [
+        {"name": name, "share": share, "mean_step": None if np.isnan(step) else step}
+        for name, (share, step) in evaluation.steps_to_goals.items()
+    ]
+    return {
+        "episodes": evaluation.episodes,
+        "success": evaluation.success_rate,
+        "low": evaluation.success_interval.low,
+        "high": evaluation.success_interval.high,
+        "length": evaluation.length,
+        "over_shortest": evaluation.length_over_shortest,
+        "goals": goals,
+        "graphs": {name: [score.success_rate, score.length] for name, score in evaluation.graphs.items()},
+    }
+
+
+def training_goals(folder: RunFolder) -> dict[str, Any] | None:
+    """Return the ``shares`` of training's episodes that achieved each goal, in bins of ``steps``; None for few."""
+    try:
+        rows = folder.episodes.read()
+        steps = np.array([float(row["steps"]) for row in rows])
+        achieved = [set(row["goals"].split(" > ")) for row in rows]
+    except (InputError, OSError, KeyError, ValueError):
+        return None
+    if len(rows) < 2 * LEAST_IN_BIN:
+        return None
+    bins = np.array_split(np.arange(len(rows)), min(N_BINS, len(rows) // LEAST_IN_BIN))
+    names = [name for name in ROOM_GOAL_NAMES if any(name in goals for goals in achieved)]
+    table = {name: np.array([name in goals for goals in achieved]) for name in names}
+    shares = {name: rounded([reached[part].mean() for part in bins]) for name, reached in table.items()}
+    return {"steps": rounded([steps[part].mean() for part in bins]), "shares": shares}

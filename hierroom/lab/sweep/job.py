@@ -26,8 +26,7 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import CheckpointError, InputError
 
 MAX_TRIES = 3  # of a run, if its process is killed or stopped
-_loaded_files: dict[str, str | None] = {}
-"""Digests of the files of custom code when this process loaded them: it goes on with that, even if they change."""
+_loaded_files: dict[str, str | None] = {}  # digests of custom code when this process loaded it, which it goes on with
 
 
 @dataclass(frozen=True)
@@ -110,11 +109,10 @@ def _columns(prefix: str, result: Evaluation) -> dict[str, object]:
 class Event(NamedTuple):
     """What happened to a job, wherever it is worked on.
 
-    A job that progressed has the steps trained so far and a few words as its content, a finished one the results of its
-    row, a failed one the reason. A job is retried from its last checkpoint if its process was killed or stopped, and
-    interrupted, after saving, if the sweep is to stop.
+    A job is retried from its last checkpoint if its process was killed or stopped, and interrupted, after saving, if
+    the sweep is to stop.
     """
 
     kind: Literal["progressed", "finished", "failed", "retried", "interrupted"]
     job: Job
-    content: Any = None
+    content: Any = None  # steps so far and a few words, the results of the row, or the reason of a failure

@@ -1,7 +1,4 @@
-"""The tables of a sweep: a row for each run that is done, and its learning curve, in files that processes share.
-
-Every cell is a text. Only what reads a table loads pandas, so that --help need not wait for it.
-"""
+"""The tables of a sweep, all of text: a row for each run that is done, and its learning curve; processes share them."""
 
 from __future__ import annotations
 
@@ -34,10 +31,7 @@ class SweepTable:
         return _read(self.path)
 
     def of(self, runs: Sequence[PlannedRun]) -> pd.DataFrame:
-        """Return the rows of the runs that are done, in the order of the runs.
-
-        A row of a sweep that had one value of an entry then lacks that column: it gets the run's value.
-        """
+        """Return the rows of the runs that are done, in their order; older rows get the run's values of new columns."""
         import pandas as pd
 
         rows = self.read().drop_duplicates("digest", keep="last").set_index("digest", drop=False)
@@ -122,14 +116,11 @@ def _write(path: Path, rows: pd.DataFrame, first: Sequence[str] = ()) -> None:
 
 
 def _is_same(rows: pd.DataFrame, run: PlannedRun) -> pd.Series:
-    """Return whether each row is of the same run with another config, such as an older preset.
-
-    Rows with a column of an entry, as of a sweep of several values of it, must have the run's value there.
-    """
+    """Return whether each row is of the same run with another config, such as an older preset."""
     is_same = rows["digest"] != ""
     for name, text in run.identity.items():
         is_same &= rows.get(name, "") == text
-    for name in run.entries.keys() & set(rows):
+    for name in run.entries.keys() & set(rows):  # as of a sweep of several values of an entry
         is_same &= (rows[name] == run.entries[name]) | (rows[name] == "")
     return is_same
 
