@@ -99,11 +99,11 @@ def _play(agent: TrainedAgent, arguments: WatchArguments) -> tuple[list[Episode]
 def _count(n_failures: int, n_played: int) -> str:
     from hierroom.complexity.played.observed import wilson_interval
 
-    interval = wilson_interval(1 - n_failures / n_played, n_played, level=0.95)
+    if n_failures:
+        return f"{n_failures} failure{'s' * (n_failures > 1)} in the first {n_played} episodes"
+    interval = wilson_interval(1.0, n_played, level=0.95)
     rate = f"95% interval of success {interval.low:.1%} to {interval.high:.1%}"
-    if not n_failures:
-        return f"no failure in {n_played} episodes: {rate}; nothing to show"
-    return f"{n_failures} {'failure' if n_failures == 1 else 'failures'} in the first {n_played} episodes"
+    return f"no failure in {n_played} episodes: {rate}; nothing to show"
 
 
 def _print(episodes: Sequence[Episode]) -> None:

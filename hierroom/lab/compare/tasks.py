@@ -55,7 +55,7 @@ class Tasks:
         scores: Callable[[Curve], ArrayLike],
         graphs: Sequence[str] | None = None,
     ) -> dict[tuple[str, ...], NDArray[np.float64]]:
-        """Return the scores [R, K, Q] of each stratum by the K graphs of its R runs; ``scores`` makes [Q] of a curve."""
+        """Return the scores [R, K, Q] of each stratum by its K graphs of R runs; ``scores`` makes [Q] of a curve."""
         wanted = self.graphs if graphs is None else graphs
         strata: dict[tuple[str, ...], list[list[ArrayLike]]] = {}
         for run in group.runs:

@@ -106,7 +106,7 @@ def _by_graph(cells: pd.DataFrame, quantity: str) -> list[tuple[str, list[_Metho
 
 
 def prediction(cells: pd.DataFrame) -> str:
-    """Return a sentence with Spearman's correlations of the hitting time with HiPPO's cells of one size, and exact p."""
+    """Return a sentence with Spearman's correlations of the hitting time with HiPPO's cells of one size, with p."""
     own = cells[cells["method"] == "hippo"]
     if len(own) < _FEWEST:
         return ""

@@ -22,8 +22,7 @@ from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import read_toml, to_json
 
 RESULTS_VERSION = 1
-"""Raise it whenever the same config gives other results than before ('Results change' in CHANGELOG.md), and whenever an
-entry gets another default; not for a new entry with a default that changes nothing."""
+"""Raise it when the same config gives other results ('Results change' in CHANGELOG.md) or an entry another default."""
 
 _OWN_KEYS = ("graphs", "seeds", "episodes", "metas", "variants")
 _IDENTITY = ("variant", "preset", "method", "meta", "graph", "size", "seed")

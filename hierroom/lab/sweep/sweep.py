@@ -60,7 +60,7 @@ class Sweep:
         return self.table.of(self.plan.runs())
 
     def made_with_other_code(self) -> list[str]:
-        """Return the names of the finished runs with custom code that has changed since, by the digests in their rows."""
+        """Return the names of the finished runs with custom code that has changed, by the digests in their rows."""
         rows = self.table.read()
         before = dict(zip(rows["digest"], rows.get("own_code", ()), strict=False))
         done = [run for run in self.plan.runs() if before.get(run.digest)]
