@@ -114,7 +114,7 @@ def main(argv: Sequence[str]) -> int:
     """Run the command on its words."""
     arguments = parse(argv)
     from hierroom.runs.logs.logs import logger_names
-    from hierroom.runs.session import begin, resume, run_session  # torch takes its time, and --help needs none
+    from hierroom.runs.session import begin, resume, run_session  # slow to load, and --help needs none of it
 
     loggers = logger_names(arguments.log)
     if arguments.resume:

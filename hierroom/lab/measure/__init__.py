@@ -1,7 +1,7 @@
 """Measure a chain from play: real episodes, seen as a walk on the augmented graph.
 
-Play has other edges than the paper's graph, where a key leads into the room it opens: opening a door leaves the agent in
-the centre, in front of the open door; and with a second key in hand it is at that key's node.
+Play has other edges than the paper's graph, where a key leads into the room it opens: opening a door leaves the agent
+in the centre, in front of the open door; and with a second key in hand it is at that key's node.
 """
 
 from __future__ import annotations

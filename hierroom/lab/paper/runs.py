@@ -79,8 +79,7 @@ class PaperRuns:
     def train(self, graphs: Iterable[str], methods: Iterable[str] = METHODS) -> Sweep:
         """Train what is missing of some graphs and methods; an interruption keeps what was trained."""
         chosen = [graph for graph in graphs if graph in self.graphs]
-        unknown = [graph for graph in self.graphs if graph not in tuple("abcdefg")]
-        if unknown or not chosen:
+        if not chosen or not {*self.graphs} <= {*"abcdefg"}:
             needed, given = ", ".join(graphs), " ".join(self.graphs)
             raise InputError(f"the paper has the graphs a to g, of which this needs one of {needed}, not {given!r}")
         sweep = self.sweep(chosen, methods)

@@ -29,7 +29,6 @@ class Game:
         seed: of the agent's actions.
 
     Attributes:
-        is_piloted: whether the agent plays.
         message: what the last step did, or why it did nothing.
         achieved: the goal ids achieved in this level, in their order.
         seen: [size, size] bool, the cells that have been in view.
