@@ -127,8 +127,8 @@ def read_run(path: Path) -> EvaluatedRun:
     method = config.resolved_method
     counts = frozenset(map(int, table.groupby("steps")["episodes"].sum()))
     graphs = {spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)}
-    entries = entries_of(path, config)
-    return EvaluatedRun(path, entries, method.meta, str(method.controller.reward), curves, counts, graphs)
+    entries, reward = entries_of(path, config), str(method.controller.reward)
+    return EvaluatedRun(path, entries, method.meta, reward, curves, counts, graphs)
 
 
 def _evaluations(folder: RunFolder) -> pd.DataFrame:

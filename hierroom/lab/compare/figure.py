@@ -54,8 +54,8 @@ def _figure(comparison: Comparison) -> Figure:
     for first in axes[:, 0]:
         first.set_ylabel(f"{metric.label} (%)" if metric.is_rate else metric.label)
     lines, _ = axes[0, 0].get_legend_handles_labels()
-    n_shown = min(n_legend, len(labels))
-    legend = figure.legend(lines, labels, loc="outside lower center", ncols=n_shown, handlelength=1.8)
+    columns = min(n_legend, len(labels))
+    legend = figure.legend(lines, labels, loc="outside lower center", ncols=columns, handlelength=1.8)
     for text in legend.get_texts():
         text.set_parse_math(False)
     return figure

@@ -33,8 +33,8 @@ def complexities(runs: Sequence[ReportedRun]) -> tuple[list[dict[str, Any]], lis
             continue
         values = dict(zip(MEASURES, rounded(measures), strict=True))
         shape = {"key_rooms": list(graph.key_rooms), "exit_room": graph.exit_room}
-        label = graph_label(name, drop_key)
-        rows.append({"name": name, "label": label, "drop_key": drop_key, **shape, "measures": values})
+        named = {"name": name, "label": graph_label(name, drop_key), "drop_key": drop_key}
+        rows.append({**named, **shape, "measures": values})
     return rows, notes
 
 

@@ -57,12 +57,11 @@ class Job:
                 raise InputError(f"{error}; move {self.folder} away to train this run from its beginning") from error
         else:
             trainer, folder = begin(config, self.folder, self.run.identity["variant"])
-        silent = Console(file=io.StringIO())
         with folder.lock, lasting_output(), Interrupt(hears_ctrl_c=False) as interrupt:
             train(trainer, folder, interrupt, lambda words: report(trainer.steps, words))
             if not trainer.is_done:
                 return None
-            write_results(trainer, folder, silent)
+            write_results(trainer, folder, Console(file=io.StringIO()))
             return self._numbers(trainer, folder) | {"own_code": own_code}
 
     def check_folder(self) -> None:
