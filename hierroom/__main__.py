@@ -23,24 +23,22 @@ COMMANDS: Mapping[str, str] = {
     "compare": "learning curves of several runs, with intervals, as tables and a figure",
     "report": "one HTML page on runs: curves, goals, complexity against learning, replay of episodes",
     "complexity": "how hard goal graphs are to explore, before anybody trains",
-    "paper": "the paper's tables and figures, ours beside its own",
+    "paper": "the paper's tables and figures, next to ours",
     "compile": "compile all kernels now, so that nothing waits for it later",
 }
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run the command that the first word names, or list all commands.
-
-    Args:
-        argv: the words of the command line.
-    """
+    """Run the command that the first word names, or list all commands."""
     match argv:
         case [] | ["-h" | "--help", *_]:
             _print_commands()
         case ["--version", *_]:
             print(hierroom.__version__)
         case [*_, "--tyro-print-completion", "bash" | "zsh" | "fish"]:
-            _print_completion(argv[-2:])
+            # Complete all commands, as a shell asks for the first word alone.
+            kinds = {name: getattr(_module(name), f"{name.capitalize()}Arguments") for name in COMMANDS}
+            tyro.extras.subcommand_cli_from_dict(kinds, prog="hierroom", args=argv[-2:])
         case [name, *words] if name in COMMANDS:
             return _module(name).main(words)
         case [name, *_]:
@@ -58,16 +56,9 @@ def _print_commands() -> None:
     print(f"hierroom {hierroom.__version__}: {(hierroom.__doc__ or '').splitlines()[0]}\n")
     for name, purpose in COMMANDS.items():
         print(f"  python -m hierroom {name:<11} {purpose}")
+    completion = 'eval "$(hierroom --tyro-print-completion bash)" (or zsh, fish)'
     print("\nEach explains itself with --help; hierroom COMMAND is short for python -m hierroom COMMAND.")
-    print(
-        'A shell completes commands and options after eval "$(hierroom --tyro-print-completion bash)" (or zsh, fish).'
-    )
-
-
-def _print_completion(argv: Sequence[str]) -> None:
-    """Print what completes all commands in a shell; a shell knows the first word only, so it is never one command's."""
-    kinds = {name: getattr(_module(name), f"{name.capitalize()}Arguments") for name in COMMANDS}
-    tyro.extras.subcommand_cli_from_dict(kinds, prog="hierroom", args=argv)
+    print(f"A shell completes commands and options after {completion}.")
 
 
 def script() -> None:

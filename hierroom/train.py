@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,14 +14,13 @@ import tyro
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import read_config
 from hierroom.runs.config.presets import find_preset, implied_preset
-from hierroom.support.cli import read_arguments, run
+from hierroom.support.cli import Flag, read_arguments, run
 from hierroom.support.errors import InputError
 
 if TYPE_CHECKING:
     from hierroom.runs.trained_agent import TrainedAgent
 
-_CODE = ("meta", "network", "reward")
-"""Options that may name code of the user's own."""
+_CODE = ("meta", "network", "reward")  # options that may name custom code
 _ONLY_BESIDE_RESUME = "a resumed run keeps its config; only --steps, --threads and --device may be given"
 
 
@@ -31,20 +30,19 @@ class TrainArguments:
 
     Args:
         config_file: a TOML file of options named as here, with underscores (num_envs = 32), or the config.json of a run
-            to repeat; what the command line names counts more.
+            to repeat; options on the command line win.
         out: the run folder, new; by default runs/ and a name that shows what differs from the preset.
-        resume: a run folder to go on with; only --steps, --threads and --device may be given beside it.
-        trust_run: run the code that the config.json of --config or --resume names beside what ships with hierroom, and
-            that is not named here by --meta, --network or --reward.
-        log: where the run is shown while it trains, joined by commas: tensorboard, wandb and mlflow, of which the last
-            two are to be installed; none for nowhere. A run that is resumed goes on there if it is named again.
+        resume: a run folder to go on with; it allows only --steps, --threads and --device.
+        trust_run: run custom code that the config.json of --config or --resume names, but this command line does not.
+        log: where to show the run while it trains: tensorboard, wandb, mlflow (install these two), joined by commas, or
+            none. Name it again to go on there with a resumed run.
     """
 
     config: Annotated[TrainConfig, tyro.conf.arg(name="")]
     config_file: Annotated[Path | None, tyro.conf.arg(name="config")] = None
     out: Path | None = None
     resume: Path | None = None
-    trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    trust_run: Flag = False
     log: str = "tensorboard"
 
 
@@ -59,14 +57,17 @@ def parse(argv: Sequence[str]) -> TrainArguments:
         raise InputError(_ONLY_BESIDE_RESUME)
     named = {name: getattr(known, name) for name in ("preset", *_CODE) if getattr(known, name) is not None}
     if known.resume:
-        default = _config_of(known.resume, trust, named)
+        from hierroom.runs.folder.run_folder import RunFolder  # it brings torch along
+        from hierroom.runs.folder.trust import require_trust
+
+        default = RunFolder.open(known.resume).config()
+        require_trust(Path(known.resume), default, trust=trust, named=named)
     elif known.config:
         default = read_config(known.config, trust=trust, **named)
     else:
         default = find_preset(known.preset or implied_preset(known.meta))
     arguments = read_arguments(TrainArguments, "train", argv, TrainArguments(config=default))
-    config = arguments.config
-    kept = config.changed(steps=default.steps, threads=default.threads, device=default.device)
+    kept = arguments.config.changed(steps=default.steps, threads=default.threads, device=default.device)
     if known.resume and kept != default:
         raise InputError(_ONLY_BESIDE_RESUME)
     return arguments
@@ -75,24 +76,17 @@ def parse(argv: Sequence[str]) -> TrainArguments:
 def train(
     config: TrainConfig | None = None, *, out: str | Path | None = None, log: str = "tensorboard", **entries: Any
 ) -> TrainedAgent:
-    """Train an agent as the command does, with a progress bar and a run folder.
+    """Train an agent as the command does, with a progress bar and a run folder; return it as `hierroom.load` does.
 
     Ctrl-C saves, and then raises KeyboardInterrupt; the command line goes on with ``--resume``.
 
     Args:
-        config: what to train, such as `hierroom.find_preset` gives. None: the ``preset`` among the
-            entries, else ``default``, or ``learned`` where ``meta="learned"``.
-        out: the run folder, new or empty; None: a new one in ``runs/`` whose name shows what differs from the preset.
-        log: where the run is shown while it trains: ``"tensorboard"``, ``"wandb"``, ``"mlflow"``, several joined by
-            commas, or ``"none"``.
-        **entries: entries of the config that are to be others, named as on the command line but with underscores:
-            ``graph="f"``, ``steps=2_000_000``, ``method="ppo"``.
-
-    Returns:
-        the trained agent, as `hierroom.load` gives it.
-
-    Raises:
-        KeyboardInterrupt: if it was interrupted.
+        config: what to train, such as `hierroom.find_preset` gives. None: the ``preset`` among the entries, else
+            ``default``, or ``learned`` where ``meta="learned"``.
+        out: the run folder, new or empty; None: a new one in ``runs/``, named after what differs from the preset.
+        log: ``"tensorboard"``, ``"wandb"``, ``"mlflow"``, several joined by commas, or ``"none"``.
+        **entries: changed entries of the config, named as on the command line but with underscores: ``graph="f"``,
+            ``steps=2_000_000``, ``method="ppo"``.
     """
     import torch
 
@@ -100,12 +94,11 @@ def train(
     from hierroom.runs.session import begin, run_session
     from hierroom.runs.trained_agent import load
 
-    start = config
-    if not isinstance(start, TrainConfig | None):
-        raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {start!r}")
-    if start is None:
-        start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
-    loggers, config = logger_names(log), start.changed(**entries)
+    if config is None:
+        config = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
+    elif not isinstance(config, TrainConfig):
+        raise InputError(f"train takes a TrainConfig and entries such as graph='c', not {config!r}")
+    loggers, config = logger_names(log), config.changed(**entries)
     trainer, folder = begin(config, None if out is None else Path(out))
     _warn_of_what_does_nothing(config)
     n_threads = torch.get_num_threads()
@@ -121,7 +114,7 @@ def main(argv: Sequence[str]) -> int:
     """Run the command on its words."""
     arguments = parse(argv)
     from hierroom.runs.logs.logs import logger_names
-    from hierroom.runs.session import begin, resume, run_session  # torch takes its time, and --help needs none
+    from hierroom.runs.session import begin, resume, run_session  # slow to load, and --help needs none of it
 
     loggers = logger_names(arguments.log)
     if arguments.resume:
@@ -136,26 +129,14 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _warn_of_what_does_nothing(config: TrainConfig) -> None:
-    """Graphs that another one stands for, and entries that the method does not read."""
+    """Warn of graphs that another one stands for, and of entries that the method does not read."""
     from hierroom.complexity.graph_set import find_graphs
     from hierroom.runs.config.unread_entries import unread_note
     from hierroom.runs.logs.output import warn
 
-    unread = unread_note(config)
-    for note in [
-        *find_graphs(config.env.graph, config.env.exclude, config.env.drop_key).notes,
-        *([unread] if unread else []),
-    ]:
-        warn(note)
-
-
-def _config_of(path: str, trust: bool, named: Mapping[str, str]) -> TrainConfig:
-    from hierroom.runs.folder.run_folder import RunFolder  # it brings torch along
-    from hierroom.runs.folder.trust import require_trust
-
-    config = RunFolder.open(path).config()
-    require_trust(Path(path), config, trust=trust, named=named)
-    return config
+    for note in (*find_graphs(config.env.graph, config.env.exclude, config.env.drop_key).notes, unread_note(config)):
+        if note:
+            warn(note)
 
 
 if __name__ == "__main__":

@@ -48,14 +48,16 @@ def main(argv: Sequence[str]) -> int:
     n_compiled = 0
     if not _is_complete(stamp):
         n_compiled = compile_all(Console(stderr=True))
-        _write_stamp(stamp)
-    done = f"{n_compiled} kernels compiled in {{}}" if n_compiled else "all kernels are compiled already ({})"
-    print(done.format(f"{time.perf_counter() - started:.1f} s"))
+        files = [str(path) for path in sorted(stamp.parent.rglob("*.nb[ci]"))]
+        write_atomically(stamp, json.dumps({"made_of": _made_of(), "files": files}).encode())
+    seconds = f"{time.perf_counter() - started:.1f} s"
+    done = f"{n_compiled} kernels compiled in {seconds}"
+    print(done if n_compiled else f"all kernels are compiled already ({seconds})")
     return 0
 
 
 def compile_all(console: Console) -> int:
-    """Use every kernel once in each way it is used, with a progress bar; returns how many were compiled."""
+    """Use every kernel once in each way it is used, with a progress bar; return how many were compiled."""
     import torch
     from numba.core import event
 
@@ -64,11 +66,7 @@ def compile_all(console: Console) -> int:
 
     torch.set_num_threads(1)  # as in training
     compile_clock().is_notice_due = False  # the bar says it
-    columns = (
-        TextColumn("compiling kernels"),
-        BarColumn(),
-        TextColumn("{task.fields[status]}"),
-    )
+    columns = (TextColumn("compiling kernels"), BarColumn(), TextColumn("{task.fields[status]}"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task("", total=None, status="loading PyTorch")
         plays = list(_plays())  # they load all kernels
@@ -90,7 +88,7 @@ def compile_all(console: Console) -> int:
 
 
 def _plays() -> Iterator[Callable[[], object]]:
-    """Short uses of the package that together call the kernels with all types of arguments that they are ever given."""
+    """Yield short uses of the package that together call the kernels with all types of arguments they ever get."""
     import numpy as np
 
     import hierroom
@@ -109,6 +107,7 @@ def _plays() -> Iterator[Callable[[], object]]:
     from hierroom.worlds.escape_room.sampled_level import SampledLevel
 
     small: Mapping[str, Any] = {"graph": "d", "size": 11, "max_steps": 30}
+    graph_a = hierroom.GoalGraph.named("a")
 
     def train(**entries: Any) -> None:
         config = hierroom.find_preset(entries.pop("preset", "default"))
@@ -121,6 +120,7 @@ def _plays() -> Iterator[Callable[[], object]]:
 
     def play(env: Any) -> None:
         env.reset(seed=0)
+        env.render()
         for _ in range(60):
             ended = any(env.last()[2:4])
             env.step(None if ended else 0)
@@ -134,11 +134,6 @@ def _plays() -> Iterator[Callable[[], object]]:
             if n is None and any(ended):
                 env.reset()
 
-    def render() -> None:
-        env = hierroom.env(**small, render_mode="rgb_array")
-        env.reset(seed=0)
-        env.render()
-
     yield train
     for method in ("ppo", "ppo-novelty", "ppo-rnd"):
         yield partial(train, method=method)
@@ -146,17 +141,16 @@ def _plays() -> Iterator[Callable[[], object]]:
     yield partial(train, preset="paper", drop_key=True)
     yield partial(train, graph=("a", "c"), curriculum_stages=2)
     yield partial(train, meta="oracle", reward="bonus", features=(*FEATURES.keys() - {"goal-outcome"},))
-    yield partial(measure_named, "random", "a", False, 4, 0)
+    yield partial(measure_named, "random", {"graph": "a"}, False, 4, 0)
     yield analyze("a").goal_sensitivity
-    yield partial(measure_levels, [hierroom.GoalGraph.named("a")], 1, 60)
+    yield partial(measure_levels, [graph_a], 1, 60)
     few: Mapping[str, int] = {"episodes": 2, "n_policies": 2, "policy_episodes": 2, "gorp_runs": 2, "max_steps": 0}
-    yield partial(SampledLevel(Engine([hierroom.GoalGraph.named("a")]).state, 60).measure, **few)
-    yield lambda: measure_graphs([hierroom.GoalGraph.named("a")], 20)
+    yield partial(SampledLevel(Engine([graph_a]).state, 60).measure, **few)
+    yield partial(measure_graphs, [graph_a], 20)
     yield partial(sampled_cover_time, np.eye(2)[::-1], 0, 2)
     yield lambda: list(hierroom.rollout("oracle", hierroom.EnvConfig(**small), episodes=4))
-    yield render
     for mask, reward in zip(("reachable", "existing", "seen", "none"), REWARDS, strict=True):
-        yield partial(play, hierroom.env(**small, goal_mask=mask, reward=reward))
+        yield partial(play, hierroom.env(**small, goal_mask=mask, reward=reward, render_mode="rgb_array"))
     yield partial(step, EscapeRoom(**small, meta="random"), None)
     yield partial(step, EscapeRooms(4, **small), 4)
     yield partial(step, EscapeRooms(4, **small, flat=True), 4)
@@ -164,7 +158,7 @@ def _plays() -> Iterator[Callable[[], object]]:
 
 
 def _is_complete(stamp: Path) -> bool:
-    """Whether the command has compiled all of this source, and every file that it left is still there."""
+    """Return whether the command has compiled all of this source, and every file that it left is still there."""
     try:
         written = json.loads(stamp.read_text())
         files = [Path(file) for file in written["files"]]
@@ -173,13 +167,8 @@ def _is_complete(stamp: Path) -> bool:
         return False
 
 
-def _write_stamp(stamp: Path) -> None:
-    files = [str(path) for path in sorted(stamp.parent.rglob("*.nb[ci]"))]
-    write_atomically(stamp, json.dumps({"made_of": _made_of(), "files": files}).encode())
-
-
 def _made_of() -> str:
-    """A digest of all that decides what is compiled."""
+    """Return a digest of all that decides what is compiled."""
     import numba
     from llvmlite import binding
 

@@ -15,17 +15,15 @@ from hierroom.complexity.report import ComplexityReport, analyze
 from hierroom.complexity.tables import COLUMNS, ColumnName, list_text, report_cells, value_of
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
 from hierroom.goals import NAMED_GRAPHS, GoalGraph, GraphSpecs, graph_specs, is_graph_set
-from hierroom.support.cli import read_arguments
+from hierroom.support.cli import Flag, given, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.files import to_json
+from hierroom.support.tables import named_table, print_table
 from hierroom.worlds.env_config import GRAPHS
 
-MAX_LISTED_ROOMS = 8
-"""There are 612 goal graphs of 8 rooms. The 1,747 of 9 rooms would take most of a minute."""
-
+MAX_LISTED_ROOMS = 8  # with 612 goal graphs; the 1,747 of 9 rooms would take most of a minute
 FORMATS = ("json", "csv", "latex", "markdown")
-OF_PLAY = ("episodes", "size", "max_steps", "trust_run")
-"""Options of --from-play alone."""
+OF_PLAY = ("episodes", "size", "max_steps", "trust_run")  # options of --from-play alone
 
 
 @dataclass(frozen=True)
@@ -35,10 +33,9 @@ class ComplexityArguments:
     Give one graph for its full report, or several for a list. By default the paper's seven graphs are listed.
 
     Args:
-        graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), paths
-            to .toml files, rooms:N for every graph of N rooms, 2 to 8, and hitting_time:LOW..HIGH or
-            expected_steps:LOW..HIGH for all graphs in that interval.
-        exclude: goal graphs to leave out, given likewise and found however their rooms are numbered.
+        graph: letters from a to g, names such as keys-0-1-exit-2 (the room of each key, and of the exit), TOML files,
+            rooms:N for every graph of N rooms, 2 to 8, hitting_time:LOW..HIGH or expected_steps:LOW..HIGH.
+        exclude: goal graphs to leave out, given in the same way and found however their rooms are numbered.
         all: list the paper's seven graphs.
         drop: let the controller drop keys.
         sort: sort the list by this column in ascending order.
@@ -46,48 +43,44 @@ class ComplexityArguments:
         csv: print the list as CSV.
         latex: print the list as a LaTeX table, for the package booktabs.
         markdown: print the list as a Markdown table.
-        draw: draw the goal graph and its augmented graph into this .png, .pdf or .svg file; with --from-play the
-            reach curves, that of the episodes beside those of the chains.
-        walk: probabilities of one step of the walk that is assumed: to stay, to move, to start again.
+        draw: draw the goal graph and its augmented graph, or --from-play's reach curves, into this .png, .pdf or .svg.
+        walk: probabilities of one step of the assumed walk: to stay, to move, to start again.
         reading: interpretation of the paper's augmented graph: from where a key is picked up (accessible, way to the
             start, own room), where a room leads (accessible, neighbours, through the start), and where dropping a key
             leads (accessible, key room, start).
-        from_play: measure the chain from play instead of assuming the random walk. Give a run's folder to let its
-            trained agents play, random for random actions, or oracle for shortest solutions. Without --graph the goal
-            graph is that of the run, or c for random and oracle.
-        measures: list the measures of the literature instead, such as the effective horizon and the covering length, on
-            the MDP whose states are the nodes of the augmented graph.
+        from_play: measure the chain from play instead of assuming the random walk: of a run's trained agents (give its
+            folder), of random actions (random), or of shortest solutions (oracle); by default on the run's graph, or c.
+        measures: list measures such as the effective horizon and the covering length, on the augmented graph's MDP.
         levels: with --measures, measure so many levels of each graph by their exact states instead.
         horizon: with --measures, steps of an episode: by default 20 on goal graphs and 1000 in levels.
         size: cells of the grid's side in play; by default the run's, or 19 for random and oracle.
         max_steps: steps after which an episode of play is truncated; by default the run's, or 1000.
         episodes: how many episodes to play.
         seed: seed of the levels, the actions and the bootstrap.
-        trust_run: run the code that the config of that run names beside what ships with hierroom (a network, a reward,
-            a meta-controller of somebody's own).
+        trust_run: run custom code that the run's config names (a network, a reward, a meta-controller).
     """
 
     graph: Annotated[GraphSpecs, GRAPHS] = ()
     exclude: Annotated[GraphSpecs, GRAPHS] = ()
-    all: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    drop: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    all: Flag = False
+    drop: Flag = False
     sort: ColumnName | None = None
-    json: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    csv: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    latex: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    markdown: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    json: Flag = False
+    csv: Flag = False
+    latex: Flag = False
+    markdown: Flag = False
     draw: Path | None = None
     walk: Annotated[tuple[float, float, float], tyro.conf.arg(metavar="STAY MOVE RESTART")] = astuple(PAPER_WALK)
     reading: Annotated[tuple[str, str, str], tyro.conf.arg(metavar="KEYS ROOMS DROP")] = astuple(TABLE_READING)
     from_play: str | None = None
-    measures: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    measures: Flag = False
     levels: int = 0
     horizon: int | None = None
     size: int | None = None
     max_steps: int | None = None
     episodes: int = 1000
     seed: int = 0
-    trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    trust_run: Flag = False
 
 
 def show(options: ComplexityArguments) -> None:
@@ -105,26 +98,30 @@ def show(options: ComplexityArguments) -> None:
         return
     has_seed = options.seed != ComplexityArguments.seed and not options.levels
     if has_seed or any(getattr(options, name) != getattr(ComplexityArguments, name) for name in OF_PLAY):
-        raise InputError(
-            "--episodes, --seed, --size, --max-steps and --trust-run go with --from-play, which is missing, or --seed "
-            "with --levels"
-        )
+        options_of_play = "--episodes, --seed, --size, --max-steps and --trust-run"
+        raise InputError(f"{options_of_play} go with --from-play, which is missing, or --seed with --levels")
     if (options.levels or options.horizon is not None) and not options.measures:
         raise InputError("--levels and --horizon go with --measures, which is missing")
-    specs = _specs(options)
+    specs = graph_specs(options.graph)
+    if specs and options.all:
+        raise InputError("choose graphs by only one of --graph and --all, not by both")
+    specs = specs or tuple(NAMED_GRAPHS)
     chosen = GraphSet(specs, options.exclude, options.drop, MAX_LISTED_ROOMS, walk, reading)
-    graphs = chosen.graphs
     for note in chosen.notes:
         print(f"note: {note}", file=sys.stderr)
     if options.measures:
-        _show_measures(options, graphs, walk, reading)
+        _show_measures(options, chosen.graphs, walk, reading)
         return
-    reports = [analyze(graph, options.drop, walk, reading) for graph in graphs]
+    reports = [analyze(graph, options.drop, walk, reading) for graph in chosen.graphs]
     if (column := options.sort) is not None:
         reports.sort(key=lambda report: value_of(report, column))
     is_list = len(specs) > 1 or any(map(is_graph_set, specs))
     if options.draw is not None:
-        _draw(reports, options.draw)
+        if len(reports) != 1:
+            raise InputError(f"--draw draws one graph, named by --graph, not {len(reports)}")
+        from hierroom.complexity.drawing.draw import draw_graph
+
+        draw_graph(reports[0].augmented, options.draw)
     if options.json:
         tables = [report.to_dict() for report in reports]
         print(to_json(tables if is_list else tables[0]))
@@ -138,24 +135,8 @@ def show(options: ComplexityArguments) -> None:
 
 def main(argv: Sequence[str]) -> int:
     """Run the command on its words."""
-    options = read_arguments(ComplexityArguments, "complexity", argv)
-    show(options)
+    show(read_arguments(ComplexityArguments, "complexity", argv))
     return 0
-
-
-def _specs(options: ComplexityArguments) -> tuple[GoalGraph | str, ...]:
-    specs = graph_specs(options.graph)
-    if specs and options.all:
-        raise InputError("choose graphs by only one of --graph and --all, not by both")
-    return specs or tuple(NAMED_GRAPHS)
-
-
-def _draw(reports: list[ComplexityReport], path: Path) -> None:
-    if len(reports) != 1:
-        raise InputError(f"--draw draws one graph, named by --graph, not {len(reports)}")
-    from hierroom.complexity.drawing.draw import draw_graph  # matplotlib loads slowly, and few commands draw
-
-    draw_graph(reports[0].augmented, path)
 
 
 def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: Reading) -> None:
@@ -168,28 +149,17 @@ def _show_play(options: ComplexityArguments, player: str, walk: Walk, reading: R
             "--from-play measures one goal graph and allows only --graph, --drop, --walk, --reading, --json, --draw, "
             "--size, --max-steps, --episodes, --seed and --trust-run"
         )
-    from hierroom.lab.measure import measure_named  # imported here, because it loads the world and the learners
+    from hierroom.lab.measure import measure_named  # it loads the world and the learners
 
+    entries = given(options, "size", "max_steps") | ({"graph": specs[0]} if specs else {})
     report = measure_named(
-        player,
-        specs[0] if specs else None,
-        options.drop,
-        options.episodes,
-        options.seed,
-        size=options.size,
-        max_steps=options.max_steps,
-        walk=walk,
-        reading=reading,
-        trust=options.trust_run,
+        player, entries, options.drop, options.episodes, options.seed, walk, reading, options.trust_run
     )
     if options.draw is not None:
         from hierroom.complexity.drawing.draw_reach import save_reach
 
         save_reach(report, options.draw)
-    if options.json:
-        print(to_json(report.to_dict()))
-    else:
-        print(report)
+    print(to_json(report.to_dict()) if options.json else report)
 
 
 def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...], walk: Walk, reading: Reading) -> None:
@@ -198,11 +168,7 @@ def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...], 
     is_assumed = (options.walk, options.reading) != (ComplexityArguments.walk, ComplexityArguments.reading)
     if is_assumed and options.levels:
         raise InputError("--levels measures the levels themselves, which no --walk and no --reading describe")
-    from hierroom.complexity.measures.table import (  # rich loads
-        measure_graphs,
-        measures_text,
-        print_measures,
-    )
+    from hierroom.complexity.measures.table import measure_graphs, measures_text, print_measures
 
     horizon = options.horizon if options.horizon is not None else 1000 if options.levels else 20
     drop = "with" if options.drop else "without"
@@ -211,17 +177,14 @@ def _show_measures(options: ComplexityArguments, graphs: tuple[GoalGraph, ...], 
         from hierroom.worlds.escape_room.measured_levels import measure_levels  # it loads the world
 
         measured = measure_levels(graphs, options.levels, horizon, options.drop, options.seed)
-        title = f"levels of {what}"
     else:
         measured = measure_graphs(graphs, horizon, options.drop, walk, reading)
-        title = f"MDPs of {what}"
     if options.json:
         print(to_json([graph.to_dict() for graph in measured]))
-    elif options.csv or options.latex or options.markdown:
-        form = "csv" if options.csv else "latex" if options.latex else "markdown"
-        print(measures_text(measured, form), end="")
+    elif formats := [name for name in FORMATS if getattr(options, name)]:
+        print(measures_text(measured, formats[0]), end="")
     else:
-        print_measures(measured, title)
+        print_measures(measured, f"{'levels' if options.levels else 'MDPs'} of {what}")
 
 
 def _counted(graphs: Sequence[object]) -> str:
@@ -229,21 +192,10 @@ def _counted(graphs: Sequence[object]) -> str:
 
 
 def _print_table(reports: list[ComplexityReport]) -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.markup import escape
-    from rich.table import Table
-
-    from hierroom.support.tables import print_table
-
-    table = Table(
-        title=f"{_counted(reports)}, {'with' if reports[0].drop_key else 'without'} drop",
-        box=SIMPLE_HEAD,
-        padding=0,  # graphs of 8 rooms have long names, and the table must fit into 80 columns
-    )
-    for name, (heading, _) in COLUMNS.items():
-        table.add_column(heading, justify="left" if name == "graph" else "right", no_wrap=name == "graph")
-    for report in reports:
-        table.add_row(*map(escape, report_cells(report)))
+    title = f"{_counted(reports)}, {'with' if reports[0].drop_key else 'without'} drop"
+    headings = [heading for heading, _ in COLUMNS.values()]
+    table = named_table(headings, map(report_cells, reports), title=title, padding=0)  # narrow, as names are long
+    table.columns[0].no_wrap = True
     print_table(table)
     restart = reports[0].walk.restart
     print(f"hitting time: the paper's (Table 2){f', saturates near {1 / restart:.4g}' if restart else ''}")

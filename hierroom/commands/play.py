@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import tyro
-
 from hierroom.goals import GraphSpecs
-from hierroom.support.cli import read_arguments
+from hierroom.support.cli import Flag, given, read_arguments
 from hierroom.support.errors import InputError, require_number
-from hierroom.worlds.env_config import GRAPHS
+from hierroom.worlds.env_config import GRAPHS, EnvConfig
 
 if TYPE_CHECKING:
     from hierroom.lab.play.game import Game
@@ -21,19 +19,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlayArguments:
-    """Play levels yourself in a window, beside which the goal graph lights up as goals are reached.
+    """Play levels yourself in a window, next to a goal graph that lights up as you reach goals.
 
     Arrows or wasd move, space picks up or opens what is in front, o shows the oracle's next action, t lets a trained
     agent take over, f switches fog, n begins the next level, r this one again, q quits.
 
     Args:
-        graph: goal graphs, of which each level samples one, given as in training; by default c, or the agent's own.
+        graph: goal graphs, given as in training; each level samples one. By default c, or the agent's own.
         size: cells of the grid's side; by default 13, or the agent's own.
         max_steps: steps after which a level ends; by default 1000, or the agent's own.
-        drop_key: whether keys can be dropped; an agent's own with --agent.
-        agent: the folder of a run, whose trained agent can take over, and whose subgoals are shown; or the .safetensors
-            file of an agent, or an agent that ships (a to g, learned-g).
-        trust_run: run the code that the agent's config names beside what ships with hierroom.
+        drop_key: whether keys can be dropped; with --agent as that was trained.
+        agent: a run's folder, an agent's .safetensors file, or an agent that ships (a to g, learned-g). The agent can
+            take over, and its subgoals are shown.
+        trust_run: run custom code that the agent's config names.
         greedy: let the agent take its most probable action instead of drawing one.
         fog: begin with fog, which hides what was not seen yet.
         seed: fixes the levels and the agent's actions.
@@ -42,11 +40,11 @@ class PlayArguments:
     graph: Annotated[GraphSpecs, GRAPHS] = ()
     size: int | None = None
     max_steps: int | None = None
-    drop_key: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    drop_key: Flag = False
     agent: Path | None = None
-    trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    greedy: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    fog: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    trust_run: Flag = False
+    greedy: Flag = False
+    fog: Flag = False
     seed: int = 0
 
 
@@ -64,17 +62,15 @@ def main(argv: Sequence[str]) -> int:
 
 
 def make_game(arguments: PlayArguments) -> Game:
-    """The game that is asked for."""
-    from hierroom.lab.play.game import Game
+    """Return the game that the options describe."""
+    from hierroom.lab.play.game import Game  # these bring torch along, and --help needs none of it
     from hierroom.runs.trained_agent import load
     from hierroom.turns.turns import Turns
-    from hierroom.worlds.env_config import EnvConfig  # these bring torch along, and --help needs none of it
 
-    named = {name: getattr(arguments, name) for name in ("graph", "size", "max_steps")}
-    chosen: dict[str, Any] = {name: value for name, value in named.items() if value not in (None, ())}
+    chosen = given(arguments, "graph", "size", "max_steps")
     if arguments.agent is None:
-        config = EnvConfig(**{"graph": "c", "size": 13, **chosen}, drop_key=arguments.drop_key)
-        return Game(Turns(config, 1, seed=arguments.seed, autoreset=False, measure_shortest=True))
+        entries: dict[str, Any] = {"graph": "c", "size": 13, "drop_key": arguments.drop_key, **chosen}
+        return Game(Turns(EnvConfig(**entries), 1, seed=arguments.seed, autoreset=False, measure_shortest=True))
     agent = load(arguments.agent, greedy=arguments.greedy, trust=arguments.trust_run)
     if arguments.drop_key and not agent.config.env.drop_key:
         raise InputError(f"the agent of {arguments.agent} was trained without --drop-key, so keys cannot be dropped")

@@ -10,10 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
-from rich.console import Console
-from rich.progress import Progress
 
-from hierroom.support.cli import read_arguments
+from hierroom.support.cli import Flag, progress_bar, read_arguments
 from hierroom.support.errors import InputError, require_number
 from hierroom.support.files import write_atomically
 
@@ -22,8 +20,7 @@ if TYPE_CHECKING:
     from hierroom.lab.report.runs import ReportedRun
 
 
-_DASHES = ("solid", "dash", "dot", "dashdot")
-"""The dashes of `compare.style`, as the page calls them."""
+_DASHES = ("solid", "dash", "dot", "dashdot")  # those of `compare.style`, as the page calls them
 
 
 @dataclass(frozen=True)
@@ -32,16 +29,14 @@ class ReportArguments:
 
     Args:
         runs: folders of runs, or folders that contain them, such as that of a sweep.
-        out: the file to write, which is replaced.
-        by: entries of the config that make a group, as for compare: meta, or method,gamma. By default those
-            that tell the runs apart, as for compare.
-        replays: of how many runs the trained agents are played, the first of each group and graph; 0: of none.
+        out: the file to write or replace.
+        by: entries of the config that make a group: meta, or method,gamma; the default is that of compare.
+        replays: how many runs' trained agents play, the first of each group and graph; 0: none.
         episodes: episodes of each that the page replays; an escape and a failure come first, where there are.
-        played: episodes of each by which success and steps to each goal are measured.
+        played: episodes of each that measure success and steps to each goal.
         seed: fixes the levels and the actions; training never sees the levels, whatever its seed.
         greedy: let the controllers take their most probable actions instead of drawing them.
-        trust_run: run the code that a run's config names beside what ships with hierroom (a network, a reward, a
-            meta-controller of somebody's own).
+        trust_run: run custom code that a run's config names (a network, a reward, a meta-controller).
     """
 
     runs: Annotated[
@@ -53,8 +48,8 @@ class ReportArguments:
     episodes: int = 3
     played: int = 200
     seed: int = 0
-    greedy: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    trust_run: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    greedy: Flag = False
+    trust_run: Flag = False
 
 
 def main(argv: Sequence[str]) -> int:
@@ -71,52 +66,46 @@ def main(argv: Sequence[str]) -> int:
         raise InputError(f"cannot write {arguments.out}: there is no folder {arguments.out.parent}")
     page, notes = _page(arguments)
     write_atomically(arguments.out, page)
-    console = Console()
     for note in notes:
-        console.print(f"- {note}", markup=False, highlight=False, soft_wrap=True)
-    size = f"{len(page) / 1e6:.1f} MB"
-    console.print(f"{arguments.out} ({size}); open it in a browser", markup=False, highlight=False, soft_wrap=True)
+        print(f"- {note}")
+    print(f"{arguments.out} ({len(page) / 1e6:.1f} MB); open it in a browser")
     return 0
 
 
 def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
-    """The page, and lines on what a reader must know."""
-    import torch  # it takes its time, as does what follows, and --help needs none of it
+    """Return the page, and notes for its reader."""
+    import torch  # slow to load, as is what follows, and --help needs none of it
 
     from hierroom import __version__
-    from hierroom.lab.compare.metric import METRICS
+    from hierroom.lab.compare.curve import METRICS
     from hierroom.lab.compare.style import line_style
     from hierroom.lab.report.curves import compare_runs, curve_rows, run_rows
     from hierroom.lab.report.difficulty import MEASURES, complexities, learning_points
-    from hierroom.lab.report.page import render_page
+    from hierroom.lab.report.page import page_texts, render_page
     from hierroom.lab.report.replay import TILES
     from hierroom.lab.report.runs import read_runs
-    from hierroom.lab.report.texts import page_texts
 
     torch.set_num_threads(1)  # as in training
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+    with progress_bar() as bar:
         task = bar.add_task("reading", total=1)
         runs, notes = read_runs(arguments.runs)
         bar.update(task, description="comparing", total=len(METRICS))
         curves = compare_runs(runs, arguments.by, lambda: bar.advance(task))
-        untried, chosen, played = deque(_in_turn(runs, curves)), [], []
+        untried, goals, replays = deque(_in_turn(runs, curves)), [], []
         bar.update(task, description="playing", total=min(len(untried), arguments.replays), completed=0)
-        while untried and len(chosen) < arguments.replays:
-            if (found := _play(untried[0], arguments, notes)) is not None:
-                chosen.append(untried[0])
-                played.append(found)
+        while untried and len(replays) < arguments.replays:
+            one = untried.popleft()
+            if (played := _play(one, arguments, notes)) is not None:
+                row, episodes = played
+                goals.append({"run": one.name, "group": curves.group_of[str(one.path)], **row})
+                replays.append({"run": one.name, "episodes": episodes})
                 bar.advance(task)
-            untried.popleft()
         bar.update(task, description="computing complexity", total=None)
         complexity, too_large = complexities(runs)
     notes += [*curves.notes, *too_large]
-    if arguments.replays and len(chosen) < len(runs):
+    if arguments.replays and len(replays) < len(runs):
         more = "; --replays N plays more" if untried else ""
-        notes.append(f"episodes were played by {len(chosen)} of {len(runs)} runs{more}")
-    both = [*zip(chosen, played, strict=True)]
-    goals = [{"run": one.name, "group": curves.group_of[str(one.path)], **row} for one, (row, _) in both]
-    replays = [{"run": one.name, "episodes": episodes} for one, (_, episodes) in both]
+        notes.append(f"episodes were played by {len(replays)} of {len(runs)} runs{more}")
     points = learning_points(curves)
     data = {
         "tiles": TILES,
@@ -124,9 +113,7 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
             {"label": label, "colour": colour, "dash": _DASHES[dash]}
             for label, (colour, dash) in zip(curves.labels, map(line_style, count()), strict=False)
         ],
-        "metrics": [
-            {"name": name, "label": metric.label, "is_rate": metric.is_rate} for name, metric in METRICS.items()
-        ],
+        "metrics": [{"name": name, "label": one.label, "is_rate": one.is_rate} for name, one in METRICS.items()],
         "curves": curve_rows(curves),
         "runs": run_rows(runs, curves),
         "measures": dict(MEASURES),
@@ -136,31 +123,19 @@ def _page(arguments: ReportArguments) -> tuple[bytes, list[str]]:
         "is_greedy": arguments.greedy,
         "replays": replays,
     }
-    has = {"replay": bool(replays), "curves": bool(data["runs"]), "goals": bool(goals), "points": bool(points)}
-    sections = [("runs", "Runs")]
-    sections += [("replay", "Episodes")] * has["replay"] + [("learning", "Learning")] * has["curves"]
-    sections += [("goals", "Goals")] * has["goals"]
-    sections += [("complexity", "Complexity"), ("configuration", "Configuration")]
+    groups = dict.fromkeys(curves.labels)
+    n_groups = f"{len(groups)} group{'s' * (len(groups) > 1)}"
     texts = {
-        **page_texts(runs, curves, goals, complexity, points, notes),
-        **{f"has_{name}": value for name, value in has.items()},
+        **page_texts(runs, curves, complexity, points, notes),
         "title": runs[0].name if len(runs) == 1 else f"hierroom: {len(runs)} runs",
-        "summary": _summary(runs, curves),
-        "sections": sections,
+        "summary": runs[0].config.title if len(runs) == 1 else f"{len(runs)} runs in {n_groups}: {'; '.join(groups)}",
         "version": __version__,
     }
     return render_page(texts, data), notes
 
 
-def _summary(runs: Sequence[ReportedRun], curves: Curves) -> str:
-    if len(runs) == 1:
-        return runs[0].config.title
-    groups = dict.fromkeys(curves.labels)
-    return f"{len(runs)} runs in {len(groups)} group{'s' * (len(groups) > 1)}: {'; '.join(groups)}"
-
-
 def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
-    """The first run of each group on each graph, the groups taking turns."""
+    """Return the first run of each group on each graph, the groups in turn."""
     firsts: dict[int, dict[tuple[str, ...], ReportedRun]] = {}
     for one in runs:
         firsts.setdefault(curves.group_of[str(one.path)], {}).setdefault(tuple(one.graphs), one)
@@ -169,8 +144,8 @@ def _in_turn(runs: Sequence[ReportedRun], curves: Curves) -> list[ReportedRun]:
 
 
 def _play(one: ReportedRun, arguments: ReportArguments, notes: list[str]) -> tuple[dict[str, Any], list[Any]] | None:
-    """What a run's agents achieve, and episodes of theirs; None, and a line that says why, if they cannot play."""
-    from hierroom.lab.report.goals import goal_row, training_goals
+    """Return what a run's agents achieve, and some episodes; None, with a note, if they cannot play."""
+    from hierroom.lab.report.curves import goal_row, training_goals
     from hierroom.lab.report.replay import replays
     from hierroom.runs.evaluation import evaluate
     from hierroom.runs.folder.run_folder import RunFolder

@@ -7,46 +7,42 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
-from rich.console import Console
 
 from hierroom.lab.sweep.plan import Plan, PlannedRun, read_plan
 from hierroom.lab.sweep.summary import summarise
 from hierroom.lab.sweep.sweep import Shard, Sweep
 from hierroom.runs.config.unread_entries import entries_without_effect
 from hierroom.runs.logs.output import warn
-from hierroom.support.cli import read_arguments
+from hierroom.support.cli import Flag, given, read_arguments
 from hierroom.support.errors import InputError
 from hierroom.support.tables import print_table
 
 _ENTRY = re.compile(r"[A-Za-z_][\w.-]*=")
-_FLAGS = ("--list", "--markdown", "--help", "-h")
-"""Options that take no word."""
-_OF_SEVERAL = ("--graphs", "--metas")
-"""Options that take words up to the next option, or to an entry; all others take one."""
+_FLAGS = ("--list", "--markdown", "--help", "-h")  # options without a word
+_OF_SEVERAL = ("--graphs", "--metas")  # options with words up to the next option or entry; all others take one
 
 
 @dataclass(frozen=True)
 class SweepArguments:
     """Train every combination of some values, and gather the results in one table.
 
-    Writes OUT/sweep.csv, a row for each run that is done, and OUT/runs/, a complete folder for each run. The same
-    command goes on with what is missing; a run whose config has changed since, as with another preset, is made again.
+    Writes OUT/sweep.csv, a row for each finished run, and OUT/runs/, a complete folder for each run. The same command
+    goes on with what is missing, and makes a run again if its config has changed, as with another preset.
 
     Args:
         what: entries of training, each with the values to try (method=hippo,ppo-bonus gamma=0.9,0.99 steps=200_000),
-            and before them, if you like, a TOML file of such entries. An entry that is itself a list is given as
-            'features=[["view","goal"],["view"]]'.
+            optionally after a TOML file of such entries. Give lists as 'features=[["view","goal"],["view"]]'.
         out: the folder to write to, or to go on with.
-        graphs: goal graphs or sets of them, such as a b rooms:4, on each of which there is a run of its own.
+        graphs: goal graphs or sets of them, such as a b rooms:4; each graph gets runs.
         seeds: seeds 0, 1, ... of each run.
         episodes: of the evaluation at the end of each run.
-        metas: other meta-controllers with which the trained controllers that see goals are evaluated too.
+        metas: other meta-controllers to evaluate the trained controllers with, where these see goals.
         processes: runs at a time; by default one for each core.
-        shard: a part of the runs, such as 3/8 for the third of eight machines that share no more than OUT or nothing.
-        ray: address of a Ray cluster on whose machines the runs are done: auto, HOST:6379 or ray://HOST:10001.
+        shard: a part of the runs, such as 3/8 for the third of eight machines that share OUT or nothing.
+        ray: address of a Ray cluster that does the runs: auto, HOST:6379 or ray://HOST:10001.
         list: list the runs, and which of them are done, and train nothing.
         markdown: print the table of medians in Markdown, of the runs that are done, and train nothing.
     """
@@ -60,24 +56,24 @@ class SweepArguments:
     processes: int | None = None
     shard: str = "1/1"
     ray: str | None = None
-    list: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    markdown: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    list: Flag = False
+    markdown: Flag = False
+
+    @property
+    def _settings(self) -> dict[str, Any]:
+        return given(self, "graphs", "seeds", "episodes", "metas")
 
     def plan(self) -> Plan:
-        """The plan that they mean."""
+        """Return the plan of the file, the entries and the options."""
         is_file = bool(self.what) and "=" not in self.what[0]
-        plan = read_plan(Path(self.what[0]) if is_file else None, self.what[is_file:])
-        named = {name: getattr(self, name) for name in ("graphs", "seeds", "episodes", "metas")}
-        return replace(plan, **{name: value for name, value in named.items() if value not in (None, ())})
+        return replace(read_plan(Path(self.what[0]) if is_file else None, self.what[is_file:]), **self._settings)
 
     @property
     def command(self) -> str:
-        """The command without what decides no result (where, how many at a time), so that it tells of no machine."""
+        """The command without what decides no result (where, how many at a time), so that it names no machine."""
         words = [Path(word).name if Path(word).is_absolute() else word for word in self.what]
-        for name in ("graphs", "seeds", "episodes", "metas"):
-            value = getattr(self, name)
-            if value not in (None, ()):
-                words += [f"--{name}", *map(str, value if isinstance(value, tuple) else (value,))]
+        for name, value in self._settings.items():
+            words += [f"--{name}", *map(str, value if isinstance(value, tuple) else (value,))]
         return shlex.join(["python", "-m", "hierroom", "sweep", *words])
 
 
@@ -85,21 +81,22 @@ def main(argv: Sequence[str]) -> int:
     """Run the command on its words."""
     arguments = read_arguments(SweepArguments, "sweep", _entries_first(argv))
     if not arguments.what and not arguments.graphs:
-        raise InputError(
-            "say what to train: entries with values to try such as method=hippo,ppo, a TOML file, or --graphs"
-        )
+        entries = "entries with values to try such as method=hippo,ppo"
+        raise InputError(f"say what to train: {entries}, a TOML file, or --graphs")
     shard = Shard.parse(arguments.shard)
     sweep = Sweep(arguments.plan(), arguments.out)
     planned = sweep.plan.runs()
     for note in _notes(sweep.plan, planned):
         warn(note)
     runs = shard.of(planned)
-    console = Console()
     if not runs:
-        console.print(f"shard {arguments.shard} holds none of the {len(planned)} runs", highlight=False)
+        print(f"shard {arguments.shard} holds none of the {len(planned)} runs")
         return 0
     if arguments.list:
-        _list(runs, sweep, console)
+        done = {*sweep.table.read()["digest"]}
+        for run in runs:
+            state = "done" if run.digest in done else "begun" if (sweep.out / "runs" / run.name).exists() else "-"
+            print(f"{state:<6}{run.name}")
         return 0
     if arguments.markdown:
         print(summarise(runs, sweep.table.of(runs), sweep.plan.metas).markdown())
@@ -107,9 +104,9 @@ def main(argv: Sequence[str]) -> int:
     table = sweep.table.path
     outcome = sweep.fill(processes=arguments.processes, ray=arguments.ray, shard=shard, command=arguments.command)
     rows = sweep.table.of(runs)
-    print_table(summarise(runs, rows, sweep.plan.metas).table(), console)
+    print_table(summarise(runs, rows, sweep.plan.metas).table())
     for failed, reason in outcome.failures:
-        console.print(f"failed: {failed.name}: {reason}", markup=False, highlight=False, soft_wrap=True)
+        print(f"failed: {failed.name}: {reason}")
     if replaced := [run.name for run in outcome.replaced]:
         both = "give both values of an entry at once to keep a row of each"
         warn(f"the row of {_first_of(replaced)} stands in the place of one of another config; {both}")
@@ -117,10 +114,9 @@ def main(argv: Sequence[str]) -> int:
         again = f"to train again, delete the rows from {table}, and the folders in {sweep.out / 'runs'}"
         warn(f"own code has changed since {_first_of(changed)} was trained; {again}")
     if outcome.is_interrupted:
-        again = shlex.join(["python", "-m", "hierroom", "sweep", *argv])
-        console.print(f"stopped and saved; go on with:\n{again}", markup=False, highlight=False, soft_wrap=True)
+        print(f"stopped and saved; go on with:\n{shlex.join(['python', '-m', 'hierroom', 'sweep', *argv])}")
         return 130
-    console.print(f"{len(rows)} of {len(runs)} runs are in {table}", markup=False, soft_wrap=True)
+    print(f"{len(rows)} of {len(runs)} runs are in {table}")
     return 1 if outcome.failures else 0
 
 
@@ -129,11 +125,7 @@ def _first_of(names: Sequence[str]) -> str:
 
 
 def _entries_first(argv: Sequence[str]) -> list[str]:
-    """The words of the command with its plan and entries before the options, as the parser wants them.
-
-    Args:
-        argv: the words, which may hold them behind options, too.
-    """
+    """Return the words with the plan and entries before the options, as the parser wants them."""
     first, options, option = [], [], ""
     for word in argv:
         if word.startswith("-"):
@@ -148,19 +140,12 @@ def _entries_first(argv: Sequence[str]) -> list[str]:
 
 
 def _notes(plan: Plan, runs: Sequence[PlannedRun]) -> list[str]:
-    """A line for each of the plan's graphs that another one stands for, and for each value that no run reads."""
+    """Return a note on each of the plan's graphs that another one stands for, and on each value that no run reads."""
     given = {name for values in (plan.values, *(plan.variants or {}).values()) for name in values}
     unread = given.intersection(*(entries_without_effect(run.config) for run in runs))
-    notes = [f"{name} is given, and has no effect on any run of the sweep" for name in sorted(unread)]
+    lines = [f"{name} is given, and has no effect on any run of the sweep" for name in sorted(unread)]
     if plan.graphs:
         from hierroom.complexity.graph_set import GraphSet  # it brings scipy along
 
-        notes += GraphSet(plan.graphs).notes
-    return notes
-
-
-def _list(runs: tuple[PlannedRun, ...], sweep: Sweep, console: Console) -> None:
-    done = {*sweep.table.read()["digest"]}
-    for planned in runs:
-        state = "done" if planned.digest in done else "begun" if (sweep.out / "runs" / planned.name).exists() else "-"
-        console.print(f"{state:<6}{planned.name}", markup=False, highlight=False, soft_wrap=True)
+        lines += GraphSet(plan.graphs).notes
+    return lines

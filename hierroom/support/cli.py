@@ -7,14 +7,19 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import tyro
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from hierroom.support.errors import InputError, RunError, one_line
 
+if TYPE_CHECKING:
+    from rich.progress import Progress
+
 T = TypeVar("T")
+Flag = Annotated[bool, tyro.conf.FlagCreatePairsOff]
+"""An option without a value and without a form that begins with no."""
 LISTS = ("--graph", "--graphs", "--exclude", "--sizes", "--metas", "--features", "--meta-features")
 """Options with several values."""
 _NUMBERS = ConstructorRegistry()
@@ -25,6 +30,21 @@ def read_arguments(kind: type[T], command: str, argv: Sequence[str], default: T 
     _refuse_lost_values(argv)
     start = tyro.MISSING_NONPROP if default is None else default
     return tyro.cli(kind, prog=f"python -m hierroom {command}", args=argv, default=start, registry=_NUMBERS)
+
+
+def given(arguments: object, *names: str) -> dict[str, Any]:
+    """Return those of the named options that have a value."""
+    values = {name: getattr(arguments, name) for name in names}
+    return {name: value for name, value in values.items() if value not in (None, ())}
+
+
+def progress_bar() -> Progress:
+    """Return a bar for standard error, which only a terminal shows and which disappears at its end."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    return Progress(console=console, transient=True, disable=not console.is_terminal)
 
 
 def _refuse_lost_values(argv: Sequence[str]) -> None:

@@ -35,6 +35,21 @@ def print_table(table: Table, console: Console | None = None) -> None:
     console.print(table, crop=False)
 
 
+def named_table(headings: Sequence[str], rows: Iterable[Sequence[str]], n_names: int = 1, **layout: Any) -> Table:
+    """Return a table for `print_table`: the first ``n_names`` columns are names, which fold, the others numbers."""
+    from rich.box import SIMPLE_HEAD
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(**{"box": SIMPLE_HEAD, "padding": (0, 1, 0, 0), "caption_justify": "left", **layout})
+    for n, heading in enumerate(headings):
+        is_name = n < n_names
+        table.add_column(heading, justify="left" if is_name else "right", overflow="fold", no_wrap=not is_name)
+    for row in rows:
+        table.add_row(*map(escape, row))
+    return table
+
+
 def csv_text(rows: Iterable[Mapping[str, Any]], columns: Sequence[str] | None = None) -> str:
     """Return rows as CSV with headings, in full precision; None, NaN and missing keys are empty cells."""
     import pandas as pd

@@ -13,7 +13,8 @@ from children import run_child
 from hierroom.commands.complexity import ComplexityArguments, main, show
 from hierroom.complexity.tables import COLUMNS, ColumnName
 from hierroom.goals import GoalGraph
-from hierroom.lab.paper import PAPER_TABLE_2, table_2
+from hierroom.lab.paper.published import PAPER_TABLE_2
+from hierroom.lab.paper.table2 import table_2
 from hierroom.support.errors import InputError
 
 

@@ -13,11 +13,10 @@ from children import run_child
 from PIL import Image
 
 from hierroom.commands.paper import main
-from hierroom.lab.paper import PAPER_TABLE_3
 from hierroom.lab.paper.cells import cells_where_reached, table_3
 from hierroom.lab.paper.figures import _limited
-from hierroom.lab.paper.order import PairCounts, method_orders, pair_counts
-from hierroom.lab.paper.prediction import prediction
+from hierroom.lab.paper.order import PairCounts, method_orders, pair_counts, prediction
+from hierroom.lab.paper.published import PAPER_TABLE_3
 from hierroom.lab.paper.runs import PaperRuns, mean_and_interval
 from hierroom.lab.paper.table3 import Compared, Table3, markdown
 from hierroom.support.errors import InputError, RunError

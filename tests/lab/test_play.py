@@ -312,9 +312,9 @@ def test_the_command(run, monkeypatch):
     monkeypatch.setattr(App, "run", note)
     assert main(["--graph", "f", "--fog", "--seed", "7"]) == 0
     (game,) = opened
-    assert (game.graph.name, game.has_fog, game.can_be_piloted) == ("f", True, False)
+    assert (game.graph.name, game.has_fog, game.agent) == ("f", True, None)
     assert main(["--agent", str(run)]) == 0
-    assert opened[1].can_be_piloted
+    assert opened[1].agent is not None
 
 
 def test_what_cannot_be_used_is_one_line(run, monkeypatch, tmp_path, capfd):

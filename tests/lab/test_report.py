@@ -18,8 +18,7 @@ from hierroom.lab.compare.comparison import compare
 from hierroom.lab.compare.evaluated_run import read_run, runs_inside
 from hierroom.lab.compare.grouping import group_runs
 from hierroom.lab.compare.tasks import Tasks
-from hierroom.lab.report.curves import RESAMPLES, compare_runs, curve_rows
-from hierroom.lab.report.goals import training_goals
+from hierroom.lab.report.curves import RESAMPLES, compare_runs, curve_rows, training_goals
 from hierroom.lab.report.page import script_json
 from hierroom.lab.report.replay import LETTERS, _chosen, replay
 from hierroom.lab.report.runs import read_runs

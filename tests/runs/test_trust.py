@@ -45,7 +45,7 @@ CALLS = {
     "watch": lambda: watch(["run", "--text"]),
     "resume": lambda: train(["--resume", "run"]),
     "repeat": lambda: train(["--config", "run/config.json", "--out", "other"]),
-    "complexity --from-play": lambda: measure_named("run", None, False, 2, 0),
+    "complexity --from-play": lambda: measure_named("run", {}, False, 2, 0),
     "load": lambda: load("run"),
     "read_config": lambda: read_config("run/config.json"),
 }

@@ -1,4 +1,4 @@
-"""What a reader of a comparison must know: lines on runs that are not quite alike."""
+"""Notes for the reader of a comparison, on runs that are not quite alike."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ from collections.abc import Iterable, Sequence
 from hierroom.lab.compare.comparison import Comparison
 from hierroom.lab.compare.evaluated_run import EvaluatedRun
 from hierroom.lab.compare.grouping import Group, describe_differences, shortened
-from hierroom.lab.compare.tasks import OWN, Tasks
+from hierroom.lab.compare.tasks import OWN, Tasks, graphs_of
 
 _SHOWN = 3
-_FEW_RUNS = 5
-"""Below so many runs on a graph 95% intervals hold the true value clearly too rarely: with three in 74% of cases."""
+_FEW_RUNS = 5  # with fewer on a graph 95% intervals cover the true value too rarely: with three in 74% of cases
 
 
 def caveats(comparison: Comparison) -> list[str]:
-    """Lines on how far the groups of a comparison can be compared."""
+    """Return notes on how far the groups of a comparison can be compared."""
     groups, tasks = comparison.groups, comparison.tasks
     runs = [run for group in groups for run in group.runs]
     lines = [
@@ -23,19 +22,21 @@ def caveats(comparison: Comparison) -> list[str]:
         *_on_lengths(runs, comparison.summaries[0].steps[-1]),
         *_on_graphs(groups, tasks),
         *_on_seeds(groups, tasks),
-        *_on_episodes(runs),
     ]
-    if comparison.metric == "return" and len({run.reward for run in runs}) > 1:
-        rewards = ", ".join(sorted({run.reward for run in runs}))
-        lines.append(f"returns of different rewards ({rewards}) are not comparable; success_rate is")
+    counts = {count for run in runs for count in run.episodes}
+    if len(counts) > 1:
+        lines.append(f"the evaluations are not alike: they have {min(counts):,} to {max(counts):,} episodes each")
+    rewards = sorted({run.reward for run in runs})
+    if comparison.metric == "return" and len(rewards) > 1:
+        lines.append(f"returns of different rewards ({', '.join(rewards)}) are not comparable; success_rate is")
     return lines
 
 
 def _on_lengths(runs: Sequence[EvaluatedRun], end: float) -> Iterable[str]:
     unfinished = [run for run in runs if run.last_steps < run.entries["steps"]]
     if unfinished:
-        told = [f"{run.path} ({run.last_steps:,.0f} of {run.entries['steps']:,} steps)" for run in unfinished]
-        yield f"unfinished: {shortened(told, _SHOWN)}"
+        texts = [f"{run.path} ({run.last_steps:,.0f} of {run.entries['steps']:,} steps)" for run in unfinished]
+        yield f"unfinished: {shortened(texts, _SHOWN)}"
     planned = [run.entries["steps"] for run in runs]
     if min(planned) < max(planned):
         yield f"the runs are to train for {min(planned):,} to {max(planned):,} steps"
@@ -47,9 +48,7 @@ def _on_lengths(runs: Sequence[EvaluatedRun], end: float) -> Iterable[str]:
 def _on_graphs(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
     if tasks.graphs == (OWN,):
         yield "the groups have no goal graph in common: each run is compared on its own, as --by graph wants it"
-        return
-    left_out = sorted({graph for group in groups for run in group.runs for graph in run.curves} - set(tasks.graphs))
-    if left_out:
+    elif left_out := sorted(set.union(*graphs_of(groups)) - set(tasks.graphs)):
         yield f"left out, as not every group has it: graph {shortened(left_out, _SHOWN)}"
 
 
@@ -64,13 +63,7 @@ def _on_seeds(groups: Sequence[Group], tasks: Tasks) -> Iterable[str]:
         elif min(counts.values()) < _FEW_RUNS:
             few.append(f"{group.label} ({min(counts.values())})")
         if len(set(counts.values())) > 1:
-            told = shortened([f"{count} on {graph}" for graph, count in counts.items()], _SHOWN)
-            yield f"{group.label} has unequal numbers of runs ({told}); graphs with more runs weigh more over all"
+            numbers = shortened([f"{count} on {graph}" for graph, count in counts.items()], _SHOWN)
+            yield f"{group.label} has unequal numbers of runs ({numbers}); graphs with more runs weigh more over all"
     if few:
         yield f"intervals from fewer than {_FEW_RUNS} runs on a graph are too narrow: {shortened(few, _SHOWN)}"
-
-
-def _on_episodes(runs: Sequence[EvaluatedRun]) -> Iterable[str]:
-    counts = {count for run in runs for count in run.episodes}
-    if len(counts) > 1:
-        yield f"the evaluations are not alike: they have {min(counts):,} to {max(counts):,} episodes each"

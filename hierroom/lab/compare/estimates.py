@@ -1,10 +1,9 @@
 """Estimates over few runs, with intervals (Agarwal et al. 2021, "Deep RL at the edge of the statistical precipice").
 
-Scores come in strata. A stratum is an array [R, K, Q]: R runs that were evaluated on the same K graphs, and Q scores of
-each run on each graph. Runs are independent, so runs are resampled, within their stratum, each with all of its scores.
-Where each run has one graph, as usual, this is the stratified bootstrap of that paper; where a run is evaluated on
-several graphs, its scores do not count as those of several runs. All statistics take further axes in front, for
-resamples.
+A stratum is an array of scores [R, K, Q]: R runs that were evaluated on the same K graphs, and Q scores of each run on
+each graph. The bootstrap resamples runs within their stratum, each with all its scores, as only runs are independent.
+With one graph for each run, as usual, this is the stratified bootstrap of that paper. All statistics take further axes
+in front, for resamples.
 """
 
 from __future__ import annotations
@@ -20,31 +19,30 @@ Scores = NDArray[np.float64]
 Strata = Sequence[Scores]
 
 LEVEL = 0.95
-_ENTRIES_AT_ONCE = 4_000_000
-"""Numbers that a batch of resamples may have in all."""
+_ENTRIES_AT_ONCE = 4_000_000  # in a batch of resamples
 
 
 @dataclass(frozen=True)
 class Estimate:
     """Estimates with their 95% intervals."""
 
-    values: Scores  # [Q] the estimates from all runs; NaN where a run has no score
-    lows: Scores  # [Q] lower ends of the intervals; NaN where there is no interval, because a stratum has a single run
-    highs: Scores  # [Q] their upper ends
+    values: Scores  # [Q] from all runs; NaN where a run has no score
+    lows: Scores  # [Q] lower ends; NaN if a stratum has a single run
+    highs: Scores  # [Q] upper ends
 
 
 def interquartile_mean(strata: Strata) -> Scores:
-    """[..., Q] the mean of the middle half of all scores: a quarter of them, rounded down, is dropped at either end."""
+    """Return the mean [..., Q] of the middle half of all scores: a quarter, rounded down, is dropped at either end."""
     return stats.trim_mean(_pooled(strata), 0.25, axis=-2)
 
 
 def mean(strata: Strata) -> Scores:
-    """[..., Q] the mean of all scores."""
+    """Return the mean [..., Q] of all scores."""
     return _pooled(strata).mean(axis=-2)
 
 
 def probability_of_improvement(ours: Sequence[Scores], theirs: Sequence[Scores]) -> Scores:
-    """[..., Q] the probability that a run of ours has a higher score than one of theirs, the mean over the graphs.
+    """Return the probability [..., Q] that a run of ours scores higher than one of theirs, the mean over the graphs.
 
     ``P(X > Y) = mean over graphs g of mean over pairs (i, j) of [x[g, i] > y[g, j]] + [x[g, i] = y[g, j]] / 2``
     (Agarwal et al. 2021, section 4.3: the statistic of Mann & Whitney 1947). Scores are [..., R, Q] and [..., S, Q] for
@@ -58,9 +56,9 @@ def probability_of_improvement(ours: Sequence[Scores], theirs: Sequence[Scores])
 
 
 def estimate(strata: Strata, statistic: Callable[[Strata], Scores], resamples: int, seed: int) -> Estimate:
-    """A statistic of all runs, and the interval between the 2.5% and 97.5% quantiles of its stratified bootstrap.
+    """Return a statistic of all runs, and the 2.5% and 97.5% quantiles of its stratified bootstrap.
 
-    The strata are [R, K, Q], and the statistic takes them with further axes in front, [..., R, K, Q], to [..., Q].
+    The statistic takes strata [..., R, K, Q] to [..., Q].
     """
     values = statistic(strata)
     unknown = np.full_like(values, np.nan)
@@ -71,7 +69,7 @@ def estimate(strata: Strata, statistic: Callable[[Strata], Scores], resamples: i
     known = [stratum[..., is_known] for stratum in strata]
 
     def resampled(*runs: NDArray[np.int64], axis: int) -> Scores:
-        """[Q, B] the statistic where the runs of each stratum are replaced by B samples [B, R] of them."""
+        """Return the statistic [Q, B] of B samples [B, R] of the runs of each stratum."""
         return statistic([stratum[sample] for stratum, sample in zip(known, runs, strict=True)]).T
 
     result = stats.bootstrap(
@@ -90,5 +88,5 @@ def estimate(strata: Strata, statistic: Callable[[Strata], Scores], resamples: i
 
 
 def _pooled(strata: Strata) -> Scores:
-    """[..., N, Q] the scores of all runs on all graphs."""
+    """Return the scores [..., N, Q] of all runs on all graphs."""
     return np.concatenate([s.reshape(*s.shape[:-3], -1, s.shape[-1]) for s in strata], axis=-2)

@@ -1,4 +1,4 @@
-"""Runs with the evaluations that were made while they trained, read from their folders."""
+"""Runs with their evaluations during training, read from their folders."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ import numpy as np
 import pandas as pd
 
 from hierroom.goals import GoalGraph, graph_specs, spec_names
-from hierroom.lab.compare.curve import Curve
-from hierroom.lab.compare.metric import METRICS
+from hierroom.lab.compare.curve import METRICS, Curve
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.config_file import OF_ENVIRONMENTS, listed_entries
 from hierroom.runs.folder.provenance import variant_of
@@ -27,24 +26,15 @@ _TABLE = "evaluations.csv"
 
 @dataclass(frozen=True)
 class EvaluatedRun:
-    """A training run and how it fared at its evaluations.
+    """A training run and its evaluations."""
 
-    ``entries`` are those of its config, named as on the command line, ``meta`` and ``reward`` None where they are those
-    of the method; and ``variant``, what the plan of a sweep called it.
-    """
-
-    path: Path  # its folder
-    entries: Mapping[str, Any]
-    meta: str  # its meta-controller
-    reward: str  # the controller's reward
-    curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric, the learning curve
+    path: Path
+    entries: Mapping[str, Any]  # see `entries_of`
+    meta: str
+    reward: str  # the controller's
+    curves: Mapping[str, Mapping[str, Curve]]  # by goal graph and metric
     episodes: frozenset[int]  # of each evaluation, over all graphs; several where these differ
     own_graphs: Mapping[str, GoalGraph]  # the user-defined goal graphs, by their names
-
-    @property
-    def seed(self) -> int:
-        """The seed it was trained with."""
-        return self.entries["seed"]
 
     @property
     def first_steps(self) -> float:
@@ -57,11 +47,7 @@ class EvaluatedRun:
         return min(curve.steps[-1] for metrics in self.curves.values() for curve in metrics.values())
 
     def choice(self, name: str) -> str:
-        """What was chosen for an entry of the config, as text.
-
-        ``meta`` and ``reward`` are the method's where the config names none; ``warm_start`` is the name of that run
-        without its seed.
-        """
+        """Return an entry of the config as text; ``warm_start`` is the name of that run without its seed."""
         if name not in self.entries:
             near = get_close_matches(name, self.entries, n=1)
             known = f"is it {near[0]}?" if near else f"they are {listed_entries(self.entries)}"
@@ -70,32 +56,19 @@ class EvaluatedRun:
             return str(getattr(self, name))
         value = self.entries[name]
         if name == "warm_start" and value:
-            return _without_seed(Path(value).name)
+            # Without the seed, and without what a sweep or a second run of that name puts at the end.
+            head, *rest = re.split(r"-seed\d+(?=-|$)", Path(value).name, maxsplit=1)
+            return head + re.sub(r"-([0-9a-f]{6}|\d+)$", "", "".join(rest)) if rest else head
         return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
 
 
-def _without_seed(name: str) -> str:
-    """The name of a run's folder without its seed, nor what a sweep or a second run of that name puts at its end."""
-    if not (seed := re.search(r"-seed\d+(?=-|$)", name)):
-        return name
-    return name[: seed.start()] + re.sub(r"-([0-9a-f]{6}|\d+)$", "", name[seed.end() :])
-
-
 def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
-    """The folders of runs among some paths, each once; and the runs without evaluations after the first step.
-
-    Paths are folders of runs, or folders that contain them: see `runs_inside`. Only of these last ones some are left
-    out.
-    """
+    """Return the runs among some paths, each once; and those inside a path without evaluations after the first step."""
     found: dict[Path, Path] = {}
     left_out = []
     for path in paths:
-        if (path / "config.json").is_file():
-            found.setdefault(path.resolve(), path)
-            continue
-        inside = runs_inside(path)
-        for one in inside:
-            if _has_curve(one):
+        for one in runs_inside(path):
+            if one == path or _has_curve(one):
                 found.setdefault(one.resolve(), one)
             else:
                 left_out.append(one)
@@ -103,25 +76,29 @@ def find_runs(paths: Iterable[Path]) -> tuple[list[Path], list[Path]]:
 
 
 def runs_inside(path: Path) -> list[Path]:
-    """The folders of runs in a folder, or in its folder ``runs``, as that of a sweep has.
+    """Return a run's folder itself, or the folders of runs in a folder or in its ``runs``, as a sweep's.
 
-    Of several with the same config, as where a sweep was evaluated otherwise later, those that its table has count.
+    Of several with the same config, as after another evaluation of a sweep, those in the sweep's table count.
     """
+    if (path / "config.json").is_file():
+        return [path]
     for pattern in ("*/config.json", "runs/*/config.json") if path.is_dir() else ():
         if inside := sorted(path.glob(pattern)):
             endings = _endings(path / "sweep.csv")
             by_config: dict[bytes, list[Path]] = {}
             for config in inside:
                 by_config.setdefault(config.read_bytes(), []).append(config.parent)
-            counting: set[Path] = set()
-            for same in by_config.values():
-                counting.update([one for one in same if one.name.rpartition("-")[2] in endings] or same)
+            counting = {
+                one
+                for same in by_config.values()
+                for one in [run for run in same if run.name.rpartition("-")[2] in endings] or same
+            }
             return [config.parent for config in inside if config.parent in counting]
     raise InputError(f"{path} is neither a run folder (it has no config.json) nor a folder that contains some")
 
 
 def _endings(table: Path) -> set[str]:
-    """How the names of the folders end whose runs the table of a sweep has: with part of the row's digest."""
+    """Return how the names of the folders in a sweep's table end: with part of the row's digest."""
     try:
         with table.open(newline="") as file:
             return {(row.get("digest") or "")[:6] for row in csv.DictReader(file)}
@@ -130,7 +107,7 @@ def _endings(table: Path) -> set[str]:
 
 
 def _has_curve(path: Path) -> bool:
-    """Whether a run was evaluated after its first step; a broken table is for `read_run` to speak of."""
+    """Return whether a run was evaluated after its first step; `read_run` reports a broken table."""
     try:
         return any(float(row.get("steps", 0)) > 0 for row in RunFolder(path).evaluations.read())
     except (InputError, ValueError):
@@ -150,21 +127,20 @@ def read_run(path: Path) -> EvaluatedRun:
     method = config.resolved_method
     counts = frozenset(map(int, table.groupby("steps")["episodes"].sum()))
     graphs = {spec.name: spec.canonical() for spec in graph_specs(config.env.graph) if isinstance(spec, GoalGraph)}
-    entries = entries_of(path, config)
-    return EvaluatedRun(path, entries, method.meta, str(method.controller.reward), curves, counts, graphs)
+    entries, reward = entries_of(path, config), str(method.controller.reward)
+    return EvaluatedRun(path, entries, method.meta, reward, curves, counts, graphs)
 
 
 def _evaluations(folder: RunFolder) -> pd.DataFrame:
-    """The columns that are compared, as numbers; what has no value may be left empty."""
+    """Return the compared columns as numbers; cells may be empty."""
     path = folder.path / _TABLE
     try:
         rows = pd.DataFrame(folder.evaluations.read(), dtype=object)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"cannot read {path}: {error}") from error
     if rows.empty:
-        raise InputError(
-            f"{folder.path} has no {_TABLE}; the run was made without evaluations, or none has been written yet"
-        )
+        why = "the run was made without evaluations, or none has been written yet"
+        raise InputError(f"{folder.path} has no {_TABLE}; {why}")
     if missing := [name for name in ("steps", "graph", "episodes", *METRICS) if name not in rows]:
         raise InputError(f"{path} is broken: it has no column {', '.join(missing)}")
     table = rows[["graph"]].copy()
@@ -181,27 +157,23 @@ def _evaluations(folder: RunFolder) -> pd.DataFrame:
 
 
 def refuse_without_overlap(runs: Sequence[EvaluatedRun]) -> None:
-    """Refuse runs of which one was last evaluated before another first was."""
+    """Refuse runs if one was last evaluated before another first was."""
     start, end = max(run.first_steps for run in runs), min(run.last_steps for run in runs)
     if start >= end:
         short = min(runs, key=lambda run: run.last_steps)
-        raise InputError(
-            f"{short.path} was evaluated up to {short.last_steps:,.0f} steps only, where no curve can begin; leave it "
-            "out, or --resume it"
-        )
+        only = f"{short.path} was evaluated up to {short.last_steps:,.0f} steps only"
+        raise InputError(f"{only}, where no curve can begin; leave it out, or --resume it")
 
 
 def entries_of(path: Path, config: TrainConfig) -> dict[str, Any]:
-    """What a run can be compared by: the entries of its config, and what the plan of a sweep called it."""
+    """Return the entries of a run's config, flat, and ``variant``, the name that a sweep's plan gave it."""
     return flat_entries(config) | {"variant": variant_of(path)}
 
 
 def flat_entries(config: TrainConfig) -> dict[str, Any]:
-    """The entries of a config in plain types, flat; those of ``meta_ppo`` with its name in front."""
+    """Return the entries of a config in plain types, flat; those of ``meta_ppo`` with its name in front."""
     table = config.to_dict()
-    parts = [table.pop(name) for name in ("env", "agents", "ppo")]
+    flat = table.pop("env") | {name: [*spec_names(getattr(config.env, name))] for name in ("graph", "exclude")}
+    flat |= table.pop("agents") | table.pop("ppo")
     meta_ppo = {f"meta_ppo.{name}": value for name, value in table.pop("meta_ppo").items()}
-    parts[0] |= {name: [*spec_names(getattr(config.env, name))] for name in ("graph", "exclude")}
-    return {
-        name: value for part in (*parts, table, meta_ppo) for name, value in part.items() if name not in OF_ENVIRONMENTS
-    }
+    return {name: value for name, value in (flat | table | meta_ppo).items() if name not in OF_ENVIRONMENTS}

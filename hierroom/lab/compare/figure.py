@@ -12,40 +12,35 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, MaxNLocator
 
 from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary
-from hierroom.lab.compare.metric import METRICS
-from hierroom.lab.compare.style import COLOURS, DASHES, STYLE, line_style, save
+from hierroom.lab.compare.curve import METRICS
+from hierroom.lab.compare.style import DASHES, STYLE, line_style, save
 from hierroom.lab.compare.tasks import OWN
 from hierroom.runs.logs.plots import step_unit
 
-MAX_GROUPS = len(COLOURS) * len(DASHES)
-MAX_PANELS = 12
-"""Of more graphs only the panel over all is drawn."""
-
-_COLUMN, _PAGE = 3.3, 6.8
-"""Inches: the width of a column and of a page of a paper in two columns."""
-_LETTERS = 12
-"""Of the legend, about, to the inch."""
+MAX_PANELS = 12  # of more graphs only the panel over all is drawn
+_COLUMN, _PAGE = 3.3, 6.8  # inches: the width of a column and of a page of a paper in two columns
+_LETTERS = 12  # of the legend to the inch
 
 
 def draw_comparison(comparison: Comparison, folder: Path) -> list[Path]:
-    """Draw the learning curves of at most `MAX_GROUPS` groups into ``curves.pdf`` and ``curves.png``, the files."""
+    """Draw the learning curves of a comparison into ``curves.pdf`` and ``curves.png``; return these."""
     with matplotlib.rc_context(STYLE), warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph \d+")  # of a name in a script that the font does not have
         return save(_figure(comparison), folder / "curves", 300)
 
 
 def _figure(comparison: Comparison) -> Figure:
-    panels = _panels(comparison)
+    panels, metric = _panels(comparison), METRICS[comparison.metric]
     n_columns = 3 if len(panels) in (5, 6, 9) else min(4, len(panels))
     n_rows = -(-len(panels) // n_columns)
-    labels = [_label(summary) for summary in comparison.of_graph(ALL)]
+    labels = [f"{one.group.label} ({one.n_seeds} seed{'s' * (one.n_seeds != 1)})" for one in comparison.of_graph(ALL)]
     longest = (max(map(len, labels)) + 6) / _LETTERS
     width = max(_COLUMN if len(panels) == 1 else _PAGE, longest)
     n_legend = int(width / longest)  # columns
     legend_height = 0.18 * -(-len(labels) // n_legend)
     height = 2.3 if len(panels) == 1 else 1.55 * n_rows + 0.25
     figure = Figure(figsize=(width, height + legend_height), layout="constrained")
-    axes = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True, sharey=METRICS[comparison.metric].is_rate)
+    axes = figure.subplots(n_rows, n_columns, squeeze=False, sharex=True, sharey=metric.is_rate)
     for place, (graph, title) in zip(axes.flat, panels.items(), strict=False):
         for summary in comparison.of_graph(graph):
             _draw(place, summary, comparison)
@@ -57,35 +52,30 @@ def _figure(comparison: Comparison) -> Figure:
         axes[lowest, column].tick_params(labelbottom=True)
         axes[lowest, column].set_xlabel(f"training steps ({step_unit(comparison.summaries[0].steps[-1])[1]})")
     for first in axes[:, 0]:
-        first.set_ylabel(METRICS[comparison.metric].axis_label)
+        first.set_ylabel(f"{metric.label} (%)" if metric.is_rate else metric.label)
     lines, _ = axes[0, 0].get_legend_handles_labels()
-    n_shown = min(n_legend, len(labels))
-    legend = figure.legend(lines, labels, loc="outside lower center", ncols=n_shown, handlelength=1.8)
+    columns = min(n_legend, len(labels))
+    legend = figure.legend(lines, labels, loc="outside lower center", ncols=columns, handlelength=1.8)
     for text in legend.get_texts():
         text.set_parse_math(False)
     return figure
 
 
 def _panels(comparison: Comparison) -> dict[str, str]:
-    """The panels' graphs and titles; a panel alone needs none."""
+    """Return the panels' graphs and titles."""
     graphs = comparison.tasks.graphs
     if graphs == (OWN,):
         return {ALL: ""}
-    if len(graphs) == 1:
-        return {graphs[0]: f"graph {graphs[0]}"}
-    if len(graphs) >= MAX_PANELS:
-        return {ALL: f"all {len(graphs)} graphs"}
-    return {ALL: f"all {len(graphs)} graphs", **{graph: f"graph {graph}" for graph in graphs}}
+    own = {graph: f"graph {graph}" for graph in graphs}
+    both = {ALL: f"all {len(graphs)} graphs", **own}
+    return own if len(graphs) == 1 else both if len(graphs) < MAX_PANELS else {ALL: both[ALL]}
 
 
 def _draw(axes: Axes, summary: GroupSummary, comparison: Comparison) -> None:
-    number = comparison.groups.index(summary.group)
-    colour, dash = line_style(number)
-    scale = METRICS[comparison.metric].scale
+    colour, dash = line_style(comparison.groups.index(summary.group))
+    scale, label = METRICS[comparison.metric].scale, summary.group.label
     steps, curve = summary.steps / step_unit(summary.steps[-1])[0], summary.curve
-    axes.plot(
-        steps, scale * curve.values, color=colour, linestyle=DASHES[dash], linewidth=1.2, label=summary.group.label
-    )
+    axes.plot(steps, scale * curve.values, color=colour, linestyle=DASHES[dash], linewidth=1.2, label=label)
     axes.fill_between(steps, scale * curve.lows, scale * curve.highs, color=colour, alpha=0.2, linewidth=0)
 
 
@@ -100,8 +90,3 @@ def _finish(axes: Axes, title: str, comparison: Comparison) -> None:
     if METRICS[comparison.metric].is_rate:
         axes.set_ylim(-2, 102)
         axes.set_yticks(np.arange(0, 101, 25))
-
-
-def _label(summary: GroupSummary) -> str:
-    n = summary.n_seeds
-    return f"{summary.group.label} ({n} {'seed' if n == 1 else 'seeds'})"

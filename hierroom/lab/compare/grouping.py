@@ -1,4 +1,4 @@
-"""Groups of runs: those whose configs agree in the entries compared by, and what else they differ in."""
+"""Groups of runs with configs that agree in some entries, and what else they differ in."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from hierroom.lab.compare.evaluated_run import EvaluatedRun
+from hierroom.lab.compare.style import MAX_GROUPS
 from hierroom.support.errors import InputError
 from hierroom.support.tables import telling_columns
 
@@ -19,33 +20,39 @@ _SHOWN = 6
 
 @dataclass(frozen=True)
 class Group:
-    """Runs that are compared as one."""
+    """Runs that are compared as one, with the values, as text, that they agree in."""
 
-    choices: dict[str, str]  # what they agree in: for each entry compared by, its value as text
-    runs: tuple[EvaluatedRun, ...]  # the runs
+    choices: dict[str, str]
+    runs: tuple[EvaluatedRun, ...]
 
     @property
     def label(self) -> str:
         """A short name: ``hippo, random`` or ``gamma 0.95``."""
-        named = [_named(name, value) for name, value in self.choices.items() if not self._says_nothing(name, value)]
-        return ", ".join(named) or "no variant"
+        names = []
+        for name, value in self.choices.items():
+            if (name, value) == ("variant", "") or ((name, value) == ("meta", "none") and "method" in self.choices):
+                continue
+            text = value if name in _NAMED_BY_VALUE else f"{name} {value or 'none'}"
+            names.append("no warm start" if (name, value) == ("warm_start", "None") else text)
+        return ", ".join(names) or "no variant"
 
-    def _says_nothing(self, name: str, value: str) -> bool:
-        return (name, value) == ("variant", "") or (name == "meta" and value == "none" and "method" in self.choices)
 
-
-def _named(name: str, value: str) -> str:
-    if (name, value) == ("warm_start", "None"):
-        return "no warm start"
-    return value if name in _NAMED_BY_VALUE else f"{name} {value or 'none'}"
+def choose_groups(runs: Sequence[EvaluatedRun], by: str | None) -> list[Group]:
+    """Group the runs by the named entries, or by those that differ; refuse more groups than a figure can show."""
+    # The config has num_envs for num-envs.
+    given = dict.fromkeys(name.strip().lstrip("-").replace("-", "_") for name in (by or "").split(","))
+    names = tuple(given) if by is not None else differing_entries(runs)
+    groups = group_runs(runs, names)
+    if len(groups) > MAX_GROUPS:
+        raise InputError(f"by {', '.join(names)} there are {len(groups)} groups; at most {MAX_GROUPS} can be compared")
+    return groups
 
 
 def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
-    """The entries that tell apart whatever is compared; ``method`` where nothing differs.
+    """Return the entries that differ between the runs; ``method`` if none does.
 
-    They are taken one by one, those of `_NAMED_BY_VALUE` first, each that tells more runs apart. Seed, graph, steps,
-    threads, device and the evaluations are not looked at. An entry that only differs where an earlier one does, as the
-    reward does where the method does, is left out.
+    Those of `_NAMED_BY_VALUE` come first. An entry that differs only together with earlier ones, as the reward with the
+    method, does not count.
     """
     names = [name for name in runs[0].entries if _is_treatment(name)]
     first = [name for name in _NAMED_BY_VALUE if name in names]
@@ -53,16 +60,8 @@ def differing_entries(runs: Sequence[EvaluatedRun]) -> tuple[str, ...]:
     return tuple(telling_columns(pd.DataFrame(choices))) or ("method",)
 
 
-def entry_names(by: str) -> tuple[str, ...]:
-    """Names of entries as the config has them: ``num-envs,gamma`` is ``num_envs`` and ``gamma``."""
-    return tuple(dict.fromkeys(name.strip().lstrip("-").replace("-", "_") for name in by.split(",")))
-
-
 def group_runs(runs: Sequence[EvaluatedRun], by: Sequence[str]) -> list[Group]:
-    """Gather the runs by some entries of their configs.
-
-    Groups are in the order of their first runs; where a single entry with numbers is compared by, in its order.
-    """
+    """Group the runs by some entries, in the order of the first runs, or by the numbers of a single entry."""
     members: dict[tuple[str, ...], list[EvaluatedRun]] = {}
     for run in runs:
         members.setdefault(tuple(map(run.choice, by)), []).append(run)
@@ -75,7 +74,7 @@ def group_runs(runs: Sequence[EvaluatedRun], by: Sequence[str]) -> list[Group]:
 
 
 def describe_differences(groups: Sequence[Group], by: Sequence[str]) -> list[str]:
-    """Lines on what differs within and between groups besides what they are compared by."""
+    """Return notes on what differs within and between groups in addition to what they are compared by."""
     lines = []
     all_mixed: set[str] = set()
     for group in groups:
@@ -92,7 +91,7 @@ def describe_differences(groups: Sequence[Group], by: Sequence[str]) -> list[str
 
 
 def _differing(runs: Sequence[EvaluatedRun]) -> list[str]:
-    """Entries in which configs differ; a meta-controller or reward that follows from the method is not told again."""
+    """Return the entries in which configs differ, without a meta-controller or reward that follows from the method."""
 
     def chosen(run: EvaluatedRun, name: str) -> str:
         return str(run.entries[name]) if name in ("meta", "reward") else run.choice(name)
@@ -105,16 +104,17 @@ def _is_treatment(name: str) -> bool:
 
 
 def _refuse_copies(runs: Iterable[EvaluatedRun]) -> None:
-    """A run counted twice would make intervals too narrow; the same config and seed give the same run."""
+    """Refuse a run that counts twice, as it would make intervals too narrow; config and seed identify a run."""
     seen: dict[tuple[str, ...], EvaluatedRun] = {}
     for run in runs:
         names = [name for name in run.entries if _is_treatment(name) or name in ("seed", "graph")]
         key = tuple(str(run.entries[name]) for name in names if name not in ("preset", "variant"))
         key += (str(sorted(run.own_graphs.items())),)  # other graphs of the same name are for `Tasks.common` to refuse
         if key in seen:
+            both = f"{seen[key].path} and {run.path} have the same seed, {run.entries['seed']}"
             raise InputError(
-                f"{seen[key].path} and {run.path} have the same seed, {run.seed}, and differ at most in steps, "
-                "threads, device and evaluations, so that they count once; give one of them, or compare --by steps"
+                f"{both}, and differ at most in steps, threads, device and evaluations, so that they count once; give "
+                "one of them, or compare --by steps"
             )
         seen[key] = run
 
@@ -127,6 +127,6 @@ def _is_number(text: str) -> bool:
 
 
 def shortened(words: Sequence[str], n_shown: int) -> str:
-    """The first words of a list, and how many more there are."""
+    """Return the first words of a list, and how many more there are."""
     more = len(words) - n_shown
     return ", ".join(words[:n_shown]) + (f" and {more} more" if more > 0 else "")

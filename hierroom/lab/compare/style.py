@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 
 from hierroom.support.files import write_atomically
 
+# Okabe & Ito's palette for the colour-blind, without its yellow, which is faint on white.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Okabe & Ito's palette, told apart by the colour-blind, without its yellow, which is faint on white."""
 DASHES = ("-", "--", ":", "-.")
-"""How lines are told apart that lie on each other, and those of one colour."""
+MAX_GROUPS = len(COLOURS) * len(DASHES)
 
 STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,  # TrueType: editors and publishers refuse type 3
@@ -25,11 +25,10 @@ STYLE: dict[Any, Any] = {
     "ytick.major.width": 0.6,
     "legend.frameon": False,
 }
-"""Settings of matplotlib for figures in papers."""
 
 
 def line_style(number: int) -> tuple[str, int]:
-    """The colour of a line by its number from 0, and its place in `DASHES`; neighbours share neither."""
+    """Return the colour of a line by its number from 0, and its place in `DASHES`; neighbours share neither."""
     cycle, colour = divmod(number, len(COLOURS))
     return COLOURS[colour], (colour + cycle) % len(DASHES)
 

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
-from rich.box import SIMPLE_HEAD
 from rich.markup import escape
 from rich.table import Table
 
 from hierroom.lab.compare.comparison import ALL, SUCCESS_LEVELS, Comparison, GroupSummary
+from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.estimates import Estimate
-from hierroom.lab.compare.metric import METRICS, Metric
 from hierroom.lab.compare.tasks import OWN
+from hierroom.support.tables import named_table
 
 Row = dict[str, object]
 
-MAX_PAIRS = 15
-"""Pairs of groups that are printed; there may be more in improvement.csv."""
+MAX_PAIRS = 15  # pairs of groups that are printed; improvement.csv has all
 
 
 def curve_rows(comparison: Comparison) -> list[Row]:
-    """A row for each group, graph (or all) and number of steps: the interquartile mean and its interval."""
+    """Return a row for each group, graph (or all) and number of steps: the interquartile mean and its interval."""
     return [
         {
             **_group(summary),
@@ -37,7 +37,7 @@ def curve_rows(comparison: Comparison) -> list[Row]:
 
 
 def summary_rows(comparison: Comparison) -> list[Row]:
-    """A row for each group and graph (or all): final score, area under the curve, steps to levels of success."""
+    """Return a row for each group and graph (or all): final score, area under the curve, steps to success levels."""
     return [
         {
             **_group(summary),
@@ -58,107 +58,80 @@ def summary_rows(comparison: Comparison) -> list[Row]:
 
 
 def improvement_rows(comparison: Comparison) -> list[Row]:
-    """A row for each pair of groups and score: how likely a run of the first is better than one of the second."""
+    """Return a row for each pair of groups and score: how likely a run of the first is better."""
     return [
-        {
-            "group": one.better.label,
-            "other": one.worse.label,
-            "score": one.score,
-            **_columns("probability", one.probability),
-        }
-        for one in comparison.improvements
+        {"group": i.better.label, "other": i.worse.label, "score": i.score, **_columns("probability", i.probability)}
+        for i in comparison.improvements
     ]
 
 
 def summary_table(comparison: Comparison) -> Table:
-    """What is estimated of each group over all graphs."""
+    """Return the estimates of each group over all graphs."""
     metric, graphs = METRICS[comparison.metric], comparison.tasks.graphs
     end = comparison.summaries[0].steps[-1]
     where = f"graph {graphs[0]}" if len(graphs) == 1 else f"{len(graphs)} graphs"
     where = "graphs of their own" if graphs == (OWN,) else where
-    table = Table(
-        title=escape(f"{metric.label} on {where}, by {', '.join(comparison.by)}"),
-        caption="interquartile means with 95% intervals"
-        + ("" if metric.is_higher_better else ", less is better")
-        + "; steps until the success rate is that high, medians of the runs",
-        caption_justify="left",
-        box=SIMPLE_HEAD,
-        padding=0,  # so that names of groups fit into 80 columns
-    )
-    table.add_column("group", overflow="fold", min_width=14)
-    for heading in ("runs", f"after {_steps(end)}", "area under\nthe curve"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    for level in SUCCESS_LEVELS:
-        table.add_column(f"steps to\n{level:.0%}", justify="right", no_wrap=True)
-    for summary in comparison.of_graph(ALL):
-        table.add_row(
-            escape(summary.group.label),
+    title = escape(f"{metric.label} on {where}, by {', '.join(comparison.by)}")
+    caption = f"interquartile means with 95% intervals{'' if metric.is_higher_better else ', less is better'}"
+    caption += "; steps until the success rate is that high, medians of the runs"
+    levels = [f"steps to\n{level:.0%}" for level in SUCCESS_LEVELS]
+    unit = "%" if metric.is_rate else ""
+    shown = partial(_with_interval, digits=metric.digits, gap="\n", scale=metric.scale, unit=unit)
+    rows = [
+        [
+            summary.group.label,
             str(summary.n_runs),
-            _with_interval(summary.curve, metric, -1),
-            _with_interval(summary.auc, metric),
+            shown(summary.curve, -1),
+            shown(summary.auc, 0),
             *(_censored(summary.steps_to[level], summary.reached[level], end) for level in SUCCESS_LEVELS),
-        )
+        ]
+        for summary in comparison.of_graph(ALL)
+    ]
+    headings = ["group", "runs", f"after {_steps(end)}", "area under\nthe curve", *levels]
+    table = named_table(headings, rows, title=title, caption=caption, padding=0)  # narrow, for the names of groups
+    table.columns[0].min_width = 14
     return table
 
 
 def improvement_table(comparison: Comparison) -> Table:
-    """How likely a run of one group is better than one of another, for the first `MAX_PAIRS` pairs."""
-    table = Table(
-        title="probability that a run of the first group is better",
-        caption="with 95% intervals; 0.5: as good",
-        caption_justify="left",
-        box=SIMPLE_HEAD,
-    )
-    table.add_column("first", overflow="fold")
-    table.add_column("second", overflow="fold")
-    table.add_column("at the end", justify="right", no_wrap=True)
-    table.add_column("area under the curve", justify="right", no_wrap=True)
+    """Return how likely a run of one group is better than a run of another, for the first `MAX_PAIRS` pairs."""
     finals, areas = ([i for i in comparison.improvements if i.score == score] for score in ("final", "auc"))
-    for final, area in [*zip(finals, areas, strict=True)][:MAX_PAIRS]:
-        cells = [_probability(one.probability) for one in (final, area)]
-        table.add_row(escape(final.better.label), escape(final.worse.label), *cells)
-    return table
+    rows = [
+        [final.better.label, final.worse.label, *(_with_interval(i.probability, 0, 2, " ") for i in (final, area))]
+        for final, area in [*zip(finals, areas, strict=True)][:MAX_PAIRS]
+    ]
+    title = "probability that a run of the first group is better"
+    headings = ["first", "second", "at the end", "area under the curve"]
+    return named_table(headings, rows, 2, title=title, caption="with 95% intervals; 0.5: as good")
 
 
 def _group(summary: GroupSummary) -> Row:
-    """The group's name and choices; ``graph`` and ``steps`` of the config are told from those of the row."""
+    """Return the group's name and choices; ``graph`` and ``steps`` of the config get other names than the row's."""
     choices = summary.group.choices.items()
-    return {
-        "group": summary.group.label,
-        **{f"config_{name}" if name in ("graph", "steps") else name: value for name, value in choices},
-    }
+    own = {f"config_{name}" if name in ("graph", "steps") else name: value for name, value in choices}
+    return {"group": summary.group.label, **own}
 
 
 def _columns(name: str, estimate: Estimate, n: int = 0) -> Row:
-    return {
-        name: _rounded(estimate.values[n]),
-        f"{name}_low": _rounded(estimate.lows[n]),
-        f"{name}_high": _rounded(estimate.highs[n]),
-    }
+    ends = (("", estimate.values), ("_low", estimate.lows), ("_high", estimate.highs))
+    return {f"{name}{end}": _rounded(part[n]) for end, part in ends}
 
 
 def _rounded(value: float) -> float:
-    """To six digits, as few runs decide two; NaN for infinity, as a file has no number for it."""
+    """Round to six digits, as few runs decide two; NaN for infinity, as a file has no number for it."""
     return float(f"{value:.6g}") if math.isfinite(value) else math.nan
 
 
-def _with_interval(estimate: Estimate, metric: Metric, n: int = 0) -> str:
-    value, low, high = (metric.scale * float(part[n]) for part in (estimate.values, estimate.lows, estimate.highs))
+def _with_interval(estimate: Estimate, n: int, digits: int, gap: str, scale: float = 1.0, unit: str = "") -> str:
+    value, low, high = (scale * float(part[n]) for part in (estimate.values, estimate.lows, estimate.highs))
     if math.isnan(value):
         return "-"
-    text = f"{value:.{metric.digits}f}" + ("%" if metric.is_rate else "")
-    return text if math.isnan(low) else f"{text}\n\\[{low:.{metric.digits}f}, {high:.{metric.digits}f}]"
-
-
-def _probability(estimate: Estimate) -> str:
-    value, low, high = (float(part[0]) for part in (estimate.values, estimate.lows, estimate.highs))
-    if math.isnan(value):
-        return "-"
-    return f"{value:.2f}" + ("" if math.isnan(low) else f" \\[{low:.2f}, {high:.2f}]")
+    text = f"{value:.{digits}f}{unit}"
+    return text if math.isnan(low) else f"{text}{gap}[{low:.{digits}f}, {high:.{digits}f}]"
 
 
 def _censored(steps: float, reached: float, end: float) -> str:
-    """``-`` where no run was that good, ``>1.00M`` where half or fewer were."""
+    """Return ``-`` if no run was that good, ``>1.00M`` if half or fewer were."""
     if math.isfinite(steps):
         return _steps(steps)
     return f">{_steps(end)}" if reached else "-"

@@ -1,20 +1,15 @@
 """Measure a chain from play: real episodes, seen as a walk on the augmented graph.
 
-The world says at which node the agent is (an EscapeRoom's: `node_map.NodeMap`). Play has other edges than the paper's
-graph, where a key leads into the room it opens: opening a door leaves the agent in the centre, in front of the open
-door; and with a second key in hand it is at that key's node.
-
-It stands outside `hierroom.complexity`, which knows of no world and no learner.
+Play has other edges than the paper's graph, where a key leads into the room it opens: opening a door leaves the agent
+in the centre, in front of the open door; and with a second key in hand it is at that key's node.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.progress import Progress
 
 from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.agents.player import Play, Player, make_player, quotas
@@ -23,30 +18,20 @@ from hierroom.complexity.played.measured import MeasuredReport
 from hierroom.complexity.played.observed import EpisodeCounts, counts_of
 from hierroom.complexity.report import analyze
 from hierroom.complexity.walk import PAPER_WALK, TABLE_READING, Reading, Walk
-from hierroom.goals import GoalGraph, GraphSpec
+from hierroom.goals import GoalGraph
 from hierroom.runs.trained_agent import load
+from hierroom.support.cli import progress_bar
 from hierroom.support.errors import InputError, require_number
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
 
-MAX_ENVS = 100
-"""Environments played in side by side, at most."""
+MAX_ENVS = 100  # played in side by side
 
 
 def count_transitions(
     turns: Turns, player: Player, episodes: int, progress: Callable[[int], object] = lambda done: None
 ) -> EpisodeCounts:
-    """Let a player play the first episodes of each environment, and count its moves between nodes.
-
-    Args:
-        turns: N fresh environments of one goal graph, which begin their next episode by themselves.
-        player: who plays.
-        episodes: how many in all.
-        progress: called with the number of episodes done.
-
-    Returns:
-        The transitions of each episode.
-    """
+    """Let a player play the first episodes of each environment, and count its moves between nodes; see `measure`."""
     augmented = AugmentedGraph(graph_of(turns))
     node_of, n_nodes, n = turns.world.node_map(augmented), len(augmented.nodes), len(turns)
     quota = quotas(episodes, n)
@@ -82,16 +67,14 @@ def measure(
     walk: Walk = PAPER_WALK,
     reading: Reading = TABLE_READING,
 ) -> MeasuredReport:
-    """Play in real levels and report the chain that comes of it, beside the walk that is assumed.
+    """Play in real levels and report the measured chain next to the assumed walk.
 
     Args:
-        turns: N fresh environments of one goal graph, which begin their next episode by themselves.
-        player: who plays: what `make_player` gives, a trained `Pair`, or anything with their method ``step``.
+        turns: N fresh environments of one goal graph, with autoreset.
+        player: what `make_player` gives, a trained `Pair`, or anything with their method ``step``.
         episodes: how many in all.
         progress: called with the number of episodes done.
         seed: fixes the bootstrap.
-        walk: the walk that is assumed.
-        reading: interpretation of the paper's augmented graph.
     """
     counts = count_transitions(turns, player, episodes, progress)
     assumed = analyze(graph_of(turns), turns.config.drop_key, walk, reading)
@@ -100,12 +83,10 @@ def measure(
 
 def measure_named(
     name: str,
-    graph: GraphSpec | None,
+    entries: Mapping[str, Any],
     drop_key: bool,
     episodes: int,
     seed: int,
-    size: int | None = None,
-    max_steps: int | None = None,
     walk: Walk = PAPER_WALK,
     reading: Reading = TABLE_READING,
     trust: bool = False,
@@ -113,48 +94,33 @@ def measure_named(
     """Measure the player that the command line names, with a progress bar.
 
     Args:
-        name: `"random"`, `"oracle"`, or the folder of a training run, whose settings the environments then have.
-        graph: a goal graph as users name it; None for the run's, and for `"random"` and `"oracle"` graph c.
-        drop_key: whether keys can be dropped; a run that trained so has it on anyway.
-        episodes: how many.
+        name: `"random"`, `"oracle"`, or the folder of a training run.
+        entries: the ``graph``, ``size`` and ``max_steps`` of the environments, where they differ from the run's, or,
+            for `"random"` and `"oracle"`, from the defaults.
+        drop_key: whether keys can be dropped; always true for a run that trained so.
         seed: fixes the levels, the actions and the bootstrap.
-        size: cells of the grid's side; None: the run's, and for `"random"` and `"oracle"` the default.
-        max_steps: primitive steps after which an episode is truncated; None likewise.
-        walk: the walk that is assumed, to compare with.
-        reading: interpretation of the paper's augmented graph, likewise.
         trust: whether to run the code that the run's config names, as for `load`.
     """
     require_number("episodes", episodes, 1, 10**9, is_whole=True)
     num_envs = min(MAX_ENVS, episodes)
-    given = {"graph": graph, "size": size, "max_steps": max_steps}
-    entries: dict[str, Any] = {entry: value for entry, value in given.items() if value is not None}
     if name in ("random", "oracle"):
         turns = Turns(EnvConfig(drop_key=drop_key, levels="evaluation", **entries), num_envs, seed=seed)
         player: Player = make_player(name, seed)
     else:
-        turns, player = _trained(name, entries, drop_key, num_envs, seed, trust)
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:  # in a file: an empty line
+        agent = load(name, trust=trust)
+        turns, player = agent.turns(num_envs, seed=seed, env=agent.env(**entries)), agent.pair(num_envs, seed=seed)
+        if drop_key and not turns.config.drop_key:
+            raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
+        if (n_graphs := len(turns.world.sampler.everything)) > 1:
+            raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
+    with progress_bar() as bar:
         task = bar.add_task("playing", total=episodes)
         return measure(turns, player, episodes, lambda done: bar.update(task, completed=done), seed, walk, reading)
 
 
 def graph_of(turns: Turns) -> GoalGraph:
-    """The goal graph that all levels of the turns have."""
+    """Return the goal graph that all levels have."""
     graph, *others = turns.world.sampler.everything
     if others:
         raise InputError(f"a chain is measured in environments of one goal graph, not of {1 + len(others)}")
     return graph
-
-
-def _trained(
-    name: str, entries: dict[str, Any], drop_key: bool, num_envs: int, seed: int, trust: bool
-) -> tuple[Turns, Player]:
-    agent = load(name, trust=trust)
-    turns = agent.turns(num_envs, seed=seed, env=agent.env(**entries))
-    if drop_key and not turns.config.drop_key:
-        raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
-    n_graphs = len(turns.world.sampler.everything)
-    if n_graphs > 1:
-        raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
-    return turns, agent.pair(num_envs, seed=seed)

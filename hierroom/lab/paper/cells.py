@@ -1,4 +1,4 @@
-"""The cells of Table 3: what the paper prints for a method on a graph, and what our runs gave, at the end or before it.
+"""The cells of Table 3: what the paper prints for a method on a graph, and the results of our runs.
 
 A table of cells has a row for each method, graph and size, with numbers in percent:
 
@@ -6,8 +6,8 @@ A table of cells has a row for each method, graph and size, with numbers in perc
 - ``success``, ``length``: means over our seeds; ``success_half_width``, ``length_half_width``: half the widths of their
   95% intervals, NaN of a single seed;
 - ``steps_to_paper``: training steps until our evaluated success rate reached the paper's, the median of our seeds;
-  infinite where half of them or more never did, NaN where the paper's is below 1%, which is less than our evaluations
-  can tell; ``steps_to_95``: the same until 95%; with the endings ``_low`` and ``_high`` the fastest and slowest seed.
+  infinite if half of them or more never did, NaN if the paper's is below 1%, which our evaluations cannot resolve;
+  ``steps_to_95``: the same until 95%; the endings ``_low`` and ``_high`` are the fastest and slowest seed.
 """
 
 from __future__ import annotations
@@ -28,18 +28,15 @@ if TYPE_CHECKING:
 
 Curves = Mapping[str, "pd.DataFrame"]
 """The evaluations of runs by the digests of their rows."""
-STEPS_ENDS = ("", "_low", "_high")
-"""The endings of the columns of steps: the median of our seeds, the fastest and the slowest."""
-LEAST_SUCCESS = 1.0
-"""A lower success rate, in percent, is less than our evaluations can tell."""
-LIMIT = 1000
-"""The time limit in steps; lengths are shown in percent of it."""
+STEPS_ENDS = ("", "_low", "_high")  # the median of our seeds, the fastest and the slowest
+LEAST_SUCCESS = 1.0  # percent that our evaluations can resolve
+LIMIT = 1000  # steps; lengths are in percent of it
 REFERENCES = ("hippo", "ppo")
-"""The methods at whose steps to the paper's success all are compared: the paper's best, and its best flat one."""
+"""All methods are compared at the steps that these took to the paper's success: its best, and its best flat one."""
 
 
 def table_3(rows: pd.DataFrame, curves: Curves, sizes: Sequence[int]) -> pd.DataFrame:
-    """Our numbers next to the paper's, of all that was trained on grids of some sizes."""
+    """Return the cells of all that was trained on grids of some sizes."""
     import pandas as pd
 
     cells = []
@@ -49,47 +46,45 @@ def table_3(rows: pd.DataFrame, curves: Curves, sizes: Sequence[int]) -> pd.Data
             if runs.empty:
                 continue
             own = curves_of(runs, curves)
-            is_told = printed.success >= LEAST_SUCCESS
-            to_paper = _steps_to(printed.success, own) if is_told else (np.nan,) * len(STEPS_ENDS)
+            is_known = printed.success >= LEAST_SUCCESS
+            to_paper = _steps_to(printed.success, own) if is_known else (np.nan,) * len(STEPS_ENDS)
             steps = {"steps_to_paper": to_paper, "steps_to_95": _steps_to(95, own)}
             success, length = (runs[name].astype(float) for name in ("success_rate", "length"))
             cells.append(
                 {"method": method, "graph": graph, "size": size, "seeds": len(runs)}
                 | {"paper_success": printed.success, **_mean(100 * success, "success")}
                 | {"paper_length": printed.length, **_mean(100 * length / LIMIT, "length")}
-                | {f"{name}{end}": told[n] for name, told in steps.items() for n, end in enumerate(STEPS_ENDS)}
+                | {f"{name}{end}": taken[n] for name, taken in steps.items() for n, end in enumerate(STEPS_ENDS)}
             )
     return pd.DataFrame(cells).astype({"paper_length": float} if cells else {})
 
 
 def cells_where_reached(cells: pd.DataFrame, rows: pd.DataFrame, curves: Curves, reference: str) -> pd.DataFrame:
-    """The cells of one grid size after so many steps as the median of one method's seeds took to the paper's success.
+    """Return the cells of one grid size, interpolated to the steps of one method's median seed to the paper's success.
 
-    Success and length are interpolated between the evaluations of the learning curves. Graphs on which the method never
-    had the paper's success, or on which that is too low to be told, are left out.
+    Graphs where the method never had the paper's success, or where that is too low to resolve, are left out.
     """
     steps = cells[cells["method"] == reference].set_index("graph")["steps_to_paper"]
     earlier = cells[np.isfinite(cells["graph"].map(steps))].copy()
     for n, one in earlier.iterrows():
         runs = cell(rows, one["method"], one["graph"], one["size"])
         for name, column, scale in (("success", "success_rate", 100), ("length", "length", 100 / LIMIT)):
-            told = _mean(values_at(steps[one["graph"]], runs, curves, column) * scale, name)
-            earlier.loc[n, [*told]] = [*told.values()]
+            mean = _mean(values_at(steps[one["graph"]], runs, curves, column) * scale, name)
+            earlier.loc[n, [*mean]] = [*mean.values()]
     return earlier
 
 
-def values_at(at: float, runs: pd.DataFrame, curves: Curves, name: str) -> np.ndarray:
-    """[S] a quantity of runs after so many training steps."""
+def values_at(at: float | np.ndarray, runs: pd.DataFrame, curves: Curves, name: str) -> np.ndarray:
+    """Return a quantity of runs [S, ...] after some training steps [...]."""
     return np.array([np.interp(at, curve["steps"], curve[name]) for curve in curves_of(runs, curves)])
 
 
 def curves_of(runs: pd.DataFrame, curves: Curves) -> list[pd.DataFrame]:
-    """The evaluations of each of some runs."""
+    """Return the evaluations of each run."""
     for run in runs[~runs["digest"].isin([*curves])].to_dict("records"):
-        raise InputError(
-            f"curves.csv has no learning curve of {run['method']} on {run['graph']} with seed {run['seed']}; "
-            "delete its row from sweep.csv, and it is written again"
-        )
+        missing = f"{run['method']} on {run['graph']} with seed {run['seed']}"
+        remedy = "delete its row from sweep.csv, and it is written again"
+        raise InputError(f"curves.csv has no learning curve of {missing}; {remedy}")
     return [curves[digest] for digest in runs["digest"]]
 
 
@@ -99,7 +94,7 @@ def _mean(values: np.ndarray | pd.Series, name: str) -> dict[str, float]:
 
 
 def _steps_to(percent: float, curves: Sequence[pd.DataFrame]) -> tuple[float, float, float]:
-    """The steps at which learning curves reach a success rate: the median over the seeds, the fewest and the most."""
+    """Return the steps at which curves reach a success rate: the median, the fewest and the most."""
     points = [curve[["steps", "success_rate"]].to_numpy().T for curve in curves]
     reached = [first_crossing(steps, success, percent / 100) for steps, success in points]
     return median(reached), min(reached), max(reached)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 import matplotlib
@@ -15,10 +13,12 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from hierroom.lab.compare.style import COLOURS, DASHES, STYLE, save
-from hierroom.lab.paper.cells import LIMIT, Curves, curves_of, table_3
-from hierroom.lab.paper.prediction import prediction
+from hierroom.lab.paper.cells import LIMIT, Curves, curves_of, table_3, values_at
+from hierroom.lab.paper.order import prediction
 from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2
 from hierroom.lab.paper.runs import PaperRuns, cell, mean_and_interval
+from hierroom.lab.paper.table2 import Table2
+from hierroom.lab.paper.table3 import Table3
 from hierroom.lab.sweep.sweep import Sweep
 from hierroom.support.errors import InputError
 
@@ -27,23 +27,39 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Figure3:
-    """Learning curves of four methods (Figure 3), with 95% bands over seeds; trains what is missing."""
-
+class _PaperFigure:
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
     graphs: ClassVar[str] = "abcdefg"
     methods: ClassVar[tuple[str, ...]] = tuple(METHODS)
 
     def run(self) -> None:
-        """Train, and draw."""
+        """Train what is missing, and draw."""
         sweep = self.runs.train(self.graphs, self.methods)
         for size in self.runs.sizes:
-            _write(self.draw(sweep, size), self.runs.out / f"figure3-{size}")
+            figure, path = self.draw(sweep, size), self.runs.out / f"{type(self).__name__.lower()}-{size}"
+            with matplotlib.rc_context(STYLE):
+                save(figure, path, 200)
+            print(f"drawn: {path}.pdf, {path}.png")
+            if sentence := self.sentence(sweep, size):
+                Console().print(sentence, highlight=False)
 
     def draw(self, sweep: Sweep, size: int) -> Figure:
-        """The figure, from the rows that are there."""
+        """Draw the figure from the sweep's rows."""
+        raise NotImplementedError
+
+    def sentence(self, sweep: Sweep, size: int) -> str:
+        """Return what to print of the figure."""
+        return ""
+
+
+@dataclass(frozen=True)
+class Figure3(_PaperFigure):
+    """Learning curves of four methods (Figure 3), with 95% bands over seeds; trains what is missing."""
+
+    def draw(self, sweep: Sweep, size: int) -> Figure:
+        """Draw the figure from the sweep's rows."""
         rows, curves = sweep.rows(), sweep.table.curves()
-        graphs = [graph for graph in "abcdefg" if graph in self.runs.graphs]
+        graphs = [graph for graph in self.graphs if graph in self.runs.graphs]
         figure = Figure(figsize=(1.6 * max(2, len(graphs)) + 0.6, 3.6), layout="constrained")
         axes = figure.subplots(2, len(graphs), squeeze=False, sharex=True, sharey="row")
         for column, graph in enumerate(graphs):
@@ -58,23 +74,19 @@ class Figure3:
 
 
 @dataclass(frozen=True)
-class Figure4:
+class Figure4(_PaperFigure):
     """Steps to each intermediate goal on graph c while four methods learn (Figure 4); trains what is missing."""
 
-    runs: tyro.conf.OmitArgPrefixes[PaperRuns]
     graphs: ClassVar[str] = "c"
-    methods: ClassVar[tuple[str, ...]] = tuple(METHODS)
 
     def run(self) -> None:
-        """Train, and draw."""
-        if not set(self.graphs) <= set(self.runs.graphs):
-            raise InputError(f"figure 4 is of graph {self.graphs} alone, not of {', '.join(self.runs.graphs)}")
-        sweep = replace(self.runs, graphs=tuple(self.graphs)).train(self.graphs, self.methods)
-        for size in self.runs.sizes:
-            _write(self.draw(sweep, size), self.runs.out / f"figure4-{size}")
+        """Train what is missing, and draw."""
+        if "c" not in self.runs.graphs:
+            raise InputError(f"figure 4 is of graph c alone, not of {', '.join(self.runs.graphs)}")
+        _PaperFigure.run(replace(self, runs=replace(self.runs, graphs=("c",))))
 
     def draw(self, sweep: Sweep, size: int) -> Figure:
-        """The figure, from the rows that are there."""
+        """Draw the figure from the sweep's rows."""
         rows, curves = sweep.rows(), sweep.table.curves()
         goals = ("key_1", "door_1", "key_2", "door_2", "exit")
         figure = Figure(figsize=(1.6 * len(goals) + 0.6, 2.2), layout="constrained")
@@ -90,26 +102,30 @@ class Figure4:
 
 
 @dataclass(frozen=True)
-class Figure5:
+class Figure5(_PaperFigure):
     """The hitting time against success and length of HiPPO (Figure 5), ours and the paper's; trains what is missing."""
 
-    runs: tyro.conf.OmitArgPrefixes[PaperRuns]
-    graphs: ClassVar[str] = "abcdefg"
     methods: ClassVar[tuple[str, ...]] = ("hippo",)
 
-    def run(self) -> None:
-        """Train, draw, and print the rank correlations."""
-        sweep = self.runs.train(self.graphs, self.methods)
-        for size in self.runs.sizes:
-            _write(self.draw(sweep, size), self.runs.out / f"figure5-{size}")
-            if told := prediction(_hippo(sweep, size)):
-                Console().print(told, highlight=False)
+    def sentence(self, sweep: Sweep, size: int) -> str:
+        """Return the rank correlations."""
+        return prediction(table_3(sweep.rows(), sweep.table.curves(), (size,)))
 
     def draw(self, sweep: Sweep, size: int) -> Figure:
-        """The figure, from the rows that are there."""
+        """Draw the figure from the sweep's rows."""
         figure = Figure(figsize=(5.4, 2.4), layout="constrained")
         axes = figure.subplots(1, 2, squeeze=False)
-        _draw_hitting(axes[0], _hippo(sweep, size))
+        cells = table_3(sweep.rows(), sweep.table.curves(), (size,)).query("method == 'hippo'")
+        times = [PAPER_TABLE_2[graph].hitting_time for graph in cells["graph"]]
+        for place, quantity in zip(axes[0], ("success", "length"), strict=True):
+            for column, label, color in ((quantity, "ours", COLOURS[0]), (f"paper_{quantity}", "paper", COLOURS[1])):
+                place.scatter(times, cells[column], s=14, color=color, label=label)
+                for x, y, graph in zip(times, cells[column], cells["graph"], strict=True):
+                    is_above = quantity == "length"  # ours are at the bottom of its axis, and at the top of success
+                    offset = {"xytext": (0, 4 if is_above else -4), "va": "bottom" if is_above else "top"}
+                    place.annotate(graph, (x, y), textcoords="offset points", ha="center", fontsize=7, **offset)
+            place.set_ylabel("success (%)" if quantity == "success" else "length (% of 1000)")
+            place.set_ylim(-2, 104)
         return _labelled(figure, axes, "hitting time (paper, no drop)")
 
 
@@ -121,22 +137,14 @@ class All:
 
     def run(self) -> None:
         """Train, print and draw."""
-        from hierroom.lab.paper.table2 import Table2
-        from hierroom.lab.paper.table3 import Table3
-
         Table2().run()
         Table3(self.runs).run()
-        figures = [Figure3, *([Figure4] if "c" in self.runs.graphs else []), Figure5]
-        for figure in figures:
+        for figure in (Figure3, *[Figure4] * ("c" in self.runs.graphs), Figure5):
             figure(self.runs).run()
 
 
-def _hippo(sweep: Sweep, size: int) -> pd.DataFrame:
-    return table_3(sweep.rows(), sweep.table.curves(), (size,)).query("method == 'hippo'")
-
-
 def _limited(curves: Curves, goal: str) -> Curves:
-    """Curves in which an episode that does not achieve the goal counts as one that takes the whole limit."""
+    """Return curves in which an episode without the goal counts as one that takes the whole limit."""
     limited = {}
     for digest, curve in curves.items():
         share, steps = curve[f"achieved_{goal}"], curve[f"steps_to_{goal}"].fillna(0)
@@ -145,33 +153,17 @@ def _limited(curves: Curves, goal: str) -> Curves:
 
 
 def _draw_curve(axes: Axes, runs: pd.DataFrame, curves: Curves, name: str, scale: float, method: str) -> None:
-    """Draw the mean over seeds and its 95% band; what a seed was evaluated after differs by an update at most."""
-    own = curves_of(runs, curves)
-    steps = own[0]["steps"].to_numpy()
-    values = np.array([np.interp(steps, one["steps"], one[name]) for one in own])
-    mean, half_width = mean_and_interval(scale * values)
+    """Draw the mean over seeds and its 95% band; the steps of the seeds' evaluations differ by an update at most."""
+    steps = curves_of(runs, curves)[0]["steps"].to_numpy()
+    mean, half_width = mean_and_interval(scale * values_at(steps, runs, curves, name))
     number = list(METHODS).index(method)
     colour, dash = COLOURS[number], DASHES[number]
     axes.plot(steps / 1e6, mean, color=colour, linestyle=dash, linewidth=1.2, label=METHODS[method])
     axes.fill_between(steps / 1e6, mean - half_width, mean + half_width, color=colour, alpha=0.2, linewidth=0)
 
 
-def _draw_hitting(axes: Sequence[Axes], cells: pd.DataFrame) -> None:
-    times = [PAPER_TABLE_2[graph].hitting_time for graph in cells["graph"]]
-    for place, quantity in zip(axes, ("success", "length"), strict=True):
-        for column, label in ((quantity, "ours"), (f"paper_{quantity}", "paper")):
-            color = COLOURS[0 if label == "ours" else 1]
-            place.scatter(times, cells[column], s=14, color=color, label=label)
-            for x, y, graph in zip(times, cells[column], cells["graph"], strict=True):
-                is_above = quantity == "length"  # ours lie at the bottom of its axis, and at the top of the success'
-                offset = {"xytext": (0, 4 if is_above else -4), "va": "bottom" if is_above else "top"}
-                place.annotate(graph, (x, y), textcoords="offset points", ha="center", fontsize=7, **offset)
-        place.set_ylabel("success (%)" if quantity == "success" else "length (% of 1000)")
-        place.set_ylim(-2, 104)
-
-
 def _labelled(figure: Figure, axes: np.ndarray, label: str = "training steps (millions)") -> Figure:
-    """The figure with the label of its horizontal axes and its legend."""
+    """Return the figure with the label of its horizontal axes and its legend."""
     for place in axes.flat:
         place.grid(alpha=0.25, linewidth=0.5)
         place.spines[["top", "right"]].set_visible(False)
@@ -182,9 +174,3 @@ def _labelled(figure: Figure, axes: np.ndarray, label: str = "training steps (mi
     handles, labels = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False, fontsize=8)
     return figure
-
-
-def _write(figure: Figure, path: Path) -> None:
-    with matplotlib.rc_context(STYLE):
-        save(figure, path, 200)
-    Console().print(f"drawn: {path}.pdf, {path}.png", markup=False, highlight=False, soft_wrap=True)

@@ -1,4 +1,4 @@
-"""In which order the methods come on each goal graph, in the paper and in our runs."""
+"""How our runs agree with the paper: the order of the methods, and how well the hitting time predicts learning."""
 
 from __future__ import annotations
 
@@ -7,25 +7,26 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
+from scipy.stats import permutation_test, spearmanr
+
 from hierroom.lab.paper.cells import LEAST_SUCCESS
-from hierroom.lab.paper.published import METHODS
+from hierroom.lab.paper.published import METHODS, PAPER_TABLE_2, PAPER_TABLE_3
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_DIGITS = 9
-"""Means of the same numbers in another order agree in so many."""
-_DASH = 99.9
-"""The paper's dash means about the whole limit, as its 99.9 does, and counts as the same number."""
+_DIGITS = 9  # in which means of the same numbers in another order agree
+_FEWEST = 4  # graphs; fewer can be ranked alike by chance
+_ALL = 10_000  # more than there are orders of seven graphs, so that a test takes them all
+_DASH = 99.9  # the paper's dash means about the whole limit, as its 99.9 does
 LEGEND = "the best first; = the same number, ~ not told apart by our intervals, of which one seed has none"
 
 
 class MethodOrder(NamedTuple):
     """The methods on one goal graph, the best first, by the paper's means and by ours.
 
-    Between two names of the paper's stands `>`, or `=` where it prints the same number. Between two of ours stands `>`
-    where the 95% intervals lie apart (and success differs by more than `LEAST_SUCCESS`), `=` where they have the same
-    mean, else `~`, as always of a single seed, which has no interval.
+    Between ours is `=` for equal means, `>` if the 95% intervals do not overlap (and success differs by more than
+    `LEAST_SUCCESS`), and else `~`, as always for a single seed, which has no interval.
     """
 
     graph: str
@@ -34,11 +35,11 @@ class MethodOrder(NamedTuple):
 
 
 class PairCounts(NamedTuple):
-    """How many pairs of methods, both on the same goal graph, come in the paper's order; its ties are left out."""
+    """How many pairs of methods on the same goal graph come in the paper's order; its ties are left out."""
 
-    same: int  # our intervals lie apart, as the paper's means do
-    opposite: int  # our intervals lie apart, the other way round
-    open: int  # our intervals overlap, or are those of a single seed, which has none
+    same: int
+    opposite: int
+    open: int  # our intervals overlap, or there is a single seed, which has none
 
     def __str__(self) -> str:
         return (
@@ -49,7 +50,7 @@ class PairCounts(NamedTuple):
 
 @dataclass(frozen=True)
 class _Method:
-    """A method's numbers on a graph, turned so that more is better; ``least`` is what can be told at all."""
+    """A method's numbers on a graph, with the sign that makes more better; ``least`` is the least difference seen."""
 
     name: str
     paper: float
@@ -62,30 +63,24 @@ class _Method:
         ahead = self.ours - other.ours
         return ahead > self.half_width + other.half_width and ahead > self.least
 
-    def sign_before(self, other: _Method) -> str:
-        """What stands between it and the next one."""
-        return " = " if self.ours == other.ours else " > " if self.is_better(other) else " ~ "
-
 
 def method_orders(cells: pd.DataFrame, quantity: str) -> list[MethodOrder]:
-    """The order of the methods on each graph, by cells of one grid size.
-
-    Args:
-        cells: the cells.
-        quantity: `success`, where more is better, or `length`, where less is.
-    """
+    """Return the order of the methods on each graph, by the ``success`` or ``length`` of cells of one grid size."""
     orders = []
     for graph, methods in _by_graph(cells, quantity):
         by_paper = sorted(methods, key=lambda method: -method.paper)
         by_ours = sorted(methods, key=lambda method: -method.ours)
-        paper = [" = " if one.paper == other.paper else " > " for one, other in pairwise(by_paper)]
-        ours = [one.sign_before(other) for one, other in pairwise(by_ours)]
-        orders.append(MethodOrder(graph, _joined(by_paper, paper), _joined(by_ours, ours)))
+        paper, ours = by_paper[0].name, by_ours[0].name
+        for one, other in pairwise(by_paper):
+            paper += f" {'=' if one.paper == other.paper else '>'} {other.name}"
+        for one, other in pairwise(by_ours):
+            ours += f" {'=' if one.ours == other.ours else '>' if one.is_better(other) else '~'} {other.name}"
+        orders.append(MethodOrder(graph, paper, ours))
     return orders
 
 
 def pair_counts(cells: pd.DataFrame, quantity: str) -> PairCounts:
-    """How often two methods come in the paper's order; arguments as for `method_orders`."""
+    """Count the pairs of methods in the paper's order, by the ``success`` or ``length`` of cells of one grid size."""
     same = opposite = n = 0
     for _, methods in _by_graph(cells, quantity):
         for one, other in combinations(methods, 2):
@@ -110,5 +105,26 @@ def _by_graph(cells: pd.DataFrame, quantity: str) -> list[tuple[str, list[_Metho
     return [(str(graph), [_Method(*one) for one in own.itertuples(index=False)]) for graph, own in by_graph]
 
 
-def _joined(methods: Sequence[_Method], between: Sequence[str]) -> str:
-    return "".join(name + sign for name, sign in zip([one.name for one in methods], [*between, ""], strict=True))
+def prediction(cells: pd.DataFrame) -> str:
+    """Return a sentence with Spearman's correlations of the hitting time with HiPPO's cells of one size, with p."""
+    own = cells[cells["method"] == "hippo"]
+    if len(own) < _FEWEST:
+        return ""
+    times = [PAPER_TABLE_2[graph].hitting_time for graph in own["graph"]]
+
+    def correlation(values: Sequence[float]) -> str:
+        if len(set(values)) < 2:
+            return "none (all are equal)"
+        test = permutation_test(
+            (values,), lambda shuffled: spearmanr(times, shuffled)[0], permutation_type="pairings", n_resamples=_ALL
+        )
+        return f"{test.statistic:.2f} (p = {test.pvalue:.2f})"
+
+    parts = [
+        f"with {quantity} ours {correlation([*own[quantity]])}, "
+        f"the paper's {correlation([getattr(PAPER_TABLE_3['hippo', graph], quantity) for graph in own['graph']])}"
+        for quantity in ("success", "length")
+    ]
+    parts.append(f"with our training steps until 95% {correlation([*own['steps_to_95']])}")
+    over = f"over {len(own)} graphs (p by an exact permutation test)"
+    return f"Rank correlation of the paper's hitting time {over}, HiPPO: {'; '.join(parts)}."

@@ -25,11 +25,9 @@ PAPER_TABLE_2: Mapping[str, PaperColumn] = {
     "f": PaperColumn(4, 2, 29.2, 86.1),
     "g": PaperColumn(6, 1, 27.5, 82.5),
 }
-"""As printed, with hitting times to one decimal place."""
 
+# Our names of the paper's methods, and its own, in the order of its Table 3.
 METHODS: Mapping[str, str] = {"ppo": "PPO", "ppo-bonus": "PPO+Bonus", "ppo-sketch": "PPO+Sketch", "hippo": "HiPPO"}
-"""Our names of the paper's methods, and its own, in the order of its Table 3."""
-
 _SUCCESS = {
     "ppo": (56.1, 28.2, 0.2, 22.7, 19.1, 0.0, 0.0),
     "ppo-bonus": (9.0, 6.0, 0.0, 11.0, 4.5, 0.5, 0.0),
@@ -46,14 +44,10 @@ _LENGTH = {
 
 @dataclass(frozen=True)
 class PaperCell:
-    """What the paper's Table 3 prints for one method on one graph: means over the last 10 training episodes.
+    """What the paper's Table 3 prints for one method on one graph: means over five seeds' last 10 episodes."""
 
-    Success is in percent, and length in percent of the limit of 1000 steps; that is None where the paper prints a dash,
-    next to success rates of at most 0.5%: about the whole limit.
-    """
-
-    success: float
-    length: float | None
+    success: float  # percent
+    length: float | None  # percent of 1000 steps; None for a dash, next to at most 0.5% success: about the whole limit
 
 
 PAPER_TABLE_3: Mapping[tuple[str, str], PaperCell] = {
@@ -61,4 +55,3 @@ PAPER_TABLE_3: Mapping[tuple[str, str], PaperCell] = {
     for method in METHODS
     for n, graph in enumerate("abcdefg")
 }
-"""By method and graph; means over five seeds."""

@@ -25,7 +25,7 @@ class PaperRuns:
     """What is trained for the paper's Table 3 and figures; what is there already is used.
 
     Args:
-        out: the folder of the runs and their table, a sweep's, and of the figures.
+        out: the folder of the sweep and of the figures.
         seeds: seeds 0, 1, ... of each method and graph; the paper has 5.
         steps: primitive steps of each run; the paper has 10 million.
         sizes: grid sizes; the paper does not give its own.
@@ -34,7 +34,7 @@ class PaperRuns:
         evaluation_episodes: episodes of each of these evaluations.
         episodes: episodes of the evaluation at its end.
         processes: runs at a time; by default one for each core.
-        ray: address of a Ray cluster on whose machines the runs are done.
+        ray: address of a Ray cluster that does the runs.
     """
 
     out: Path = Path("paper")
@@ -54,7 +54,7 @@ class PaperRuns:
             raise InputError("sizes needs at least one grid size, such as --sizes 19")
 
     def sweep(self, graphs: Iterable[str], methods: Iterable[str]) -> Sweep:
-        """The sweep of some of the graphs and methods."""
+        """Return the sweep of some of the graphs and methods."""
         values = {
             "preset": ["paper"],
             "method": [*methods],
@@ -67,7 +67,7 @@ class PaperRuns:
 
     @property
     def command(self) -> str:
-        """A command that makes these runs, without what decides no result, so that it tells of no machine."""
+        """A command that makes these runs, without what decides no result, so that it names no machine."""
         words = ["python", "-m", "hierroom", "paper", "all"]
         for entry in fields(self):
             value = getattr(self, entry.name)
@@ -77,10 +77,9 @@ class PaperRuns:
         return shlex.join(words)
 
     def train(self, graphs: Iterable[str], methods: Iterable[str] = METHODS) -> Sweep:
-        """Train what is missing of some graphs and methods; what was trained is kept where that is interrupted."""
+        """Train what is missing of some graphs and methods; an interruption keeps what was trained."""
         chosen = [graph for graph in graphs if graph in self.graphs]
-        unknown = [graph for graph in self.graphs if graph not in tuple("abcdefg")]
-        if unknown or not chosen:
+        if not chosen or not {*self.graphs} <= {*"abcdefg"}:
             needed, given = ", ".join(graphs), " ".join(self.graphs)
             raise InputError(f"the paper has the graphs a to g, of which this needs one of {needed}, not {given!r}")
         sweep = self.sweep(chosen, methods)
@@ -89,20 +88,18 @@ class PaperRuns:
             raise KeyboardInterrupt
         if outcome.failures:
             run, reason = outcome.failures[0]
-            raise RunError(
-                f"{len(outcome.failures)} of {len(sweep.plan.runs())} runs failed, {run.name} among them: {reason}"
-            )
+            n, planned = len(outcome.failures), len(sweep.plan.runs())
+            raise RunError(f"{n} of {planned} runs failed, {run.name} among them: {reason}")
         return sweep
 
 
 def cell(rows: pd.DataFrame, method: str, graph: str, size: int) -> pd.DataFrame:
-    """The rows of one method on one graph and size, its seeds."""
+    """Return the rows of one method on one graph and size, its seeds."""
     return rows[(rows["method"] == method) & (rows["graph"] == graph) & (rows["size"] == str(size))]
 
 
 def mean_and_interval(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The mean over seeds [S, ...] and half the width of its 95% interval (Student's t); NaN of a single seed."""
-    n = len(values)
-    if n < 2:
+    """Return the mean over seeds [S, ...] and its 95% interval's half-width (Student's t), NaN for a single seed."""
+    if (n := len(values)) < 2:
         return values.mean(axis=0), np.full(values.shape[1:], np.nan)
     return values.mean(axis=0), t.ppf(0.975, n - 1) * values.std(axis=0, ddof=1) / np.sqrt(n)

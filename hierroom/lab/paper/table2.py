@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Annotated
 
-import tyro
+from rich.box import HEAVY_HEAD
+from rich.console import Console
 
 from hierroom.complexity.report import analyze
 from hierroom.complexity.walk import TABLE_READING, Reading
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.lab.paper.published import PAPER_TABLE_2
+from hierroom.support.cli import Flag
 from hierroom.support.errors import InputError
-from hierroom.support.tables import csv_text, markdown_table, print_table
+from hierroom.support.tables import csv_text, markdown_table, named_table, print_table
 
 WHAT_IS_OPEN = (
     "Graphs d, e and f differ from the paper in both hitting-time (HT) rows. The paper prints the augmented graph of "
@@ -35,6 +36,12 @@ class TableCell:
         """Whether our value, rounded as in the paper, equals the printed one."""
         return round(self.ours, 1) == self.paper
 
+    @property
+    def text(self) -> str:
+        """Our value as the paper prints it, with a star where it differs."""
+        text = f"{self.ours:.0f}" if isinstance(self.paper, int) else f"{self.ours:.1f}"
+        return f"{text} " if self.agrees else f"{text}*"
+
 
 def table_2(reading: Reading = TABLE_READING) -> list[TableCell]:
     """Compute every value of Table 2: exit depth, width, hitting time without and with drop, for the graphs a to g."""
@@ -55,9 +62,9 @@ def table_2(reading: Reading = TABLE_READING) -> list[TableCell]:
 class Table2:
     """Depth, width and hitting times of the seven environments (Table 2)."""
 
-    csv: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    csv: Flag = False
     """Print one line per number as CSV, ours unrounded."""
-    markdown: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    markdown: Flag = False
     """Print the table in Markdown."""
 
     def run(self) -> None:
@@ -65,42 +72,22 @@ class Table2:
         if self.csv and self.markdown:
             raise InputError("--csv and --markdown are both given; give one of them")
         cells = table_2()
-        if self.markdown:
-            headings = ["", "", *dict.fromkeys(f"({cell.graph})" for cell in cells)]
-            print(markdown_table(headings, [[cell.strip() for cell in line] for line in _lines(cells)]))
-        elif self.csv:
+        if self.csv:
             print(csv_text({**asdict(cell), "agrees": cell.agrees} for cell in cells), end="")
-        else:
-            _print_beside(cells)
-
-
-def _print_beside(cells: list[TableCell]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-
-    graphs = list(dict.fromkeys(cell.graph for cell in cells))
-    table = Table(title="Table 2", caption="* differs from the paper's printed digits", caption_justify="left")
-    for heading in ("", "", *(f"({graph}) " for graph in graphs)):
-        table.add_column(heading, justify="right" if heading else "left", no_wrap=True)
-    for line in _lines(cells):
-        cells_of_line = (f"[yellow]{cell}[/yellow]" if cell.endswith("*") else cell for cell in line)
-        table.add_row(*cells_of_line, end_section=line[1] == "ours")
-    console = Console()
-    print_table(table, console)
-    agreeing = sum(cell.agrees for cell in cells)
-    console.print(f"{agreeing} of {len(cells)} numbers agree to the printed digit. {WHAT_IS_OPEN}")
-
-
-def _lines(cells: list[TableCell]) -> list[list[str]]:
-    """The paper's numbers of each row and, below them, ours; what differs ends in a star."""
-    lines = []
-    for row in dict.fromkeys(cell.row for cell in cells):
-        in_row = [cell for cell in cells if cell.row == row]
-        lines.append([row, "paper", *(f"{cell.paper} " for cell in in_row)])
-        lines.append(["", "ours", *(_ours(cell) for cell in in_row)])
-    return lines
-
-
-def _ours(cell: TableCell) -> str:
-    text = f"{cell.ours:.0f}" if isinstance(cell.paper, int) else f"{cell.ours:.1f}"
-    return f"{text} " if cell.agrees else f"{text}*"
+            return
+        headings, lines = ["", "", *(f"({graph}) " for graph in PAPER_TABLE_2)], []
+        for row in dict.fromkeys(cell.row for cell in cells):
+            own = [cell for cell in cells if cell.row == row]
+            lines.append([row, "paper", *(f"{cell.paper} " for cell in own)])
+            lines.append(["", "ours", *(cell.text for cell in own)])
+        if self.markdown:
+            head, *body = ([cell.strip() for cell in line] for line in (headings, *lines))
+            print(markdown_table(head, body))
+            return
+        texts = {"title": "Table 2", "caption": "* differs from the paper's printed digits"}
+        table = named_table(headings, lines, 2, box=HEAVY_HEAD, padding=(0, 1), **texts)
+        for row in table.rows[1::2]:
+            row.end_section = True
+        print_table(table)
+        agreeing = sum(cell.agrees for cell in cells)
+        Console().print(f"{agreeing} of {len(cells)} numbers agree to the printed digit. {WHAT_IS_OPEN}")

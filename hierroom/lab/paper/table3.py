@@ -4,35 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from itertools import accumulate
+from typing import TYPE_CHECKING
 
 import numpy as np
 import tyro
-from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
 
 from hierroom.lab.paper.cells import REFERENCES, STEPS_ENDS, Curves, cells_where_reached, table_3
-from hierroom.lab.paper.order import LEGEND, method_orders, pair_counts
-from hierroom.lab.paper.prediction import prediction
+from hierroom.lab.paper.order import LEGEND, method_orders, pair_counts, prediction
 from hierroom.lab.paper.published import METHODS
 from hierroom.lab.paper.runs import PaperRuns
 from hierroom.lab.sweep.summary import steps_text
+from hierroom.support.cli import Flag
 from hierroom.support.errors import InputError
-from hierroom.support.tables import markdown_table, print_table
+from hierroom.support.tables import markdown_table, named_table, print_table
 
 if TYPE_CHECKING:
     import pandas as pd
+    from rich.table import Table
 
 
 @dataclass(frozen=True)
 class Table3:
-    """Success and episode length of four methods (Table 3), ours beside the paper's; trains what is missing."""
+    """Success and episode length of four methods (Table 3), ours next to the paper's; trains what is missing."""
 
     runs: tyro.conf.OmitArgPrefixes[PaperRuns]
-    csv: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    csv: Flag = False
     """Print one line per cell as CSV: empty where nothing is known, inf where half of the seeds never arrived."""
-    markdown: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    markdown: Flag = False
     """Print the tables in Markdown."""
 
     def __post_init__(self) -> None:
@@ -59,47 +59,47 @@ class Table3:
 
 @dataclass(frozen=True)
 class Compared:
-    """What is told of one grid size."""
+    """The numbers of one grid size."""
 
     cells: pd.DataFrame  # at the end
     reached: Mapping[str, pd.DataFrame]  # where the methods of `REFERENCES` first had the paper's success
 
     @classmethod
     def of_rows(cls, cells: pd.DataFrame, rows: pd.DataFrame, curves: Curves) -> Compared:
-        """The cells of one grid size, and those before the end by the rows of the sweep and their learning curves."""
+        """Compute the cells before the end from the sweep's rows and learning curves."""
         earlier = {method: cells_where_reached(cells, rows, curves, method) for method in REFERENCES}
         return cls(cells, {method: reached for method, reached in earlier.items() if len(reached)})
 
 
 def markdown(compared: Compared, steps: int) -> str:
-    """The table, the training steps that it took, and the order of the methods, in Markdown, of runs of some steps."""
+    """Return the table, the training steps that it took, and the order of the methods, in Markdown."""
     return "\n\n".join([*(part.markdown() for part in _parts(compared, steps)), _sentences(compared)])
 
 
 @dataclass(frozen=True)
 class _Part:
-    """A table of groups of lines."""
+    """A table of groups of lines, each with a text for each column."""
 
-    title: str  # what it shows
-    legend: str  # how it is read
-    headings: tuple[str, ...]  # of the columns
-    groups: list[list[tuple[str, ...]]]  # lines that belong together, each a text for each column
+    title: str
+    legend: str  # how to read it
+    headings: tuple[str, ...]
+    groups: list[list[tuple[str, ...]]]
+
+    @property
+    def lines(self) -> list[tuple[str, ...]]:
+        return [line for group in self.groups for line in group]
 
     def drawn(self) -> Table:
-        """For a terminal."""
-        layout = {"title": self.title, "caption": self.legend, "caption_justify": "left", "padding": (0, 1, 0, 0)}
-        table = Table(box=SIMPLE_HEAD, **layout)
-        for heading in self.headings:
-            table.add_column(heading, justify="right" if heading.startswith("(") else "left", no_wrap=True)
-        for group in self.groups:
-            for line in group:
-                table.add_row(*line, end_section=line is group[-1])
+        n_names = sum(not heading.startswith("(") for heading in self.headings)
+        table = named_table(self.headings, self.lines, n_names, title=self.title, caption=self.legend)
+        for column in table.columns:
+            column.no_wrap = True
+        for end in accumulate(map(len, self.groups)):
+            table.rows[end - 1].end_section = True
         return table
 
     def markdown(self) -> str:
-        """For a page."""
-        table = markdown_table(self.headings, [line for group in self.groups for line in group])
-        return f"{self.title} ({self.legend}):\n\n{table}"
+        return f"{self.title} ({self.legend}):\n\n{markdown_table(self.headings, self.lines)}"
 
 
 def _parts(compared: Compared, steps: int) -> list[_Part]:
@@ -123,7 +123,7 @@ def _parts(compared: Compared, steps: int) -> list[_Part]:
 
 
 def _part_where_reached(reference: str, cells: pd.DataFrame) -> _Part:
-    """The methods at the steps at which one of them first had the paper's success."""
+    """Compare the methods at the steps where one of them first had the paper's success."""
     by_method = _by_method(cells)
     steps = ("our steps", "", *map(_steps, dict(by_method)[reference]["steps_to_paper"]))
     numbers = [_compared(*own, "success") for own in by_method]
@@ -137,12 +137,12 @@ def _headings(second: str, cells: pd.DataFrame) -> tuple[str, ...]:
 
 
 def _by_method(cells: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """The cells by the names of their methods."""
+    """Return the cells of each method, with its name."""
     return [(METHODS[str(method)], own) for method, own in cells.groupby("method", sort=False)]
 
 
 def _compared(name: str, cells: pd.DataFrame, quantity: str) -> list[tuple[str, ...]]:
-    """The paper's numbers of a method, ours, and the half-widths of ours unless there is one seed."""
+    """Return lines of a method: the paper's numbers, ours, and the half-widths of ours unless there is one seed."""
 
     def texts(column: str, unknown: str) -> list[str]:
         return [unknown if np.isnan(value) else f"{value:.1f}" for value in cells[column]]
@@ -158,9 +158,9 @@ def _compared(name: str, cells: pd.DataFrame, quantity: str) -> list[tuple[str, 
 def _steps_lines(name: str, cells: pd.DataFrame) -> list[tuple[str, ...]]:
     ends = STEPS_ENDS if (cells["seeds"] > 1).any() else STEPS_ENDS[:1]
     lines = [
-        ("", told, *map(_steps, cells[column + end]))
+        ("", label, *map(_steps, cells[column + end]))
         for success, column in (("paper's", "steps_to_paper"), ("95%", "steps_to_95"))
-        for told, end in zip((success, "from", "to"), ends, strict=False)
+        for label, end in zip((success, "from", "to"), ends, strict=False)
     ]
     return [(name, *lines[0][1:]), *lines[1:]]
 

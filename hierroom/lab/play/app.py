@@ -14,8 +14,7 @@ from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, RIGHT
 
 FRAMES_PER_SECOND, STEPS_PER_SECOND = 30, 6
-NOWHERE = ("dummy", "offscreen", "evdev")
-"""What SDL falls back on where there is no screen: it would play unseen, and for ever."""
+NOWHERE = ("dummy", "offscreen", "evdev")  # SDL's drivers without a screen, which would play unseen for ever
 MOVES = {
     pygame.K_UP: FORWARD,
     pygame.K_w: FORWARD,
@@ -23,20 +22,12 @@ MOVES = {
     pygame.K_a: LEFT,
     pygame.K_RIGHT: RIGHT,
     pygame.K_d: RIGHT,
+    pygame.K_x: DROP,
 }
 
 
 class App:
-    """A window in which a game is played.
-
-    Args:
-        game: the game.
-        steps_per_second: how fast an agent that has taken over plays.
-
-    Attributes:
-        surface: what the window shows.
-        is_open: whether it has not been asked to close yet.
-    """
+    """A window in which a game is played; an agent that has taken over plays so many steps per second."""
 
     def __init__(self, game: Game, steps_per_second: float = STEPS_PER_SECOND) -> None:
         self.game, self.is_open = game, True
@@ -65,11 +56,7 @@ class App:
             pygame.display.quit()
 
     def frame(self, milliseconds: float) -> None:
-        """Do what the keys ask for, let the agent step if it plays and is due, and draw.
-
-        Args:
-            milliseconds: since the last frame.
-        """
+        """Do what the keys ask for, let the agent step if it plays and is due, and draw."""
         is_changed = False
         for event in pygame.event.get():
             if event.type == pygame.QUIT:
@@ -90,38 +77,26 @@ class App:
 
     def _press(self, key: int) -> None:
         game = self.game
-        if key in MOVES:
-            self._act(MOVES[key])
-        elif key == pygame.K_SPACE:
-            game.is_piloted = False
-            game.use()
-        elif key == pygame.K_x:
-            if game.turns.world.n_actions > DROP:
-                self._act(DROP)
-            else:
-                game.message = "keys cannot be dropped here; begin with --drop-key"
+        commands = {pygame.K_SPACE: game.use, pygame.K_t: game.switch_pilot}
+        commands |= {pygame.K_n: game.next_level, pygame.K_r: game.restart}
+        if key == pygame.K_x and game.turns.world.n_actions <= DROP:
+            game.message = "keys cannot be dropped here; begin with --drop-key"
+        elif key in MOVES:
+            game.is_piloted = False  # a person who moves while the agent plays takes over
+            game.step(MOVES[key])
+        elif key in commands:
+            commands[key]()
         elif key == pygame.K_o:
             game.has_hints = not game.has_hints
-        elif key == pygame.K_t:
-            game.switch_pilot()
         elif key == pygame.K_f:
             game.has_fog = not game.has_fog
-        elif key == pygame.K_n:
-            game.next_level()
-        elif key == pygame.K_r:
-            game.restart()
         elif key in (pygame.K_q, pygame.K_ESCAPE):
             self.is_open = False
-
-    def _act(self, action: int) -> None:
-        """Take the person's action; whoever moves while the agent plays has taken over."""
-        self.game.is_piloted = False
-        self.game.step(action)
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Hide what SDL itself writes to standard error while it looks for a screen; what comes of it is told."""
+    """Hide what SDL itself writes to standard error while it looks for a screen."""
     shown, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nowhere, 2)

@@ -1,4 +1,4 @@
-"""What the window of a game shows: the level, and beside it the goal graph, which lights up as goals are reached."""
+"""What the window of a game shows: the level, and a goal graph that lights up as goals are reached."""
 
 from __future__ import annotations
 
@@ -13,18 +13,10 @@ from hierroom.worlds.escape_room.constants import KEY, LOCKED_DOOR, MARGIN
 from hierroom.worlds.escape_room.oracle import room_at
 from hierroom.worlds.escape_room.render import cells_of, draw_level
 
-PANEL, LEVEL = 390, 684
-"""Pixels: the width of the panel, and about how large the level is drawn."""
-PAPER, INK, FAINT, ACCENT, GOOD, FOG = (
-    (24, 28, 36),
-    (232, 236, 243),
-    (150, 160, 176),
-    (109, 179, 245),
-    (70, 200, 110),
-    34,
-)
-RGB = ((240, 60, 50), (60, 215, 80), (80, 120, 255), (170, 90, 235), (245, 225, 60), (165, 165, 165))
-"""Of `hierroom.goals.COLOURS`, bright enough for a dark panel."""
+PANEL, LEVEL = 390, 684  # pixels: the width of the panel, and about that of the level
+PAPER, INK, FAINT = (24, 28, 36), (232, 236, 243), (150, 160, 176)
+ACCENT, GOOD, FOG = (109, 179, 245), (70, 200, 110), 34
+RGB = ((240, 60, 50), (60, 215, 80), (80, 120, 255), (170, 90, 235), (245, 225, 60), (165, 165, 165))  # as `COLOURS`
 KEYS = (
     ("arrows, wasd", "move: forward, turn left or right"),
     ("space", "pick up or open what is in front"),
@@ -38,17 +30,17 @@ KEYS = (
 
 
 def tile_size(size: int) -> int:
-    """Side length of a cell in pixels, for a grid of some cells a side."""
+    """Return the side of a cell in pixels."""
     return max(8, LEVEL // size)
 
 
 def window_size(size: int) -> tuple[int, int]:
-    """Width and height of the window, for a grid of some cells a side."""
+    """Return the width and height of the window."""
     return tile_size(size) * size + PANEL, max(tile_size(size) * size, 660)
 
 
 def level_picture(game: Game) -> NDArray[np.uint8]:
-    """The level [H, W, 3], with fog where the game has it, and the subgoal framed where the agent has one."""
+    """Return the level [H, W, 3], with fog where the game has it, and a frame around the agent's subgoal."""
     state = game.state
     side, size = tile_size(state.size), state.size
     picture = draw_level(state, NO_GOAL, side)
@@ -59,17 +51,12 @@ def level_picture(game: Game) -> NDArray[np.uint8]:
         for edge in (frame[:3], frame[-3:], frame[:, :3], frame[:, -3:]):
             edge[:] = 255
     if game.has_fog:
-        hidden = ~game.seen
-        cells.swapaxes(1, 2)[hidden] = FOG
+        cells.swapaxes(1, 2)[~game.seen] = FOG
     return picture
 
 
 class Board:
-    """Draws a game onto a surface.
-
-    Args:
-        surface: of the size of `window_size`.
-    """
+    """Draws a game onto a surface of `window_size`."""
 
     def __init__(self, surface: pygame.Surface) -> None:
         self._surface = surface
@@ -81,12 +68,16 @@ class Board:
         self._surface.fill(PAPER)
         picture = level_picture(game)
         level = pygame.surfarray.make_surface(picture.swapaxes(0, 1))
-        self._surface.blit(level, (0, (self._surface.get_height() - level.get_height()) // 2))
-        self._numbers(game, (self._surface.get_height() - level.get_height()) // 2)
+        above = (self._surface.get_height() - level.get_height()) // 2
+        self._surface.blit(level, (0, above))
+        self._numbers(game, above)
         left = level.get_width() + 22
         top = self._facts(game, left)
         top = self._tree(game, left, top + 12)
-        self._help(left, max(top + 14, self._surface.get_height() - 26 * len(KEYS) + 4))
+        top = max(top + 14, self._surface.get_height() - 26 * len(KEYS) + 4)
+        for number, (keys, purpose) in enumerate(KEYS):
+            self._write(keys, (left, top + 25 * number), self._small, INK)
+            self._write(purpose, (left + 104, top + 25 * number), self._small, FAINT)
 
     def _write(self, words: str, at: tuple[float, float], font: pygame.font.Font, colour=INK, centred=False) -> None:
         text = font.render(words, True, colour)
@@ -94,7 +85,7 @@ class Board:
         self._surface.blit(text, (x - text.get_width() / 2, y - text.get_height() / 2) if centred else at)
 
     def _numbers(self, game: Game, top: int) -> None:
-        """Write beside each key and onto each locked door which room it opens."""
+        """Write next to each key and onto each locked door which room it opens."""
         state, side = game.state, tile_size(game.state.size)
         tiles, level = state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN], state.levels[0]
         for room, colour in enumerate(level.colours[: level.n_rooms - 1].tolist(), start=1):
@@ -104,12 +95,10 @@ class Board:
                     self._write(str(room), at, self._small, (255, 255, 255), centred=True)
 
     def _facts(self, game: Game, left: int) -> int:
-        """What there is to say of the level; returns where it ends."""
+        """Write the facts of the level; return where they end."""
         level = game.turns.world.state.levels[0]
         self._write(f"graph {game.graph.name}", (left, 14), self._large)
-        held = [
-            game.name_of(int(colour)) for branch, colour in enumerate(level.colours) if int(level.keys) >> branch & 1
-        ]
+        held = [game.name_of(int(colour)) for n, colour in enumerate(level.colours) if int(level.keys) >> n & 1]
         lines = [
             (f"step {level.steps} of {level.max_steps}, shortest {game.shortest}", INK),
             (f"keys held: {', '.join(held) or 'none'}", INK),
@@ -128,7 +117,7 @@ class Board:
         return top
 
     def _tree(self, game: Game, left: int, top: int) -> int:
-        """The goal graph: keys are filled once held, rooms once their door is open; returns where it ends."""
+        """Draw the goal graph: keys are filled once held, rooms once their door is open; return where it ends."""
         graph, level = game.graph, game.turns.world.state.levels[0]
         places = tree_places(graph.key_rooms)
         wide, deep = 1 + max(place[0] for place in places), 1 + max(place[1] for place in places)
@@ -140,8 +129,8 @@ class Board:
         for room, home in enumerate(graph.key_rooms, start=1):
             pygame.draw.aaline(self._surface, FAINT, at[home], at[room])
         for room, home in enumerate(graph.key_rooms, start=1):
-            colour, is_held = int(level.colours[room - 1]), bool(int(level.keys) >> room - 1 & 1)
-            was_found = is_held or bool(int(level.doors) >> room - 1 & 1)
+            colour = int(level.colours[room - 1])
+            was_found = bool((int(level.keys) | int(level.doors)) >> room - 1 & 1)
             x, y = (at[home][0] + at[room][0]) / 2, (at[home][1] + at[room][1]) / 2
             box = pygame.Rect(0, 0, radius + 2, radius + 2)
             box.center = int(x), int(y)
@@ -168,15 +157,9 @@ class Board:
                 pygame.draw.polygon(self._surface, RGB[0], [point, (point[0] - 11, y - 7), (point[0] - 11, y + 7)])
         return int(top + down * deep)
 
-    def _help(self, left: int, top: float) -> None:
-        for number, (keys, what) in enumerate(KEYS):
-            y = top + 25 * number
-            self._write(keys, (left, y), self._small, INK)
-            self._write(what, (left + 104, y), self._small, FAINT)
-
 
 def _wrapped(words: str, font: pygame.font.Font, width: int) -> list[str]:
-    """Words as lines that are not wider than so many pixels."""
+    """Return words as lines that are not wider than so many pixels."""
     lines = [""]
     for word in words.split():
         longer = f"{lines[-1]} {word}".strip()

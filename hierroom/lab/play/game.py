@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from hierroom.goals import COLOURS, EXIT_GOAL, NO_GOAL, GoalGraph
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.support.errors import InputError
-from hierroom.turns.records import CONTROLLER, META, Step
+from hierroom.turns.records import CONTROLLER, META
 from hierroom.turns.turns import Turns
 from hierroom.worlds.escape_room.constants import COL_STEP, KEY, LOCKED_DOOR, OPEN, OPEN_DOOR, PICKUP, ROW_STEP
 from hierroom.worlds.escape_room.layout import State
@@ -24,15 +24,11 @@ class Game:
     A trained agent looks on while a person plays, so that it remembers what was seen when it takes over.
 
     Args:
-        turns: one environment that does not begin its next episode by itself, and whose shortest lengths are measured.
-        agent: a trained agent that can take over, None for none; the environment must be one of its `turns`.
+        turns: one environment without autoreset, with measured shortest lengths.
+        agent: a trained agent that can take over, and that made the ``turns``; None for none.
         seed: of the agent's actions.
 
     Attributes:
-        turns: see above.
-        is_piloted: whether the agent plays.
-        has_fog: whether what was not seen yet is hidden.
-        has_hints: whether the oracle's next action is shown.
         message: what the last step did, or why it did nothing.
         achieved: the goal ids achieved in this level, in their order.
         seen: [size, size] bool, the cells that have been in view.
@@ -41,15 +37,17 @@ class Game:
     def __init__(self, turns: Turns, agent: TrainedAgent | None = None, seed: int = 0) -> None:
         self.turns = turns
         self.is_piloted = self.has_fog = self.has_hints = False
-        self._agent, self._seed = agent, seed
+        self.agent, self._seed = agent, seed
         self._begin()
 
     def _begin(self) -> None:
         self._start = self.turns.get_state()
-        self._pair = self._agent.pair(1, seed=self._seed) if self._agent is not None else None
-        self.message, self.achieved = "", []
-        self._last: Step | None = None
-        self.seen: NDArray[np.bool_] = seen_cells(self.state)
+        self._pair = self.agent.pair(1, seed=self._seed) if self.agent is not None else None
+        state = self.state
+        self.graph: GoalGraph = self.turns.world.graph_of(state)
+        self.shortest = int(self.turns.ledger.shortest[0])
+        self.message, self.achieved, self.has_ended, self.has_escaped = "", [], False, False
+        self.seen: NDArray[np.bool_] = seen_cells(state)
         if self._pair is not None:
             self._pair.choose(self.turns, META)
 
@@ -59,34 +57,9 @@ class Game:
         return self.turns.world.get_state()
 
     @property
-    def graph(self) -> GoalGraph:
-        """The goal graph of the level."""
-        return self.turns.world.graph_of(self.state)
-
-    @property
-    def can_be_piloted(self) -> bool:
-        """Whether there is an agent that can take over."""
-        return self._agent is not None
-
-    @property
     def goal(self) -> int:
-        """The goal id that the agent's meta-controller would have pursued now; -1 for none."""
+        """The goal id that the agent's meta-controller would pursue now; -1 for none."""
         return int(self.turns.goals[0])
-
-    @property
-    def shortest(self) -> int:
-        """The fewest steps in which the level can be left from its start."""
-        return int(self.turns.ledger.shortest[0])
-
-    @property
-    def has_ended(self) -> bool:
-        """Whether the exit or the limit of steps was reached."""
-        return self._last is not None and bool(self._last.episode_ended[0])
-
-    @property
-    def has_escaped(self) -> bool:
-        """Whether the exit was reached."""
-        return self._last is not None and bool(self._last.terminated[0])
 
     @property
     def hint(self) -> str:
@@ -97,15 +70,11 @@ class Game:
         return f"{ACTION_NAMES[int(plan[0])]} ({len(plan)} to the exit)"
 
     def name_of(self, goal: int) -> str:
-        """A goal of the level in words, such as ``"red key 1"``."""
+        """Return a goal of the level in words, such as ``"red key 1"``."""
         return goal_name(self.turns.world.state.levels[0], goal)
 
     def step(self, action: int | None = None) -> None:
-        """Take a step, unless the level has ended.
-
-        Args:
-            action: the person's action; None: the agent's.
-        """
+        """Take a step with the person's action, or the agent's for None, unless the level has ended."""
         if self.has_ended:
             self.message = "the level has ended: n begins the next one, r this one again"
             return
@@ -122,13 +91,9 @@ class Game:
                 agent.record(step, self.turns)
             if not step.episode_ended[0]:
                 self._pair.choose(self.turns, META)
-        self._note(step)
-
-    def _note(self, step: Step) -> None:
-        self._last = step
+        self.has_ended, self.has_escaped = bool(step.episode_ended[0]), bool(step.terminated[0])
+        self.message, event = "", int(step.events[0])
         self.seen |= seen_cells(self.state)
-        event = int(step.events[0])
-        self.message = ""
         if event != NO_GOAL:
             self.achieved.append(event)
             self.message = f"{self.name_of(event)}!" if event != EXIT_GOAL else ""
@@ -137,7 +102,8 @@ class Game:
             self.message = f"escaped in {n} steps" if self.has_escaped else f"the limit of {n} steps is reached"
 
     def use(self) -> None:
-        """Pick up or open what is in front; where that cannot be, the message says why, and no step is taken."""
+        """Pick up or open what is in front for the person, or say why not, without a step."""
+        self.is_piloted = False
         level = self.turns.world.state.levels[0]
         row, col = level.row + ROW_STEP[level.direction], level.col + COL_STEP[level.direction]
         tile = int(self.turns.world.state.grids[0, row, col])
@@ -164,7 +130,7 @@ class Game:
 
     def switch_pilot(self) -> None:
         """Let the agent take over, or take over from it."""
-        if self.can_be_piloted:
+        if self.agent is not None:
             self.is_piloted = not self.is_piloted
             self.message = "the agent plays" if self.is_piloted else "you play"
         else:

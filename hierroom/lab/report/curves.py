@@ -1,4 +1,4 @@
-"""The learning curves of a report: each run's own, and of groups of runs with their bands."""
+"""Learning in a report: the curves of runs and of groups with their bands, and the goals that agents achieve."""
 
 from __future__ import annotations
 
@@ -10,54 +10,42 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from hierroom.goals import ROOM_GOAL_NAMES
 from hierroom.lab.compare.caveats import caveats
 from hierroom.lab.compare.comparison import ALL, Comparison, GroupSummary, compare
+from hierroom.lab.compare.curve import METRICS
 from hierroom.lab.compare.evaluated_run import EvaluatedRun, refuse_without_overlap
-from hierroom.lab.compare.figure import MAX_GROUPS
-from hierroom.lab.compare.grouping import Group, differing_entries, entry_names, group_runs
-from hierroom.lab.compare.metric import METRICS
-from hierroom.lab.compare.tasks import Tasks, refuse_namesakes
+from hierroom.lab.compare.grouping import Group, choose_groups
+from hierroom.lab.compare.tasks import Tasks, graphs_of
 from hierroom.lab.report.runs import ReportedRun
+from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
 
 RESAMPLES = 1000
+N_BINS, LEAST_IN_BIN = 40, 10  # points of a curve of goals at most, and episodes of each at least
 
 
 @dataclass(frozen=True)
 class Curves:
-    """What the report draws of learning.
-
-    There is a comparison by each metric: of all groups on the graphs that all have, and on each other graph of those
-    that have it.
-    """
+    """The groups of a report, and comparisons by each metric: on the shared graphs, and on each other graph."""
 
     labels: list[str]  # the groups' names
     group_of: dict[str, int]  # for each run, by its path, the number of its group
     by: tuple[str, ...] = ()  # the entries that make the groups; none where each run is one
     comparisons: list[Comparison] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)  # lines that go with them
+    notes: list[str] = field(default_factory=list)
 
 
 def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable[[], object] = lambda: None) -> Curves:
-    """Group the runs and estimate their curves; where they cannot be compared, each run is a group of its own.
-
-    Args:
-        runs: the runs.
-        by: entries of the config that make a group; None: those that tell the runs apart.
-        progress: called after each metric.
-    """
+    """Group the runs by some entries, or by those that differ, and estimate their curves; else each run is a group."""
     evaluated = [run.evaluated for run in runs if run.evaluated is not None]
     alone = Curves([run.name for run in runs], {str(run.path): n for n, run in enumerate(runs)})
     if not evaluated:
         return alone
     try:
-        names = entry_names(by) if by else differing_entries(evaluated)
-        groups = group_runs(evaluated, names)
-        if len(groups) > MAX_GROUPS:
-            raise InputError(f"by {', '.join(names)} there are {len(groups)} groups; at most {MAX_GROUPS} can be shown")
-        parts = _parts(groups)
-        comparisons = []
+        groups = choose_groups(evaluated, by or None)
+        parts, comparisons = _parts(groups), []
         for members, _ in parts:
             refuse_without_overlap([run for group in members for run in group.runs])
         for metric in METRICS:
@@ -75,13 +63,13 @@ def compare_runs(runs: Sequence[ReportedRun], by: str | None, progress: Callable
             group_of[str(run.path)] = len(labels)
             labels.append(run.name)
     notes = caveats(comparisons[0]) if len(evaluated) > 1 else []
-    return Curves(labels, group_of, names, comparisons, [note for note in notes if not note.startswith("left out")])
+    notes = [note for note in notes if not note.startswith("left out")]
+    return Curves(labels, group_of, tuple(groups[0].choices), comparisons, notes)
 
 
 def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
-    """What is compared: all groups on the graphs that all have, and on each other graph those that have it."""
-    refuse_namesakes(groups)
-    by_group = [{graph for run in group.runs for graph in run.curves} for group in groups]
+    """Return the comparisons: all groups on the shared graphs, and on each other graph those that have it."""
+    by_group = graphs_of(groups)
     shared = set.intersection(*by_group)
     parts: list[tuple[Sequence[Group], Tasks]] = [(groups, Tasks.common(groups))] if shared else []
     for graph in sorted(set.union(*by_group) - shared):
@@ -90,7 +78,7 @@ def _parts(groups: Sequence[Group]) -> list[tuple[Sequence[Group], Tasks]]:
 
 
 def drawn(curves: Curves) -> list[tuple[int, str, GroupSummary]]:
-    """The number of its group and the metric of each curve that is drawn: that over all graphs where there are some."""
+    """Return each drawn curve with its group's number and its metric; over all graphs only if there are several."""
     return [
         (curves.labels.index(summary.group.label), comparison.metric, summary)
         for comparison in curves.comparisons
@@ -100,7 +88,7 @@ def drawn(curves: Curves) -> list[tuple[int, str, GroupSummary]]:
 
 
 def curve_rows(curves: Curves) -> list[dict[str, Any]]:
-    """The groups' curves, for the page: one for each group, graph and metric."""
+    """Return the groups' curves for the page: one for each group, graph and metric."""
     return [
         {
             "group": group,
@@ -117,7 +105,7 @@ def curve_rows(curves: Curves) -> list[dict[str, Any]]:
 
 
 def run_rows(runs: Sequence[ReportedRun], curves: Curves) -> list[dict[str, Any]]:
-    """The runs' own curves, for the page: for each graph the steps and seconds, the metrics and success's interval."""
+    """Return the runs' curves for the page: for each graph steps, seconds, metrics, and the interval of success."""
     return [
         {"name": run.name, "group": curves.group_of[str(run.path)], "graphs": _graph_curves(run.evaluated)}
         for run in runs
@@ -137,7 +125,41 @@ def _graph_curves(run: EvaluatedRun) -> dict[str, dict[str, list[float | None]]]
 
 
 def rounded(values: Sequence[float] | NDArray, digits: int = 5) -> list[float | None]:
-    """Numbers with so many significant digits, so that the page stays small; what is not finite is None."""
-    return [
-        float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in np.asarray(values, float).tolist()
+    """Round to so many significant digits, so that the page stays small; what is not finite is None."""
+    numbers = np.asarray(values, float).tolist()
+    return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in numbers]
+
+
+def goal_row(evaluation: Evaluation) -> dict[str, Any]:
+    """Return what trained agents achieved, for the page."""
+    goals = [
+        {"name": name, "share": share, "mean_step": None if np.isnan(step) else step}
+        for name, (share, step) in evaluation.steps_to_goals.items()
     ]
+    return {
+        "episodes": evaluation.episodes,
+        "success": evaluation.success_rate,
+        "low": evaluation.success_interval.low,
+        "high": evaluation.success_interval.high,
+        "length": evaluation.length,
+        "over_shortest": evaluation.length_over_shortest,
+        "goals": goals,
+        "graphs": {name: [score.success_rate, score.length] for name, score in evaluation.graphs.items()},
+    }
+
+
+def training_goals(folder: RunFolder) -> dict[str, Any] | None:
+    """Return the ``shares`` of training's episodes that achieved each goal, in bins of ``steps``; None for few."""
+    try:
+        rows = folder.episodes.read()
+        steps = np.array([float(row["steps"]) for row in rows])
+        achieved = [set(row["goals"].split(" > ")) for row in rows]
+    except (InputError, OSError, KeyError, ValueError):
+        return None
+    if len(rows) < 2 * LEAST_IN_BIN:
+        return None
+    bins = np.array_split(np.arange(len(rows)), min(N_BINS, len(rows) // LEAST_IN_BIN))
+    names = [name for name in ROOM_GOAL_NAMES if any(name in goals for goals in achieved)]
+    table = {name: np.array([name in goals for goals in achieved]) for name in names}
+    shares = {name: rounded([reached[part].mean() for part in bins]) for name, reached in table.items()}
+    return {"steps": rounded([steps[part].mean() for part in bins]), "shares": shares}

@@ -18,12 +18,10 @@ from hierroom.lab.report.curves import rounded
 from hierroom.runs.trained_agent import TrainedAgent
 from hierroom.turns.records import CONTROLLER, META
 from hierroom.worlds.escape_room.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, MARGIN, OPEN_DOOR, UNSEEN, WALL
-from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.render import view_of
 from hierroom.worlds.escape_room.replayer import ACTION_NAMES
 
-LETTERS = "0123456789abcdefghijklmnopqrstuvwxyz"
-"""A tile code is one of these on the page: the first stands for 0."""
+LETTERS = "0123456789abcdefghijklmnopqrstuvwxyz"  # tile codes on the page, from 0
 TILES = {
     "letters": LETTERS,
     "unseen": UNSEEN,
@@ -37,36 +35,22 @@ TILES = {
     "actions": list(ACTION_NAMES.values()),
 }
 """What the page must know of tiles and actions."""
-N_TRIED = 20
-"""Episodes that are played, and of which some are shown."""
+N_TRIED = 20  # episodes that are played, to show some of them
 
 
 def replays(agent: TrainedAgent, episodes: int, seed: int) -> list[dict[str, Any]]:
-    """Play episodes and choose what to show: an escape and a failure, if there are, of each graph in turn.
-
-    Args:
-        agent: who plays.
-        episodes: how many to show at most.
-        seed: of the levels and the actions.
-
-    Returns:
-        the episodes as plain types.
-    """
+    """Play episodes and return some as plain types: an escape and a failure, if there are, of each graph in turn."""
     n = max(N_TRIED, episodes)
     tape = DecisionTape(agent.pair(n, seed=seed))
     played = list(record(agent.turns(n, seed=seed), tape, n))
     return [
-        replay(
-            played[env],
-            tape.of_first_episode(CONTROLLER, env, len(played[env])),
-            tape.of_first_episode(META, env, len(played[env])),
-        )
+        replay(played[env], *(tape.of_first_episode(name, env, len(played[env])) for name in (CONTROLLER, META)))
         for env in _chosen(played, episodes)
     ]
 
 
 def _chosen(played: Sequence[Episode], n: int) -> list[int]:
-    """Which episodes are shown: the first escape and the first failure of each graph in turn, then the rest."""
+    """Choose the first escape and the first failure of each graph in turn, then the rest."""
     firsts: dict[tuple[bool, str], int] = {}
     for number, episode in enumerate(played):
         firsts.setdefault((episode.success, episode.graph.name), number)
@@ -78,17 +62,11 @@ def _chosen(played: Sequence[Episode], n: int) -> list[int]:
 def replay(
     episode: Episode, controller: EpisodeDecisions | None = None, meta: EpisodeDecisions | None = None
 ) -> dict[str, Any]:
-    """An episode of L steps as plain types, from which each of its L + 1 states can be drawn.
-
-    Args:
-        episode: the episode.
-        controller: what the controller computed at each step.
-        meta: what a learned meta-controller computed at its turns.
-    """
+    """Return an episode of L steps as plain types, with what its agents computed, to draw each of its L + 1 states."""
     states = list(episode.states())
     first, size = states[0].levels[0], episode.start.size
-    n_rooms = int(first.n_rooms)
-    tiles = [_inner(state).ravel() for state in states]
+    colours = first.colours[: int(first.n_rooms) - 1].tolist()
+    tiles = [state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN].ravel() for state in states]
     levels = np.concatenate([state.levels for state in states])
     return {
         "title": episode.title,
@@ -102,7 +80,7 @@ def replay(
         "limit": int(first.max_steps),
         "success": episode.success,
         "shortest": episode.shortest,
-        "colours": first.colours[: n_rooms - 1].tolist(),
+        "colours": colours,
         "tiles": _letters(tiles[0]),
         "changes": [
             [[int(cell), int(now[cell])] for cell in np.flatnonzero(before != now)] for before, now in pairwise(tiles)
@@ -120,14 +98,13 @@ def replay(
         "achieved": episode.achieved.tolist(),
         "rewards": rounded(episode.rewards, 3),
         "subgoals": [vars(subgoal).copy() for subgoal in episode.subgoals],
-        "names": {str(goal): episode.name_of(goal) for goal in _goals(episode, n_rooms)},
+        "names": {
+            str(goal): episode.name_of(goal)
+            for goal in (NO_GOAL, *colours, *(FIRST_DOOR_GOAL + colour for colour in colours), EXIT_GOAL)
+        },
         "controller": _decisions(controller),
         "meta": _decisions(meta),
     }
-
-
-def _inner(state: State) -> NDArray[np.uint8]:
-    return state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN]
 
 
 def _letters(tiles: NDArray[np.uint8]) -> str:
@@ -135,18 +112,12 @@ def _letters(tiles: NDArray[np.uint8]) -> str:
 
 
 def _rooms(levels: np.ndarray) -> list[int]:
-    """In which room the agent is in each state; -1 in a doorway."""
+    """Return the agent's room in each state; -1 in a doorway."""
     rectangles = levels["rectangles"][0, : int(levels["n_rooms"][0])]
     rows, cols = levels["row"][:, None], levels["col"][:, None]
     top, left, bottom, right = rectangles.T
     inside = (top <= rows) & (rows <= bottom) & (left <= cols) & (cols <= right)
     return np.where(inside.any(axis=1), inside.argmax(axis=1), -1).tolist()
-
-
-def _goals(episode: Episode, n_rooms: int) -> list[int]:
-    """The ids of the goals of its level, and of no goal."""
-    colours = episode.start.levels[0].colours[: n_rooms - 1].tolist()
-    return [NO_GOAL, *colours, *(FIRST_DOOR_GOAL + colour for colour in colours), EXIT_GOAL]
 
 
 def _decisions(decisions: EpisodeDecisions | None) -> dict[str, Any] | None:

@@ -1,4 +1,4 @@
-"""The runs of a report: what each was, where it came from, and how it fared."""
+"""The runs of a report: their config, origin and evaluations."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from hierroom.support.errors import InputError
 class ReportedRun:
     """A run as the report shows it."""
 
-    path: Path  # its folder
+    path: Path
     config: TrainConfig
-    entries: Mapping[str, Any]  # of its config, as in `EvaluatedRun`
+    entries: Mapping[str, Any]  # as in `EvaluatedRun`
     evaluated: EvaluatedRun | None  # None without an evaluation after the first step
-    sessions: list[dict[str, Any]]  # as in ``provenance.json``; empty where that cannot be read
+    sessions: list[dict[str, Any]]  # of ``provenance.json``; none if that cannot be read
 
     @property
     def name(self) -> str:
@@ -39,21 +39,10 @@ class ReportedRun:
         (ranked,) = GraphSet(env.graph, env.exclude, env.drop_key).stages(1)
         return {graph.name: graph for graph in ranked}
 
-    @property
-    def meta(self) -> str:
-        """Its meta-controller."""
-        return str(self.config.resolved_method.meta)
-
 
 def read_runs(paths: Iterable[Path]) -> tuple[list[ReportedRun], list[str]]:
-    """Read the runs among some paths, each once; and lines on what could not be read.
-
-    Paths are folders of runs, or folders that contain them, as that of a sweep.
-    """
-    found: dict[Path, Path] = {}
-    for path in paths:
-        for one in [path] if (path / "config.json").is_file() else runs_inside(path):
-            found.setdefault(one.resolve(), one)
+    """Read the runs among some paths, see `runs_inside`, each once; and return notes on what could not be read."""
+    found = {one.resolve(): one for path in paths for one in runs_inside(path)}
     runs, notes = [], []
     for path in found.values():
         try:

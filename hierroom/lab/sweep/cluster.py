@@ -9,20 +9,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
-from hierroom.lab.sweep.events import MAX_TRIES, Event, Failed, Finished, Progressed
-from hierroom.lab.sweep.job import Job
+from hierroom.lab.sweep.job import MAX_TRIES, Event, Job
 from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import InputError, in_one_line
 
 
 def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> Iterator[Event]:
-    """Do jobs on the machines of a Ray cluster, one core each, and tell what happens to them.
+    """Do jobs on the machines of a Ray cluster, one core each, and yield what happens to them.
 
-    A run whose machine is lost begins again elsewhere. Machines need hierroom installed and nothing else: no folder is
-    shared, the folder of a run comes back when it is done. A request to stop keeps what has come back. The address is
-    one that `ray.init` takes: ``auto``, ``HOST:6379`` or ``ray://HOST:10001``.
+    A run begins again elsewhere if its machine is lost. Machines share no folder: that of a run comes back when it is
+    done. A request to stop keeps what has come back. The address is one that `ray.init` takes.
     """
     try:
         import ray  # pyright: ignore[reportMissingImports] - an extra
@@ -40,7 +37,7 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
             try:
                 job.check_folder()
             except InputError as error:
-                yield Failed(job, str(error))
+                yield Event("failed", job, str(error))
             else:
                 waiting[remote.remote(job)] = job
         while waiting and not interrupt.is_requested:
@@ -50,12 +47,11 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
                 try:
                     numbers, content = ray.get(reference)
                 except Exception as error:  # what the run raised, or that its machine was lost too often
-                    cause = getattr(error, "cause", None) or error
-                    yield Failed(job, in_one_line(cause))
-                    continue
-                _unpack(content, job.folder)
-                yield Progressed(job, job.run.config.steps, "")
-                yield Finished(job, numbers)
+                    yield Event("failed", job, in_one_line(getattr(error, "cause", None) or error))
+                else:
+                    _unpack(content, job.folder)
+                    yield Event("progressed", job, (job.run.config.steps, ""))
+                    yield Event("finished", job, numbers)
     finally:
         for reference in waiting:
             ray.cancel(reference, force=True)
@@ -64,8 +60,8 @@ def work_on_cluster(jobs: Sequence[Job], address: str, interrupt: Interrupt) -> 
 
 def _require_listener(address: str) -> None:
     """Refuse an address where nobody listens, which Ray would try for many minutes."""
-    host, is_given, port = address.removeprefix("ray://").rpartition(":")
-    if is_given and port.isdecimal():
+    host, colon, port = address.removeprefix("ray://").rpartition(":")
+    if colon and port.isdecimal():
         try:
             socket.create_connection((host.strip("[]"), int(port)), timeout=10).close()
         except (OSError, OverflowError) as error:
@@ -73,7 +69,7 @@ def _require_listener(address: str) -> None:
 
 
 def _work_elsewhere(job: Job) -> tuple[dict[str, object], bytes]:
-    """Do a job in a folder of this machine; returns the results and the folder."""
+    """Do a job in a folder of this machine; return the results and the packed folder."""
     with TemporaryDirectory() as place:
         folder = Path(place, job.folder.name)
         numbers = replace(job, folder=folder).work(lambda steps, words: None)
@@ -90,15 +86,12 @@ def _pack(folder: Path) -> bytes:
 
 
 def _unpack(content: bytes, folder: Path) -> None:
-    """Write the folder of a run that came back, whole or not at all; nothing outside of it, whatever the archive names.
-
-    A folder that is there holds a part of the run or all of it, which was trained again from its beginning.
-    """
-    kinds: dict[str, Any] = {"fileobj": io.BytesIO(content), "mode": "r:gz"}
+    """Write or replace the folder of a run, whole or not at all; nothing outside of it, whatever the archive names."""
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as place, tarfile.open(**kinds) as archive:
+    with TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as place:
         whole = Path(place, "whole")
-        archive.extractall(whole, filter="data")
+        with tarfile.open(fileobj=io.BytesIO(content), mode="r:gz") as archive:
+            archive.extractall(whole, filter="data")
         if folder.exists():
             folder.rename(Path(place, "part"))
         whole.rename(folder)

@@ -1,4 +1,4 @@
-"""One run of a sweep: trained from scratch or gone on with, evaluated at its end, and told in a row."""
+"""One run of a sweep: trained from scratch or resumed, evaluated at its end, and summed up in a row."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal, NamedTuple
 
 import torch
 from rich.console import Console
@@ -17,31 +18,29 @@ from hierroom.runs.folder.own_modules import find_module_files, own_code_digest
 from hierroom.runs.folder.provenance import changed_modules, version_of_code
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.interrupt import Interrupt
-from hierroom.runs.logs.learning_curve import MILESTONES, Crossing, LearningCurve
+from hierroom.runs.logs.learning_curve import MILESTONES, LearningCurve
 from hierroom.runs.logs.output import lasting_output
 from hierroom.runs.results import write_results
 from hierroom.runs.session import begin, resume, train
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import CheckpointError, InputError
 
-Report = Callable[[int, str], object]
-"""Takes the steps trained so far and a few words."""
-_loaded_files: dict[str, str | None] = {}
-"""Digests of the files of own code when this process loaded them; whatever becomes of them, it goes on with that."""
+MAX_TRIES = 3  # of a run, if its process is killed or stopped
+_loaded_files: dict[str, str | None] = {}  # digests of custom code when this process loaded it, which it goes on with
 
 
 @dataclass(frozen=True)
 class Job:
-    """What a process of a sweep does at a time."""
+    """A run to train in a folder; one that has a part of the run is resumed."""
 
-    run: PlannedRun  # what to train
-    folder: Path  # of the run; one that holds a part of the run is resumed
+    run: PlannedRun
+    folder: Path
     episodes: int  # of each evaluation at the end
-    metas: tuple[str, ...]  # others with which the trained controller, if it sees goals, is evaluated too
+    metas: tuple[str, ...]  # others to evaluate the trained controller with, if it sees goals
     command: str  # the command that began the sweep
 
-    def work(self, report: Report) -> dict[str, object] | None:
-        """Train and evaluate; return the results of the table's row, or None where it was interrupted and saved."""
+    def work(self, report: Callable[[int, str], object]) -> dict[str, object] | None:
+        """Train and evaluate, and report steps and words; return the row's results, None if interrupted and saved."""
         torch.set_num_threads(1)  # the processes are the parallel part
         config = self.run.config
         self.check_folder()
@@ -58,12 +57,11 @@ class Job:
                 raise InputError(f"{error}; move {self.folder} away to train this run from its beginning") from error
         else:
             trainer, folder = begin(config, self.folder, self.run.identity["variant"])
-        silent = Console(file=io.StringIO())
         with folder.lock, lasting_output(), Interrupt(hears_ctrl_c=False) as interrupt:
             train(trainer, folder, interrupt, lambda words: report(trainer.steps, words))
             if not trainer.is_done:
                 return None
-            write_results(trainer, folder, silent)
+            write_results(trainer, folder, Console(file=io.StringIO()))
             return self._numbers(trainer, folder) | {"own_code": own_code}
 
     def check_folder(self) -> None:
@@ -74,14 +72,17 @@ class Job:
             raise InputError(f"{self.folder} holds another run: {', '.join(differences)}; move it away")
 
     def _numbers(self, trainer: Trainer, folder: RunFolder) -> dict[str, object]:
-        """The results: milestones from the learning curve, then evaluations of all that was learned."""
+        """Return the results: milestones from the learning curve, then evaluations of all that was learned."""
         summary = trainer.summary()
         numbers: dict[str, object] = {name: summary[name] for name in ("steps", "episodes", "seconds")}
         numbers["steps_per_second"] = round(summary["steps_per_second"])
         curve = LearningCurve.of_rows(folder.evaluations.read())
         if curve is not None:
             for milestone in MILESTONES:
-                numbers |= {f"steps_to_{milestone}{end}": value for end, value in _ends(curve.crossing(milestone))}
+                one = curve.crossing(milestone)
+                ends = (None, None, None) if one is None else (round(one.steps), round(one.low), one.high)
+                names = (f"steps_to_{milestone}{end}" for end in ("", "_low", "_high"))
+                numbers |= zip(names, ends, strict=True)
             numbers["area_under_curve"] = curve.area
         sampled = trainer.evaluate(self.episodes)
         numbers |= _columns("", sampled)
@@ -97,19 +98,20 @@ class Job:
         return numbers | {"version": version_of_code(), "command": self.command}
 
 
-def _ends(crossing: Crossing | None) -> list[tuple[str, float | None]]:
-    """Steps to a milestone and their interval, by the ending of the column; None where it was not reached."""
-    if crossing is None:
-        return [("", None), ("_low", None), ("_high", None)]
-    return [("", round(crossing.steps)), ("_low", round(crossing.low)), ("_high", crossing.high)]
-
-
 def _columns(prefix: str, result: Evaluation) -> dict[str, object]:
     low, high = result.success_interval
-    return {
-        f"{prefix}success_rate": result.success_rate,
-        f"{prefix}success_low": low,
-        f"{prefix}success_high": high,
-        f"{prefix}length": result.length,
-        f"{prefix}length_over_shortest": result.length_over_shortest,
-    }
+    columns = {"success_rate": result.success_rate, "success_low": low, "success_high": high, "length": result.length}
+    columns["length_over_shortest"] = result.length_over_shortest
+    return {f"{prefix}{name}": value for name, value in columns.items()}
+
+
+class Event(NamedTuple):
+    """What happened to a job, wherever it is worked on.
+
+    A job is retried from its last checkpoint if its process was killed or stopped, and interrupted, after saving, if
+    the sweep is to stop.
+    """
+
+    kind: Literal["progressed", "finished", "failed", "retried", "interrupted"]
+    job: Job
+    content: Any = None  # steps so far and a few words, the results of the row, or the reason of a failure

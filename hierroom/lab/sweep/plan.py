@@ -22,10 +22,8 @@ from hierroom.support.errors import InputError, require_number, shown
 from hierroom.support.files import read_toml, to_json
 
 RESULTS_VERSION = 1
-"""Raised whenever the same config gives other results than before ('Results change' in CHANGELOG.md), and whenever an
-entry gets another default. An entry that is new, with a default that does what was done before, leaves it as it is."""
+"""Raise it when the same config gives other results ('Results change' in CHANGELOG.md) or an entry another default."""
 
-_META_PPO = "meta_ppo"
 _OWN_KEYS = ("graphs", "seeds", "episodes", "metas", "variants")
 _IDENTITY = ("variant", "preset", "method", "meta", "graph", "size", "seed")
 _PLANNED_STEPS = "planned_steps"  # a row's ``steps`` are those that were taken
@@ -38,9 +36,9 @@ Values = Mapping[str, Sequence[Any]]
 class PlannedRun:
     """A run of a sweep."""
 
-    config: TrainConfig  # what is trained
-    identity: Mapping[str, str]  # what tells it from the other runs of the sweep, by column of the table, as text
-    entries: Mapping[str, str]  # the same of every entry of its config, also of those with one value
+    config: TrainConfig
+    identity: Mapping[str, str]  # how it differs from the other runs of the sweep, by column of the table, as text
+    entries: Mapping[str, str]  # the same for every entry of its config
     digest: str  # of everything that decides its row
 
     @property
@@ -51,23 +49,14 @@ class PlannedRun:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a sweep trains, and how each run is evaluated at its end.
-
-    Args:
-        values: the values to try of each entry.
-        graphs: goal graphs, or sets of them, on each of which there is a run of its own; none: ``graph`` of the values.
-        seeds: seeds 0, 1, ... of each run; None: ``seed`` of the values.
-        variants: by name, further values of entries; each is combined with all others.
-        episodes: of the evaluations at the end.
-        metas: other meta-controllers with which a trained controller that sees goals is evaluated too.
-    """
+    """What a sweep trains, and how each run is evaluated at its end."""
 
     values: Values
-    graphs: GraphSpecs = ()
-    seeds: int | None = None
-    variants: Mapping[str, Values] | None = None
-    episodes: int = 1000
-    metas: tuple[str, ...] = ()
+    graphs: GraphSpecs = ()  # or sets of them; each graph gets runs; () for ``graph`` of the values
+    seeds: int | None = None  # 0, 1, ... of each run; None for ``seed`` of the values
+    variants: Mapping[str, Values] | None = None  # by name, further values, each combined with all others
+    episodes: int = 1000  # of the evaluations at the end
+    metas: tuple[str, ...] = ()  # others to evaluate a trained controller with, if it sees goals
 
     def __post_init__(self) -> None:
         require_number("episodes", self.episodes, 1, 10**7, is_whole=True)
@@ -79,32 +68,31 @@ class Plan:
                 raise InputError(f"{one} and {several} are both given, which say the same of a run; leave one out")
 
     def runs(self) -> tuple[PlannedRun, ...]:
-        """All runs; the seeds are the outermost, so that what is there of an unfinished sweep is balanced."""
+        """Return all runs; the seeds are the outermost, so that an unfinished sweep is balanced."""
         runs: dict[str, PlannedRun] = {}
         named: dict[tuple[str, ...], PlannedRun] = {}
-        varied = self._varied()
-        for seed, (variant, own), graph in product(self._seeds(), self._variants(), self._graphs()):
+        seeds = [{}] if self.seeds is None else [{"seed": [seed]} for seed in range(self.seeds)]
+        variants = self.variants or {"": {}}
+        several = [name for name, values in self.values.items() if len(values) > 1]
+        several += [name for values in variants.values() for name in values]
+        columns = dict.fromkeys(_PLANNED_STEPS if name == "steps" else name for name in several)
+        varied = [name for name in columns if name not in _IDENTITY]
+        for seed, (variant, own), graph in product(seeds, variants.items(), self._graphs()):
             values = {**self.values, **own, **seed, **graph}
             for chosen in product(*values.values()):
                 run = self._run(variant, dict(zip(values, chosen, strict=True)), varied)
                 if run.digest in runs:
                     same = {name: one for name, one in run.identity.items() if one != runs[run.digest].identity[name]}
                     differing = ", ".join(f"{name} {text}" for name, text in same.items())
-                    told = f"with {differing}" if same else "from a value that is given twice"
-                    raise InputError(f"two runs of the sweep are the same: {run.name} {told}; leave one out")
+                    why = f"with {differing}" if same else "from a value that is given twice"
+                    raise InputError(f"two runs of the sweep are the same: {run.name} {why}; leave one out")
                 runs[run.digest] = run
                 if named.setdefault(tuple(run.identity.values()), run) is not run:
+                    both = f"two goal graphs or sets of them that are called alike: {run.identity['graph']}"
                     raise InputError(
-                        f"two runs of the sweep would have the same row, on two goal graphs or sets of them that are "
-                        f"called alike: {run.identity['graph']}; give one of the graphs another name"
+                        f"two runs of the sweep would have the same row, on {both}; give one of the graphs another name"
                     )
         return tuple(runs.values())
-
-    def _seeds(self) -> list[dict[str, list[int]]]:
-        return [{}] if self.seeds is None else [{"seed": [seed]} for seed in range(self.seeds)]
-
-    def _variants(self) -> list[tuple[str, Values]]:
-        return [*self.variants.items()] if self.variants else [("", {})]
 
     def _graphs(self) -> Iterator[Values]:
         if self.graphs in ((), []):
@@ -115,22 +103,15 @@ class Plan:
         for graph in GraphSet(self.graphs).graphs:
             yield {"graph": [graph.name if NAMED_GRAPHS.get(graph.name) == graph else graph]}
 
-    def _varied(self) -> tuple[str, ...]:
-        """The entries with several values, or in some variants only, that are no column of the table anyway."""
-        several = [name for name, values in self.values.items() if len(values) > 1]
-        own = [name for _, values in self._variants() for name in values]
-        columns = (_PLANNED_STEPS if name == "steps" else name for name in [*several, *own])
-        return tuple(name for name in dict.fromkeys(columns) if name not in _IDENTITY)
-
-    def _run(self, variant: str, entries: dict[str, Any], varied: tuple[str, ...]) -> PlannedRun:
+    def _run(self, variant: str, entries: dict[str, Any], varied: Sequence[str]) -> PlannedRun:
         start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
-        learner = {name.partition(".")[2]: entries.pop(name) for name in [*entries] if name.startswith(f"{_META_PPO}.")}
+        learner = {name.partition(".")[2]: entries.pop(name) for name in [*entries] if name.startswith("meta_ppo.")}
         config = start.changed(**{"threads": 1, **entries})  # the processes are the parallel part
         config = replace(config, meta_ppo=replace(config.meta_ppo, **learner))
-        told = config.entries | {f"{_META_PPO}.{name}": value for name, value in vars(config.meta_ppo).items()}
-        told |= {"meta": config.resolved_method.meta, "graph": spec_names(config.env.graph), "variant": variant}
-        told[_PLANNED_STEPS] = told.pop("steps")
-        texts = {name: _text(value) for name, value in told.items()}
+        own = config.entries | {f"meta_ppo.{name}": value for name, value in vars(config.meta_ppo).items()}
+        own |= {"meta": config.resolved_method.meta, "graph": spec_names(config.env.graph), "variant": variant}
+        own[_PLANNED_STEPS] = own.pop("steps")
+        texts = {name: _text(value) for name, value in own.items()}
         identity = {name: texts[name] for name in (*_IDENTITY, *varied)}
         return PlannedRun(config, identity, texts, self._digest(config))
 
@@ -146,16 +127,11 @@ class Plan:
 
 
 def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
-    """The plan of a TOML file, and of words that count more.
+    """Return the plan of a TOML file and of words ``entry=value,value,...``, which win.
 
-    The file holds entries of a run's config flat, like that of ``python -m hierroom train --config``, but a list holds
-    the values to try; beside them ``graphs``, ``seeds``, ``episodes``, ``metas``, and tables ``[[variants]]``, each
-    with a ``name`` and entries of its own.
-
-    Args:
-        path: the file; None: words alone.
-        words: ``entry=value`` or ``entry=value,value,...``; ``seed`` and ``graph`` take the place of the file's
-            ``seeds`` and ``graphs``.
+    The file has the entries of a run's config, flat as for ``python -m hierroom train --config``, but with lists of the
+    values to try; and ``graphs``, ``seeds``, ``episodes``, ``metas``, and tables ``[[variants]]``, each with a ``name``
+    and further entries. The words ``seed`` and ``graph`` replace its ``seeds`` and ``graphs``.
     """
     table = {} if path is None else read_toml(path, "sweep")
     where = "" if path is None else f"{path}: "
@@ -166,39 +142,37 @@ def read_plan(path: Path | None, words: Sequence[str] = ()) -> Plan:
         raise InputError(f"{where}variants are tables, [[variants]], not {shown(several)}")
     for one in several:
         if not isinstance(one, dict) or not isinstance(one.get("name"), str) or not one["name"].isprintable():
-            told = shown(one.get("name", "none")) if isinstance(one, dict) else shown(one)
-            raise InputError(f'{where}each of [[variants]] needs a name = "..." of one line, not {told}')
-        values = {name: value for name, value in one.items() if name != "name"}
-        variants[one["name"]] = _typed(values, f"{where}variant {one['name']}: ")
+            name = shown(one.get("name", "none") if isinstance(one, dict) else one)
+            raise InputError(f'{where}each of [[variants]] needs a name = "..." of one line, not {name}')
+        name = one.pop("name")
+        variants[name] = _typed(one, f"{where}variant {name}: ")
     if len(variants) < len(several):
         raise InputError(f"{where}two variants have the same name")
-    assigned = [_assignment(word) for word in words]
-    named = dict(assigned)
-    if len(named) < len(assigned):
-        twice = next(name for name in named if sum(one == name for one, _ in assigned) > 1)
-        raise InputError(f"{twice} is given twice; several values to try are joined by commas, {twice}=value,value")
+    named: dict[str, list[Any]] = {}
+    for name, values in map(_assignment, words):
+        if name in named:
+            raise InputError(f"{name} is given twice; several values to try are joined by commas, {name}=value,value")
+        named[name] = values
     for one, several in (("seed", "seeds"), ("graph", "graphs")):
         if one in named:
             own.pop(several, None)
     values = {**_typed(table, where), **_typed(named, "")}
-    settings: dict[str, Any] = {}
     kinds = {"graphs": str | tuple[str, ...], "seeds": int, "episodes": int, "metas": tuple[str, ...]}
-    for name, value in own.items():
-        settings[name] = typed_value(f"{where}{name}", kinds[name], value)
+    settings: dict[str, Any] = {name: typed_value(f"{where}{name}", kinds[name], own[name]) for name in own}
     return Plan(values, variants=variants, **settings)
 
 
 def _assignment(word: str) -> tuple[str, list[Any]]:
-    """``gamma=0.9,0.99`` as the entry's name and the values to try."""
-    name, is_given, text = word.partition("=")
-    if not is_given or not text:
+    """Return the entry's name and the values to try of ``gamma=0.9,0.99``."""
+    name, _, text = word.partition("=")
+    if not text:
         raise InputError(f"a sweep takes entry=value,value,... such as method=hippo,ppo, not {shown(word)}")
     values = _value(text) if text.startswith("[") else [_value(part) for part in text.split(",")]
     return name.lstrip("-").replace("-", "_"), values if isinstance(values, list) else [values]
 
 
 def _value(text: str) -> Any:
-    """The value that a text means in TOML, or the text."""
+    """Return the value that a text means in TOML, or the text."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except (ValueError, RecursionError):
@@ -206,7 +180,7 @@ def _value(text: str) -> Any:
 
 
 def _typed(table: Mapping[str, Any], where: str) -> dict[str, list[Any]]:
-    """The values to try of each entry, each of its type."""
+    """Return the values to try of each entry, each of its type."""
     types, typed = flat_entry_types(), {}
     for name, values in flat_entries(table, where).items():
         if name in _OWN_KEYS:
@@ -224,7 +198,7 @@ def _typed(table: Mapping[str, Any], where: str) -> dict[str, list[Any]]:
 
 
 def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
-    """The entries of a config's tables side by side, their table's name in front; a goal graph is one entry."""
+    """Return the entries of nested tables as one table, their table's name in front."""
     flat: dict[str, Any] = {}
     for name, value in table.items():
         flat |= _flat(value, f"{name}.") if isinstance(value, dict) else {f"{before}{name}": value}

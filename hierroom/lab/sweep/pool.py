@@ -12,21 +12,17 @@ from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
-from hierroom.lab.sweep.events import MAX_TRIES, Event, Failed, Finished, Interrupted, Progressed, Retried
-from hierroom.lab.sweep.job import Job
+from hierroom.lab.sweep.job import MAX_TRIES, Event, Job
 from hierroom.runs.folder.provenance import version_of_code
 from hierroom.runs.interrupt import Interrupt
 from hierroom.support.errors import in_one_line
 
 _SPAWN = get_context("spawn")  # a forked process would share torch's threads and the kernels' cache locks
-_LAST_WORDS_S = 60.0
-"""How long a sweep that is to stop waits for its processes to save."""
+_SAVING_SECONDS = 60.0  # that a sweep waits for its processes when it is to stop
 
 
 @dataclass
 class _Worker:
-    """A process that does one job after another."""
-
     process: BaseProcess
     connection: Connection
     job: Job | None = None
@@ -40,17 +36,9 @@ class _Worker:
         theirs.close()  # so that ours ends when the process does
         return cls(process, ours)
 
-    def give(self, job: Job) -> None:
-        self.job = job
-        with suppress(OSError):  # a process that was just killed is noticed when it is listened to
-            self.connection.send(job)
-
 
 def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iterator[Event]:
-    """Do jobs on this machine, in this order and so many at a time, and tell what happens to them.
-
-    A request to stop saves the runs at work.
-    """
+    """Do jobs on this machine in order, and yield what happens to them; a request to stop saves the runs at work."""
     waiting, tries = deque(jobs), dict.fromkeys((job.run.digest for job in jobs), 1)
     workers = [_Worker.start() for _ in range(min(processes, len(jobs)))]
     try:
@@ -59,16 +47,19 @@ def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iter
                 if not worker.process.is_alive() and worker.job is None:
                     workers[n] = worker = _Worker.start()
                 if worker.job is None and waiting:
-                    worker.give(waiting.popleft())
+                    worker.job = waiting.popleft()
+                    with suppress(OSError):  # a process that was just killed is noticed when it is listened to
+                        worker.connection.send(worker.job)
             for event in _heard(workers, 0.2):
-                if isinstance(event, Interrupted) and not interrupt.is_requested:
-                    event = Retried(event.job)  # its process alone was asked to stop, by a scheduler or by hand
-                if isinstance(event, Retried):
-                    if tries[event.job.run.digest] == MAX_TRIES:
-                        event = Failed(event.job, f"its process was killed or stopped {MAX_TRIES} times")
+                job = event.job
+                if event.kind == "interrupted" and not interrupt.is_requested:
+                    event = Event("retried", job)  # its process alone was asked to stop, by a scheduler or by hand
+                if event.kind == "retried":
+                    if tries[job.run.digest] == MAX_TRIES:
+                        event = Event("failed", job, f"its process was killed or stopped {MAX_TRIES} times")
                     else:
-                        tries[event.job.run.digest] += 1
-                        waiting.appendleft(event.job)
+                        tries[job.run.digest] += 1
+                        waiting.appendleft(job)
                 yield event
         yield from _stopped(workers)
     finally:
@@ -78,19 +69,19 @@ def work_here(jobs: Sequence[Job], processes: int, interrupt: Interrupt) -> Iter
 
 
 def _stopped(workers: list[_Worker]) -> Iterator[Event]:
-    """Ask all that are at work to save, and wait until they have."""
+    """Ask all workers that have a job to save, and wait until they have."""
     for worker in workers:
         if worker.job is not None:
             worker.process.terminate()
     for worker in workers:
-        while worker.job is not None and wait([worker.connection], _LAST_WORDS_S):
+        while worker.job is not None and wait([worker.connection], _SAVING_SECONDS):
             for event in _heard([worker], 0):
                 # Before it trains, and after it, nothing is left to be saved, and SIGTERM ends the process.
-                yield Interrupted(event.job) if isinstance(event, Retried) else event
+                yield Event("interrupted", event.job) if event.kind == "retried" else event
 
 
 def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
-    """What those of the workers say within some seconds that are at work."""
+    """Yield what the workers that have a job say within some seconds."""
     ready = wait([worker.connection for worker in workers if worker.job is not None], timeout)
     for worker in workers:
         job = worker.job
@@ -100,22 +91,15 @@ def _heard(workers: list[_Worker], timeout: float) -> Iterator[Event]:
             kind, content = worker.connection.recv()
         except (EOFError, OSError):
             worker.process.join()
+            kind, content = "retried", None
+        if kind != "progressed":
             worker.job = None
-            yield Retried(job)
-            continue
-        if kind == "progressed":
-            yield Progressed(job, *content)
-            continue
-        worker.job = None
-        if kind == "failed":
-            yield Failed(job, content)
-        else:
-            yield Interrupted(job) if content is None else Finished(job, content)
+        yield Event(kind, job, content)
 
 
 @contextmanager
 def _without_ctrl_c() -> Iterator[None]:
-    """A context in which Ctrl-C waits; a process begun in it does not hear it while it loads its modules."""
+    """Let Ctrl-C wait: a process begun in this context does not hear it while it loads its modules."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -128,8 +112,8 @@ def _without_ctrl_c() -> Iterator[None]:
 
 
 def _work(connection: Connection, command: list[str]) -> None:
-    """What a process of the pool does: jobs, until the sweep is over."""
-    sys.orig_argv = command  # of which the runs are to tell, not of how multiprocessing starts a process
+    """Do jobs until the sweep is over."""
+    sys.orig_argv = command  # which the runs record, instead of how multiprocessing starts a process
     version_of_code()  # what this process has loaded, whatever is committed while it works
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches it too; the sweep asks it to stop by SIGTERM
     while True:
@@ -144,4 +128,4 @@ def _work(connection: Connection, command: list[str]) -> None:
         except Exception as error:
             connection.send(("failed", in_one_line(error)))
         else:
-            connection.send(("finished", numbers))
+            connection.send(("finished" if numbers is not None else "interrupted", numbers))

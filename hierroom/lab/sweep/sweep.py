@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-from rich.console import Console
 
 from hierroom.lab.sweep.plan import Plan, PlannedRun
 from hierroom.lab.sweep.table import SweepTable
@@ -29,14 +26,14 @@ class Shard:
 
     @classmethod
     def parse(cls, text: str) -> Shard:
-        """The shard that ``3/8`` means."""
+        """Return the shard that ``3/8`` means."""
         number, _, count = text.partition("/")
         if not (number.isdecimal() and count.isdecimal() and 1 <= int(number) <= int(count) <= 10**6):
             raise InputError(f"a shard is NUMBER/COUNT such as 3/8, the third of eight, not {text!r}")
         return cls(int(number), int(count))
 
     def of(self, runs: Sequence[PlannedRun]) -> tuple[PlannedRun, ...]:
-        """Every ``count``-th run, from the ``number``-th on."""
+        """Return every ``count``-th run, from the ``number``-th on."""
         return tuple(runs[self.number - 1 :: self.count])
 
 
@@ -44,8 +41,8 @@ class Shard:
 class Sweep:
     """The runs of a plan, in a folder with their table ``sweep.csv`` and their folders ``runs/``."""
 
-    plan: Plan  # what is trained
-    out: Path  # the folder
+    plan: Plan
+    out: Path
 
     def __post_init__(self) -> None:
         if self.out.exists() and not self.out.is_dir():
@@ -59,20 +56,16 @@ class Sweep:
         return SweepTable(self.out)
 
     def rows(self) -> pd.DataFrame:
-        """The rows of the plan's runs that are done."""
+        """Return the rows of the plan's runs that are done."""
         return self.table.of(self.plan.runs())
 
     def made_with_other_code(self) -> list[str]:
-        """The names of the runs that are done and whose user code (meta-controller, network, reward) has changed since.
-
-        A row has a digest of the files of that code. Rows without one are taken as they are, and so is every row where
-        the files are not found.
-        """
+        """Return the names of the finished runs with custom code that has changed, by the digests in their rows."""
         rows = self.table.read()
-        told = dict(zip(rows["digest"], rows.get("own_code", ()), strict=False))
-        done = [run for run in self.plan.runs() if told.get(run.digest)]
+        before = dict(zip(rows["digest"], rows.get("own_code", ()), strict=False))
+        done = [run for run in self.plan.runs() if before.get(run.digest)]
         now = {run.digest: own_code_digest(run.config, self.plan.metas) for run in done}
-        return [run.name for run in done if now[run.digest] and told[run.digest] != now[run.digest]]
+        return [run.name for run in done if now[run.digest] and before[run.digest] != now[run.digest]]
 
     def fill(
         self,
@@ -81,16 +74,10 @@ class Sweep:
         ray: str | None = None,
         shard: Shard = Shard(),
         command: str = "",
-        console: Console | None = None,
     ) -> SweepOutcome:
-        """Do the runs that the table lacks.
+        """Do the runs of a shard that the table lacks, and record the command in their rows.
 
-        Args:
-            processes: runs at a time on this machine; None: one for each core that it may use.
-            ray: address of a Ray cluster to do them on instead.
-            shard: which of them.
-            command: what the rows say of how they were made.
-            console: where progress is shown; None: on standard error.
+        They run in so many processes, by default one for each core, or on the Ray cluster of an address.
         """
         if processes is not None:
             require_number("processes", processes, 1, 1024, is_whole=True)
@@ -101,9 +88,10 @@ class Sweep:
         if not missing:
             return SweepOutcome((), (), False)
         # These bring torch along, and a sweep that is done needs none of it.
+        from hierroom.lab.sweep.cluster import work_on_cluster
         from hierroom.lab.sweep.display import Display
-        from hierroom.lab.sweep.events import Event, Failed, Finished
         from hierroom.lab.sweep.job import Job
+        from hierroom.lab.sweep.pool import work_here
         from hierroom.runs.folder.run_folder import RunFolder
         from hierroom.runs.interrupt import Interrupt
 
@@ -116,28 +104,22 @@ class Sweep:
         jobs = [Job(run, folder / run.name, self.plan.episodes, self.plan.metas, command) for run in missing]
         failures: list[tuple[PlannedRun, str]] = []
         replaced: list[PlannedRun] = []
-        work: Callable[[Interrupt], Iterator[Event]]
-        if ray is None:
-            from hierroom.lab.sweep.pool import work_here
-
-            work = partial(work_here, jobs, processes or _n_cores())
-        else:
-            from hierroom.lab.sweep.cluster import work_on_cluster
-
-            work = partial(work_on_cluster, jobs, ray)
-        with Interrupt() as interrupt, Display(jobs, console or Console(stderr=True)) as display:
-            for event in work(interrupt):
-                if isinstance(event, Finished):
+        n_cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        with Interrupt() as interrupt, Display(jobs) as display:
+            here = work_here(jobs, processes or n_cores, interrupt)
+            for event in here if ray is None else work_on_cluster(jobs, ray, interrupt):
+                run = event.job.run
+                if event.kind == "finished":
                     evaluations = RunFolder(event.job.folder).evaluations.read()
-                    if self.table.add(event.job.run, event.numbers, evaluations):
-                        replaced.append(event.job.run)
-                elif isinstance(event, Failed):
-                    failures.append((event.job.run, event.reason))
+                    if self.table.add(run, event.content, evaluations):
+                        replaced.append(run)
+                elif event.kind == "failed":
+                    failures.append((run, event.content))
                 display.show(event)
         return SweepOutcome(tuple(failures), tuple(replaced), interrupt.is_requested)
 
     def _check(self, runs: Sequence[PlannedRun]) -> None:
-        """Make what would be trained and what would pick goals once, so that no hour passes before an error is seen."""
+        """Make each trainer and meta-controller once, so that no hour passes before an error is seen."""
         from hierroom.meta import make_meta
         from hierroom.runs.trainer import Trainer
 
@@ -152,15 +134,10 @@ class Sweep:
                 raise InputError(f"{run.name} cannot be trained: {error}") from error
 
 
-def _n_cores() -> int:
-    """The cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 @dataclass(frozen=True)
 class SweepOutcome:
     """How an attempt to do the runs of a sweep ended."""
 
     failures: tuple[tuple[PlannedRun, str], ...]  # the runs that could not be done, and why
-    replaced: tuple[PlannedRun, ...]  # the runs whose rows replace those of other configs
-    is_interrupted: bool  # whether it was stopped before the rest was done
+    replaced: tuple[PlannedRun, ...]  # the runs with rows that replace those of other configs
+    is_interrupted: bool

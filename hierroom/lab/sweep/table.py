@@ -1,7 +1,4 @@
-"""The tables of a sweep: a row for each run that is done, and its learning curve, in files that processes share.
-
-Every cell is a text. pandas is loaded where a table is read, as what says how a sweep is called need not wait for it.
-"""
+"""The tables of a sweep, all of text: a row for each run that is done, and its learning curve; processes share them."""
 
 from __future__ import annotations
 
@@ -23,25 +20,18 @@ _LEFT_OUT_OF_CURVES = ("seconds", "graph", "success_low", "success_high", "retur
 
 
 class SweepTable:
-    """The rows of the runs that are done, in ``sweep.csv``, and their learning curves, in ``curves.csv``.
-
-    Args:
-        folder: of the sweep; the first row creates the files.
-    """
+    """The rows of a folder's finished runs, in ``sweep.csv``, and their learning curves, in ``curves.csv``."""
 
     def __init__(self, folder: Path) -> None:
         self.path, self.curves_path = folder / "sweep.csv", folder / "curves.csv"
         self._lock = FileLock(self.path.with_name(f".{self.path.name}.lock"))
 
     def read(self) -> pd.DataFrame:
-        """All rows, none if there is no file."""
+        """Return all rows, none if there is no file."""
         return _read(self.path)
 
     def of(self, runs: Sequence[PlannedRun]) -> pd.DataFrame:
-        """The rows of some runs, in their order; a run that is not done has none.
-
-        A row that was written when a sweep had one value of an entry lacks the column that tells it from others.
-        """
+        """Return the rows of the runs that are done, in their order; older rows get the run's values of new columns."""
         import pandas as pd
 
         rows = self.read().drop_duplicates("digest", keep="last").set_index("digest", drop=False)
@@ -50,12 +40,12 @@ class SweepTable:
         return found.assign(**pd.DataFrame([run.identity for run in done], dtype=object))
 
     def curves(self) -> dict[str, pd.DataFrame]:
-        """The learning curve of each run by its digest: numbers ``steps``, ``episodes``, ``success_rate``, ..."""
+        """Return each run's learning curve by its digest: numbers ``steps``, ``episodes``, ``success_rate``, ..."""
         rows = _read(self.curves_path).set_index("digest").replace("", "nan").astype(float)
         return {str(digest): curve for digest, curve in rows.groupby(level=0, sort=False)}
 
     def complete(self, runs: Sequence[PlannedRun]) -> None:
-        """Fill what is empty of the columns that tell some runs apart, as those of entries that did not vary before."""
+        """Fill the empty cells of the columns that identify runs, as those of entries that did not vary before."""
         import pandas as pd
 
         if not self.path.exists():
@@ -63,26 +53,20 @@ class SweepTable:
         identities = pd.DataFrame([run.identity for run in runs], index=[run.digest for run in runs], dtype=object)
         with self._lock:
             before = self.read()
-            told = identities.reindex(before["digest"]).fillna("").set_axis(before.index)
-            if (told == "").all(axis=None):  # the table has none of these runs
+            own = identities.reindex(before["digest"]).fillna("").set_axis(before.index)
+            if (own == "").all(axis=None):  # the table has none of these runs
                 return
-            given = before.reindex(columns=told.columns, fill_value="")
-            after = before.assign(**given.mask(given == "", told))
+            given = before.reindex(columns=own.columns, fill_value="")
+            after = before.assign(**given.mask(given == "", own))
             if not after.equals(before):
-                _write(self.path, after, [*told.columns])
+                _write(self.path, after, [*own.columns])
 
     def add(
         self, run: PlannedRun, numbers: Mapping[str, object], evaluations: Sequence[Mapping[str, str]] = ()
     ) -> bool:
-        """Add the row of a run, in the place of one that another config of the same run had, such as an older one.
+        """Add a run's row of results and its curve; return whether it replaces a row of another config.
 
-        Args:
-            run: the run.
-            numbers: the columns of its results.
-            evaluations: the rows of its ``evaluations.csv``, which are left out where there are several goal graphs.
-
-        Returns:
-            Whether it stands in the place of another.
+        ``evaluations`` are the rows of its ``evaluations.csv``; with several goal graphs they are left out.
         """
         import pandas as pd
 
@@ -132,26 +116,23 @@ def _write(path: Path, rows: pd.DataFrame, first: Sequence[str] = ()) -> None:
 
 
 def _is_same(rows: pd.DataFrame, run: PlannedRun) -> pd.Series:
-    """Whether each row is of the same run with another config, such as an older preset.
-
-    Where the rows have a column of an entry, as of a sweep of several values of it, that value must be the run's.
-    """
+    """Return whether each row is of the same run with another config, such as an older preset."""
     is_same = rows["digest"] != ""
     for name, text in run.identity.items():
         is_same &= rows.get(name, "") == text
-    for name in run.entries.keys() & set(rows):
+    for name in run.entries.keys() & set(rows):  # as of a sweep of several values of an entry
         is_same &= (rows[name] == run.entries[name]) | (rows[name] == "")
     return is_same
 
 
 def _point(evaluation: Mapping[str, str]) -> dict[str, str]:
-    """A point of a learning curve: what the table of a thousand runs has room for."""
+    """Return a point of a learning curve, short enough for a table of a thousand runs."""
     kept = {name: text for name, text in evaluation.items() if name not in _LEFT_OUT_OF_CURVES}
     return {name: _text(float(text), ".5g") if name != "steps" else text for name, text in kept.items()}
 
 
 def _text(value: object, style: str = ".6g") -> str:
-    """A number in few digits, of which seeds decide two; what has no value is empty."""
+    """Return a number in few digits, as seeds decide two; what has no value is empty."""
     if value is None or value != value or value in (float("inf"), -float("inf")):
         return ""
     return format(value, style) if isinstance(value, float) else str(value)

@@ -1,0 +1,64 @@
+"""What evaluate and watch both ask: which trained agent plays, and where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from hierroom.goals import GraphSpecs
+from hierroom.support.cli import Flag, given
+from hierroom.worlds.env_config import GRAPHS, EnvConfig
+
+if TYPE_CHECKING:
+    from hierroom.runs.trained_agent import TrainedAgent
+
+
+@dataclass(frozen=True)
+class AgentArguments:
+    """A trained agent, and the environments it plays in.
+
+    Args:
+        run: the run's folder, an agent's .safetensors file, or an agent that ships (a to g, learned-g); it comes
+            before --graph and --exclude, which take all words up to the next option.
+        checkpoint: the steps of an earlier checkpoint than the newest.
+        trust_run: run custom code that the run's config names (a network, a reward, a meta-controller).
+        graph: other goal graphs than those trained on, given as in training.
+        exclude: goal graphs to leave out; without --graph, in addition to those left out in training.
+        size: another grid size than the one trained on.
+        meta: another meta-controller for the trained controller: fixed-dfs, random, oracle, none, an entry point,
+            package.module:Class or package.module:function.
+        goal_mask: other goals that may be chosen: reachable, existing, seen or none.
+        seed: fixes the levels and the actions; training never sees the levels, whatever its seed.
+    """
+
+    run: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    checkpoint: int | None = None
+    trust_run: Flag = False
+    graph: Annotated[GraphSpecs, GRAPHS] = ()
+    exclude: Annotated[GraphSpecs, GRAPHS] = ()
+    size: int | None = None
+    meta: str | None = None
+    goal_mask: str | None = None
+    seed: int = 0
+
+    def load(self, greedy: bool = False) -> TrainedAgent:
+        """Return the agent, which computes on one thread, as in training."""
+        import torch  # slow to load, and --help needs none of it
+
+        from hierroom.runs.trained_agent import load
+
+        torch.set_num_threads(1)
+        return load(self.run, checkpoint=self.checkpoint, meta=self.meta, greedy=greedy, trust=self.trust_run)
+
+    def env(self, agent: TrainedAgent) -> EnvConfig:
+        """Return the config of the environments it plays in."""
+        return agent.env(**given(self, "graph", "exclude", "size", "goal_mask"))
+
+    def warn_of_changes(self, agent: TrainedAgent) -> None:
+        """Warn of custom code that has changed since training; call it after the environments import a reward."""
+        from hierroom.runs.folder.provenance import warn_of_changed_modules
+
+        warn_of_changed_modules(self.run, agent.config.changed(meta=None) if self.meta else agent.config)
