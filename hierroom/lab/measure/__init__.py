@@ -141,9 +141,9 @@ def measure_named(
 
 def graph_of(turns: Turns) -> GoalGraph:
     """The goal graph that all levels of the turns have."""
-    graph, *others = turns.world.sampler.everything
-    if others:
-        raise InputError(f"a chain is measured in environments of one goal graph, not of {1 + len(others)}")
+    n_graphs, graph = len(turns.world.variants), turns.world.rules
+    if n_graphs > 1 or graph is None:
+        raise InputError(f"a chain is measured in environments of one goal graph, not of {n_graphs}")
     return graph
 
 
@@ -154,7 +154,7 @@ def _trained(
     turns = agent.turns(num_envs, seed=seed, env=agent.env(**entries))
     if drop_key and not turns.config.drop_key:
         raise InputError(f"the agent of {name} was trained without drop, so it cannot play with --drop")
-    n_graphs = len(turns.world.sampler.everything)
+    n_graphs = len(turns.world.variants)
     if n_graphs > 1:
         raise InputError(f"the agent of {name} was trained on {n_graphs} goal graphs; name one by --graph")
     return turns, agent.pair(num_envs, seed=seed)

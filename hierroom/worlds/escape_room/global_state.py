@@ -16,20 +16,15 @@ AGENT_ID = 10
 
 
 def state_space(size: int) -> spaces.Box:
-    """The space of `global_state` for grids of so many cells a side."""
+    """Return the space of `global_state` for grids of so many cells a side."""
     return spaces.Box(0, AGENT_ID, (size, size, 4), np.uint8)
 
 
 def global_state(state: State, goal: int) -> NDArray[np.uint8]:
-    """Return the level of one environment as it is now.
+    """Return the level of one environment, and the goal that is pursued, or -1.
 
-    Args:
-        state: of one environment.
-        goal: the id of the goal that is pursued, or -1.
-
-    Returns:
-        [size, size, 4] uint8 by row and column: MiniGrid's object id and colour id; 1 for an open door, and where the
-        agent is its direction; 1 for the cell of the goal that is pursued. A key that is held is not on the grid.
+    It is [size, size, 4] uint8 by row and column: MiniGrid's object id and colour id; 1 for an open door, and where the
+    agent is its direction; 1 for the cell of the goal that is pursued. A key that is held is not on the grid.
     """
     level, tiles = state.levels[0], state.grids[0, MARGIN:-MARGIN, MARGIN:-MARGIN]
     grid = np.zeros((*tiles.shape, 4), np.uint8)

@@ -7,7 +7,6 @@ random numbers are those of the level's own stream, whose key each rollout sets 
 import math
 
 import numpy as np
-from numba import config
 
 from hierroom.support.compile.kernel import njit
 from hierroom.worlds.escape_room.random_kernels import GOLDEN, mix, random_below
@@ -113,9 +112,3 @@ def policy_rollouts(levels, grids, policies, n_rollouts, n_actions, seed, outcom
             while not level.has_ended:
                 advance(level, grid, drawn_action(level, policies[p], n_actions), outcomes[0])
             returns[p, rollout] = outcomes[0].terminated
-
-
-if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
-    # In ordinary Python, uint64 scalars warn of overflow, which the random numbers rely on.
-    random_rollouts = np.errstate(over="ignore")(random_rollouts)
-    policy_rollouts = np.errstate(over="ignore")(policy_rollouts)

@@ -13,12 +13,7 @@ from hierroom.worlds.world import RENDER_MODES
 
 
 class LevelScreen:
-    """Shows one level in the ``render_mode`` of an environment.
-
-    Args:
-        engine: the environments.
-        render_mode: ``"ansi"``, ``"rgb_array"``, ``"human"``, or None to show nothing.
-    """
+    """Shows levels in one of `RENDER_MODES`, or nowhere for None: see `Screen`."""
 
     def __init__(self, engine: Engine, render_mode: str | None) -> None:
         require_name("render_mode must be one of", render_mode, (*RENDER_MODES, None))
@@ -27,12 +22,12 @@ class LevelScreen:
         self._window = Window() if render_mode == "human" else None
 
     def show(self, env: int, goal: int) -> None:
-        """Update the window, if there is one; to be called after every reset and step."""
+        """Update the window, if there is one."""
         if self._window is not None:
             self._window.show(self._picture(env, goal))
 
     def render(self, env: int, goal: int) -> str | NDArray[np.uint8] | None:
-        """Return the level as text or as a picture [H, W, 3] uint8; None in the modes ``"human"`` and None."""
+        """Return text, a picture [H, W, 3] uint8 or None, as the mode asks."""
         if self.render_mode == "ansi":
             return text(self._engine.state[env], goal)
         if self.render_mode == "rgb_array":

@@ -16,7 +16,7 @@ class Window:
 
     Args:
         title: text of the title bar, which may be changed later.
-        frames_per_second: highest frame rate, above 0; `show` waits if it is called faster.
+        frames_per_second: highest frame rate; `show` waits if it is called faster.
     """
 
     def __init__(self, title: str = "hierroom", frames_per_second: float = 10):
@@ -26,7 +26,7 @@ class Window:
         self._clock = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """A copy, in this process or another, opens a window of its own with its first picture."""
+        """Leave the window out: a copy opens another one with its first picture."""
         return {**self.__dict__, "_screen": None, "_clock": None}
 
     def show(self, frame: NDArray[np.uint8]) -> None:
@@ -51,16 +51,10 @@ class Window:
         self._clock.tick(self.frames_per_second)
 
     def play(self, frames: Iterable[NDArray[np.uint8]]) -> Literal["ended", "skipped", "closed"]:
-        """Show pictures one after the other, at the speed that the user chooses.
+        """Show pictures [H, W, 3] uint8 one after the other, and return why that ended.
 
         Space pauses and goes on, the right arrow takes one step, up and down change the speed, n goes on to what comes
         next, and q, escape or the window's close button end it.
-
-        Args:
-            frames: [H, W, 3] uint8 each.
-
-        Returns:
-            why it ended: the pictures did, or the user asked for what comes next, or to end.
         """
         is_paused = False
         for frame in frames:
@@ -84,7 +78,7 @@ class Window:
         return "ended"
 
     def _pressed(self) -> list[str]:
-        """The keys pressed since the last call, by name; ``quit`` is the close button."""
+        """Return the names of the keys pressed since the last call; ``quit`` is the close button."""
         import pygame
 
         events = pygame.event.get((pygame.QUIT, pygame.KEYDOWN))

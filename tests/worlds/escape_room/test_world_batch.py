@@ -7,7 +7,7 @@ import pytest
 
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
-from hierroom.worlds.escape_room import world as world_module
+from hierroom.worlds.escape_room import engine as world_module
 from hierroom.worlds.escape_room.constants import FORWARD, LEFT
 from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD
 from hierroom.worlds.escape_room.engine import Engine as World
