@@ -1,5 +1,7 @@
 """A world: N environments that are stepped together, and their goals. Everything above asks this of it, and no more."""
 
+# Methods of protocols have a docstring alone.
+# pyright: reportReturnType=false
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -140,7 +142,7 @@ class BatchWriter(Protocol):
 
 
 class World(Protocol):
-    """N environments that are stepped together.
+    """N environments that are stepped together. A world may lack what stands under 'Optional' below.
 
     Attributes:
         goals: the goals.
@@ -244,41 +246,41 @@ class World(Protocol):
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go back to what `get_arrays` gave, after `check_arrays`."""
 
-    # Optional from here on: exact states, for recorded episodes and for rewards that ask for states.
+    # Optional: exact states, for recorded episodes and for rewards that ask for states.
 
     def get_state(self, envs: Any = slice(None)) -> Any:
-        """Copy the exact state of some environments; optional."""
+        """Copy the exact state of some environments."""
 
     def state_after(self, before: Any, actions: NDArray[np.int64]) -> Any:
-        """Return the state to which the last step led from state ``before``, without resets; optional."""
+        """Return the state to which the last step led from state ``before``, without resets."""
 
     def graph_of(self, start: Any) -> GoalGraph:
-        """Return the goal graph of the state of one environment; optional."""
+        """Return the goal graph of the state of one environment."""
 
     # Optional: what only a solver of the world can say, for shortest lengths and for the oracle.
 
     def shortest_lengths(self, envs: NDArray[np.integer]) -> NDArray[np.integer]:
-        """Return the fewest steps [M] in which environments [M] can reach the target from now on; optional."""
+        """Return the fewest steps [M] in which environments [M] can reach the target from now on."""
 
     def shortest_actions(self, env: int) -> NDArray[np.integer]:
-        """Return the actions of a shortest way to the target in one environment; optional."""
+        """Return the actions of a shortest way to the target in one environment."""
 
     # Optional: the nodes of the augmented graph, for a chain that is measured from play.
 
     def node_map(self, augmented: Any) -> Any:
-        """Return what `nodes` needs to find the nodes of an `AugmentedGraph`; optional."""
+        """Return what `nodes` needs to find the nodes of an `AugmentedGraph`."""
 
     def nodes(self, node_map: Any, *, terminated: NDArray[np.bool_], ended: NDArray[np.bool_]) -> NDArray[np.integer]:
-        """Return each environment's node [N] after a step, or at the end of the episode that it ended; optional."""
+        """Return each environment's node [N] after a step, or at the end of the episode that it ended."""
 
     # Optional: the global state, for learners with a central critic.
 
     @property
     def global_state_space(self) -> spaces.Box:
-        """The space of `global_state`; optional."""
+        """The space of `global_state`."""
 
     def global_state(self, goal: int) -> NDArray:
-        """Return the whole state of the only environment and the goal that is pursued, or -1; optional."""
+        """Return the whole state of the only environment and the goal that is pursued, or -1."""
 
 
 def is_list(seed: Seeds) -> TypeGuard[Sequence[int | None]]:

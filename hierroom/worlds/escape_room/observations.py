@@ -119,7 +119,7 @@ class BatchObservations:
         self._engine, self._flat = engine, flat
         high = np.ones(engine.n_actions + N_NUMBERS, np.uint8)
         high[-int(np.prod(IMAGE)) :] = 10
-        self.flat_space = spaces.Box(np.zeros_like(high), high, dtype=np.uint8)
+        self.flat_space: spaces.Box = spaces.Box(np.zeros_like(high), high, dtype=np.uint8)
 
     def empty(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
         """Return new arrays for `write`, and the same arrays by name; no names where observations are flat."""

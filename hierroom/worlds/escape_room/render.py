@@ -1,4 +1,4 @@
-"""Rendering a level: as a picture in MiniGrid's style, and as text for a terminal.
+"""Rendering a level: as a picture in MiniGrid's style, as text for a terminal, and as numbers for a central critic.
 
 MiniGrid is imported with the first picture, because it loads pygame and registers more than 100 environments, which
 would slow down programs that only train.
@@ -9,6 +9,7 @@ from __future__ import annotations
 from functools import cache, lru_cache
 
 import numpy as np
+from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
@@ -29,9 +30,12 @@ from hierroom.worlds.escape_room.constants import (
 )
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.level import goal_name
+from hierroom.worlds.escape_room.tiles import TRIPLES
 
 OUTLINE = (255, 255, 255)
 CAPTION_INK, CAPTION_PAPER = (255, 255, 255), (20, 20, 20)
+AGENT_ID = 10
+"""MiniGrid's object id of the agent."""
 TERMINAL_COLOURS = (91, 92, 94, 95, 93, 37)  # of `COLOURS`, as ANSI foreground codes
 
 
@@ -97,6 +101,26 @@ def text(state: State, goal: int = NO_GOAL) -> str:
     if goal != NO_GOAL:
         lines.append(f"subgoal: {goal_name(level, goal)}")
     return "\n".join(lines)
+
+
+def state_space(size: int) -> spaces.Box:
+    """Return the space of `global_state` for grids of so many cells a side."""
+    return spaces.Box(0, AGENT_ID, (size, size, 4), np.uint8)
+
+
+def global_state(state: State, goal: int) -> NDArray[np.uint8]:
+    """Return the level of one environment, and the goal that is pursued, or -1.
+
+    It is [size, size, 4] uint8 by row and column: MiniGrid's object id and colour id; 1 for an open door, and where the
+    agent is its direction; 1 for the cell of the goal that is pursued. A key that is held is not on the grid.
+    """
+    level, tiles = state.levels[0], _tiles(state)
+    grid = np.zeros((*tiles.shape, 4), np.uint8)
+    grid[..., :3] = TRIPLES[tiles]
+    grid[level.row - MARGIN, level.col - MARGIN, :3] = AGENT_ID, 0, level.direction
+    for row, col in cells_of(goal, tiles):
+        grid[row, col, 3] = 1
+    return grid
 
 
 def _check(state: State, goal: int) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,15 +26,15 @@ from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.features import FEATURES
-from hierroom.worlds.escape_room.global_state import global_state, state_space
 from hierroom.worlds.escape_room.graph_sampler import GraphSampler
 from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView, legal_goals
 from hierroom.worlds.escape_room.node_map import NodeMap
 from hierroom.worlds.escape_room.observations import BatchObservations, write_one
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
+from hierroom.worlds.escape_room.render import global_state, state_space
 from hierroom.worlds.escape_room.replayer import LevelReplayer
-from hierroom.worlds.escape_room.screen import LevelScreen
+from hierroom.worlds.escape_room.window import LevelScreen
 from hierroom.worlds.world import Replayer, Seeds
 
 GOALS = GoalSet(
@@ -47,9 +47,9 @@ class EscapeRoomWorld(Engine):
 
     Args:
         config: what they are made of.
+        num_envs: N.
         autoreset: whether an environment whose episode ends begins its next one in the same step.
-
-    The other arguments are those of the `Engine`.
+        **settings: the seed, threads and memories of the `Engine`.
     """
 
     goals = GOALS
@@ -57,16 +57,7 @@ class EscapeRoomWorld(Engine):
     replayer: Replayer = LevelReplayer()
     observation_spaces = OBSERVATION_SPACES
 
-    def __init__(
-        self,
-        config: EnvConfig,
-        num_envs: int,
-        *,
-        seed: int | None = None,
-        autoreset: bool = True,
-        threads: int = 1,
-        memories: Iterable[str] = (),
-    ) -> None:
+    def __init__(self, config: EnvConfig, num_envs: int, *, autoreset: bool = True, **settings: Any) -> None:
         self.sampler = GraphSampler(config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages)
         super().__init__(
             self.sampler.graphs,
@@ -74,11 +65,9 @@ class EscapeRoomWorld(Engine):
             size=config.size,
             max_steps=config.max_steps,
             drop_key=config.drop_key,
-            seed=seed,
             first_index=config.env_index,
-            threads=threads,
-            memories=memories,
             levels=config.levels,
+            **settings,
         )
         self.config = config
         self.everywhere: NDArray[np.integer] = np.arange(num_envs)
@@ -188,7 +177,7 @@ class EscapeRoomWorld(Engine):
         return BatchObservations(self, flat=flat)
 
     def global_state(self, goal: int) -> NDArray[np.uint8]:
-        """Return the whole grid of the only environment: see `global_state.global_state`."""
+        """Return the whole grid of the only environment: see `render.global_state`."""
         if not self.has_begun:
             raise InputError("reset the environment before its state is asked for")
         return global_state(self.state, goal)
