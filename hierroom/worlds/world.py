@@ -31,8 +31,6 @@ OUTCOME_FIELDS = (
 RENDER_MODES = ("ansi", "rgb_array", "human")
 Seeds = int | Sequence[int | None] | None
 """One seed for all environments, one or None for each, or none: see `World.reset`."""
-INT64 = np.dtype(np.int64)
-"""Made once: with a type instead of a dtype, numpy makes one for every array."""
 
 
 class View(Protocol):
@@ -184,8 +182,6 @@ class World(Protocol):
     def complexity(self) -> Any:
         """How hard the environments are to explore, or None if no rules are known."""
 
-    # Steps.
-
     def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
         """Begin an episode: with a seed an environment's first one, without one its next."""
 
@@ -200,8 +196,6 @@ class World(Protocol):
 
     def stagger_clocks(self) -> None:
         """Spread the steps of the episodes under way evenly, so that they are not all truncated together."""
-
-    # What environments show.
 
     def observe(self, envs: NDArray[np.integer]) -> View:
         """Return what environments [M] show now; if they are all there are, the next step may overwrite it."""
@@ -224,8 +218,6 @@ class World(Protocol):
     def screen(self, render_mode: str | None) -> Screen:
         """Return what shows environments in one of `RENDER_MODES`, or nowhere for None."""
 
-    # What episodes were.
-
     def variants_of(self, envs: NDArray[np.integer]) -> list[str]:
         """Return the variant of the episode that ended last in environments [M]."""
 
@@ -234,8 +226,6 @@ class World(Protocol):
 
     def possible_milestones(self, variants: Sequence[str]) -> list[int]:
         """Return the milestones that episodes of these variants have."""
-
-    # Checkpoints and copies.
 
     def get_arrays(self, envs: NDArray[np.integer]) -> dict[str, np.ndarray]:
         """Return everything that changes in environments [M], as fresh arrays."""
@@ -304,4 +294,4 @@ def whole_numbers(actions: ArrayLike, n: int) -> NDArray[np.int64]:
             f"actions must be {n} whole numbers, one for each environment, "
             f"not an array of {given.dtype} and shape {given.shape}"
         )
-    return np.ascontiguousarray(given, INT64)
+    return np.ascontiguousarray(given, np.int64)

@@ -27,7 +27,7 @@ from hierroom.worlds.escape_room.layout import (
     graph_records,
 )
 from hierroom.worlds.escape_room.state_check import check_state
-from hierroom.worlds.world import INT64, Seeds, is_list, whole_numbers
+from hierroom.worlds.world import Seeds, is_list, whole_numbers
 
 MIN_ENVS_PER_THREAD = 1024
 """With fewer environments per thread, starting another thread costs more than it saves."""
@@ -230,11 +230,11 @@ class Engine:
 @cache
 def _compiled_step() -> Callable[..., None]:
     state = empty_state(1, MIN_SIZE)
-    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, INT64), np.zeros(1, OUTCOME), state.levels
+    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, np.int64), np.zeros(1, OUTCOME), state.levels
     return compiled(batch_kernels.step_and_reset_levels, *arrays)
 
 
 @cache
 def _compiled_step_within() -> Callable[..., None]:
     state = empty_state(1, MIN_SIZE)
-    return compiled(batch_kernels.step_levels, state.levels, state.grids, np.zeros(1, INT64), np.zeros(1, OUTCOME))
+    return compiled(batch_kernels.step_levels, state.levels, state.grids, np.zeros(1, np.int64), np.zeros(1, OUTCOME))
