@@ -203,7 +203,7 @@ class Turns:
         """
         if not self.world.has_begun:
             raise InputError("reset the environment before its first step")
-        self.take_step(self.world.as_actions(actions))
+        self.take_step(whole_numbers(actions, len(self)))
         step = self.last_step
         assert step is not None
         return step

@@ -4,23 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from hierroom.goals.goal_set import GoalSet
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.world import Feature
+from hierroom.worlds.world import Feature, World
 
 
 @dataclass(frozen=True, eq=False)
 class WorldSpec:
-    """What agents are made for: it is known before a world is made.
-
-    Args:
-        config: what the world is made of.
-        goals: its goals.
-        n_actions: number of the controller's actions.
-        features: the features that it offers, by name.
-    """
+    """What agents are made for: the attributes of a `World` that are known before it is made."""
 
     config: EnvConfig
     goals: GoalSet
@@ -47,15 +39,15 @@ def make_world(
     autoreset: bool = True,
     threads: int = 1,
     memories: Iterable[str] = (),
-) -> Any:
+) -> World:
     """Return the `World` of a config.
 
     Args:
         config: what the environments are made of.
-        num_envs: number of environments N, at least 1.
-        seed: of their first episodes; None: `World.reset` must be called with one first.
+        num_envs: number of environments N.
+        seed: of their first episodes; None: call `World.reset` with one first.
         autoreset: whether an environment whose episode ends begins its next one in the same step.
-        threads: maximal number of threads.
+        threads: most threads.
         memories: what the world must remember of each episode.
     """
     from hierroom.worlds.escape_room.world import EscapeRoomWorld

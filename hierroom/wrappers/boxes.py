@@ -36,7 +36,7 @@ def box_view(env: ParallelEnv) -> ParallelBoxes: ...
 @overload
 def box_view(env: AECEnv) -> AECBoxes: ...
 def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
-    """An environment whose agents both have one Box to observe and one Discrete to act in.
+    """Return an environment whose agents both have one Box to observe and one Discrete to act in.
 
     | part | numbers | padded |
     |---|---|---|
@@ -47,7 +47,7 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
     | ``doors_open`` | 6 | |
     | ``outcome``, one-hot | 4 | all zero for ``controller_0`` |
     | ``action_mask`` | 14 | zero for the actions that ``controller_0`` does not have |
-    | whose it is | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
+    | which agent | 1 | 1 for ``meta_0``, 0 for ``controller_0`` |
     | ``features``, one-hot | as many as they have values | all zero for an agent without; see `add_features` |
 
     Both agents have 14 actions. Those that ``controller_0`` does not have only cost the step, whatever wrappers are
@@ -59,7 +59,7 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
     Returns:
         the parallel environment with these boxes as observations, as SuperSuit wants them, and in the infos a list
         ``action_mask`` of the 14 actions, as AgileRL and TorchRL want it; the AEC environment with dicts of the box,
-        ``observation``, and beside it ``action_mask``, as Tianshou and PettingZoo's tutorials want them.
+        ``observation``, and ``action_mask``, as Tianshou and PettingZoo's tutorials want them.
     """
     if hasattr(getattr(env, "unwrapped", None), "single"):
         if isinstance(env, ParallelEnv):
@@ -70,11 +70,7 @@ def box_view(env: ParallelEnv | AECEnv) -> ParallelBoxes | AECBoxes:
 
 
 class Boxes:
-    """How the observations of both agents become boxes of one size.
-
-    Args:
-        given: the observation space of each agent.
-    """
+    """Turns the observations of both agents into boxes of one size."""
 
     def __init__(self, given: Mapping[str, Any]) -> None:
         self._n_values = {
@@ -82,19 +78,16 @@ class Boxes:
             for agent, space in given.items()
         }
         self._size = sum(SIZES.values()) + max(int(of_agent.sum()) for of_agent in self._n_values.values())
-
-    def space(self) -> spaces.Box:
-        """The space of one agent's boxes."""
-        return spaces.Box(0, 1, (self._size,), np.float32)
+        self.space = spaces.Box(0, 1, (self._size,), np.float32)
 
     def mask(self, observation: Mapping[str, Any]) -> NDArray[np.int8]:
-        """[14] int8, the legal actions."""
+        """Return the legal actions, [14] int8."""
         mask = np.zeros(N_META_ACTIONS, np.int8)
         mask[: len(observation["action_mask"])] = observation["action_mask"]
         return mask
 
     def vector(self, agent: str, observation: Mapping[str, Any]) -> NDArray[np.float32]:
-        """One observation as numbers from 0 to 1."""
+        """Return one observation as numbers from 0 to 1."""
         parts: dict[str, Sequence[Any] | NDArray] = {
             **observation,
             "observation": observation["observation"] / np.float32(10),
@@ -114,27 +107,26 @@ class Boxes:
         return vector
 
 
-class ParallelBoxes(BaseParallelWrapper):
-    """The parallel environment as `box_view` gives it.
+class _OwnSpaces:
+    observation_spaces: dict[str, spaces.Space]
+    action_spaces: dict[str, spaces.Space]
 
-    Args:
-        env: a `hierroom.parallel_env`.
-    """
+    def observation_space(self, agent: str) -> spaces.Space:
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> spaces.Space:
+        return self.action_spaces[agent]
+
+
+class ParallelBoxes(_OwnSpaces, BaseParallelWrapper):
+    """The parallel environment as `box_view` gives it."""
 
     def __init__(self, env: ParallelEnv) -> None:
         super().__init__(env)
         self.possible_agents = env.possible_agents
         self._boxes = Boxes({agent: env.observation_space(agent) for agent in env.possible_agents})
         self.action_spaces = {agent: spaces.Discrete(N_META_ACTIONS) for agent in env.possible_agents}
-        self.observation_spaces = {agent: self._boxes.space() for agent in env.possible_agents}
-
-    def observation_space(self, agent: str) -> spaces.Space:
-        """The observation space of an agent: the same object at every call."""
-        return self.observation_spaces[agent]
-
-    def action_space(self, agent: str) -> spaces.Space:
-        """The action space of an agent: the same object at every call."""
-        return self.action_spaces[agent]
+        self.observation_spaces = dict.fromkeys(env.possible_agents, self._boxes.space)
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
         """As the environment's, observations flat."""
@@ -154,12 +146,8 @@ class ParallelBoxes(BaseParallelWrapper):
         return {agent: self._boxes.vector(agent, observation) for agent, observation in observations.items()}
 
 
-class AECBoxes(BaseWrapper):
-    """The AEC environment as `box_view` gives it.
-
-    Args:
-        env: a `hierroom.env`.
-    """
+class AECBoxes(_OwnSpaces, BaseWrapper):
+    """The AEC environment as `box_view` gives it."""
 
     def __init__(self, env: AECEnv) -> None:
         super().__init__(env)
@@ -168,19 +156,11 @@ class AECBoxes(BaseWrapper):
         self.action_spaces = {agent: spaces.Discrete(N_META_ACTIONS) for agent in agents}
         mask = spaces.Box(0, 1, (N_META_ACTIONS,), np.int8)
         self.observation_spaces = {
-            agent: spaces.Dict({"observation": self._boxes.space(), "action_mask": mask}) for agent in agents
+            agent: spaces.Dict({"observation": self._boxes.space, "action_mask": mask}) for agent in agents
         }
 
-    def observation_space(self, agent: str) -> spaces.Space:
-        """The observation space of an agent: the same object at every call."""
-        return self.observation_spaces[agent]
-
-    def action_space(self, agent: str) -> spaces.Space:
-        """The action space of an agent: the same object at every call."""
-        return self.action_spaces[agent]
-
     def observe(self, agent: str) -> dict[str, NDArray]:
-        """What an agent sees now, in fresh arrays: ``observation`` [K] float32 and ``action_mask`` [14] int8."""
+        """Return what an agent sees now, in fresh arrays: ``observation`` [K] float32 and ``action_mask`` [14] int8."""
         observation: Any = self.env.observe(agent)
         return {"observation": self._boxes.vector(agent, observation), "action_mask": self._boxes.mask(observation)}
 

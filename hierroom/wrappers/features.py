@@ -56,13 +56,7 @@ def add_features(env: Env, names: Sequence[str], agent: str = CONTROLLER) -> Env
 
 
 class _Reader:
-    """Reads the features of an agent, and sees to it that levels remember what they need.
-
-    Args:
-        turns: of the environment.
-        names: of the features.
-        agent: whose.
-    """
+    """Reads the features of an agent, and lets the world remember what they need."""
 
     def __init__(self, turns: Turns, names: Sequence[str], agent: str) -> None:
         self.agent = agent
@@ -71,7 +65,6 @@ class _Reader:
         turns.world.remember(self._features.memories)
 
     def extend(self, space: spaces.Space) -> spaces.Dict:
-        """The space of observations with features."""
         if not isinstance(space, spaces.Dict) or "goal" not in space.spaces:
             raise InputError(
                 f"features are added to observations that are dicts, before other wrappers, not to {space}"
@@ -81,55 +74,43 @@ class _Reader:
         return spaces.Dict({**space.spaces, "features": self.space})
 
     def read(self, observation: Observation) -> NDArray[np.int64]:
-        """[M, K] the features of M environments."""
         return self._features.encode(observation).astype(np.int64)
 
 
-class _AEC(BaseWrapper):
+class _TwoAgents:
     def __init__(self, env: Any, names: Sequence[str], agent: str) -> None:
-        super().__init__(env)
+        super().__init__(env)  # pyright: ignore[reportCallIssue] - PettingZoo's wrapper
         self._single = env.unwrapped.single
         self._reader = _Reader(self._single.turns, names, agent)
-        extended = self._reader.extend(env.observation_space(agent))
-        others = {name: env.observation_space(name) for name in env.possible_agents}  # which may have features, too
-        self.observation_spaces = {**others, agent: extended}
+        self.observation_spaces = {name: env.observation_space(name) for name in env.possible_agents}
+        self.observation_spaces[agent] = self._reader.extend(self.observation_spaces[agent])
 
     def observation_space(self, agent: str) -> spaces.Space:
         return self.observation_spaces[agent]
 
-    def observe(self, agent: str) -> Any:
-        observation: Any = self.env.observe(agent)
+    def _extended(self, agent: str, observation: Any) -> Any:
         if agent == self._reader.agent:
             observation["features"] = self._reader.read(self._single.observation(agent))[0]
         return observation
 
 
-class _Parallel(BaseParallelWrapper):
-    def __init__(self, env: Any, names: Sequence[str], agent: str) -> None:
-        super().__init__(env)
-        self._single = env.unwrapped.single
-        self._reader = _Reader(self._single.turns, names, agent)
-        extended = self._reader.extend(env.observation_space(agent))
-        others = {name: env.observation_space(name) for name in env.possible_agents}  # which may have features, too
-        self.observation_spaces = {**others, agent: extended}
-        self.possible_agents = env.possible_agents
+class _AEC(_TwoAgents, BaseWrapper):
+    def observe(self, agent: str) -> Any:
+        return self._extended(agent, self.env.observe(agent))
 
-    def observation_space(self, agent: str) -> spaces.Space:
-        return self.observation_spaces[agent]
+
+class _Parallel(_TwoAgents, BaseParallelWrapper):
+    def __init__(self, env: Any, names: Sequence[str], agent: str) -> None:
+        super().__init__(env, names, agent)
+        self.possible_agents = env.possible_agents
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None):
         observations, infos = self.env.reset(seed, options)
-        return self._extended(observations), infos
+        return {agent: self._extended(agent, of_agent) for agent, of_agent in observations.items()}, infos
 
     def step(self, actions: dict[str, int]):
         observations, *results = self.env.step(actions)
-        return self._extended(observations), *results
-
-    def _extended(self, observations: dict[str, Any]) -> dict[str, Any]:
-        agent = self._reader.agent
-        if agent in observations:
-            observations[agent]["features"] = self._reader.read(self._single.observation(agent))[0]
-        return observations
+        return {agent: self._extended(agent, of_agent) for agent, of_agent in observations.items()}, *results
 
 
 class _Gymnasium(gymnasium.ObservationWrapper, RecordConstructorArgs):

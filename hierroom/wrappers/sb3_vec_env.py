@@ -19,11 +19,7 @@ FINAL = ("final_obs", "final_info")
 
 
 class BatchVecEnv(VecEnv):
-    """N environments on the batch engine, in the terms of Stable-Baselines3.
-
-    Args:
-        envs: Gymnasium's, which begin the next episode in the step that ends one.
-    """
+    """N environments on the batch engine, in the terms of Stable-Baselines3."""
 
     def __init__(self, envs: VectorEnv) -> None:
         self.envs = envs
@@ -84,11 +80,7 @@ class BatchVecEnv(VecEnv):
         raise InputError(f"the environments of the batch engine have no attributes of their own to set, {attr_name}")
 
     def env_method(self, method_name: str, *method_args: Any, indices: Any = None, **method_kwargs: Any) -> list[Any]:
-        """What ``action_masks`` or ``render`` gives for each environment.
-
-        Raises:
-            AttributeError: for another method, which they do not have one by one.
-        """
+        """Return what ``action_masks`` or ``render`` gives for each environment; it has no other methods."""
         methods: dict[str, Callable[[], Any]] = {"action_masks": self.action_masks, "render": self.envs.render}
         if method_name not in methods:
             raise AttributeError(

@@ -96,7 +96,7 @@ class Board:
 
     def _facts(self, game: Game, left: int) -> int:
         """Write the facts of the level; return where they end."""
-        level = game.turns.world.state.levels[0]
+        level = game.state.levels[0]
         self._write(f"graph {game.graph.name}", (left, 14), self._large)
         held = [game.name_of(int(colour)) for n, colour in enumerate(level.colours) if int(level.keys) >> n & 1]
         lines = [
@@ -118,7 +118,7 @@ class Board:
 
     def _tree(self, game: Game, left: int, top: int) -> int:
         """Draw the goal graph: keys are filled once held, rooms once their door is open; return where it ends."""
-        graph, level = game.graph, game.turns.world.state.levels[0]
+        graph, level = game.graph, game.state.levels[0]
         places = tree_places(graph.key_rooms)
         wide, deep = 1 + max(place[0] for place in places), 1 + max(place[1] for place in places)
         room_left = self._surface.get_height() - 26 * len(KEYS) - top - 16

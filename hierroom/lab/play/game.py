@@ -71,7 +71,7 @@ class Game:
 
     def name_of(self, goal: int) -> str:
         """Return a goal of the level in words, such as ``"red key 1"``."""
-        return goal_name(self.turns.world.state.levels[0], goal)
+        return goal_name(self.state.levels[0], goal)
 
     def step(self, action: int | None = None) -> None:
         """Take a step with the person's action, or the agent's for None, unless the level has ended."""
@@ -104,9 +104,9 @@ class Game:
     def use(self) -> None:
         """Pick up or open what is in front for the person, or say why not, without a step."""
         self.is_piloted = False
-        level = self.turns.world.state.levels[0]
+        level = self.state.levels[0]
         row, col = level.row + ROW_STEP[level.direction], level.col + COL_STEP[level.direction]
-        tile = int(self.turns.world.state.grids[0, row, col])
+        tile = int(self.state.grids[0, row, col])
         if KEY <= tile < OPEN_DOOR:
             self.step(PICKUP)
         elif tile >= LOCKED_DOOR and tile - LOCKED_DOOR < len(COLOURS):

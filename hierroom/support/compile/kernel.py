@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numba
+import numpy as np
 from numba.core import config
 
 from hierroom.support.compile.clock import compile_clock
@@ -20,7 +21,10 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
     """Decorate as Numba's ``njit``, with compiled code in `kernel_folder`; other packages keep their own places."""
 
     def define(function: Callable[..., Any]) -> Any:
-        if not cache or config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
+        if config.DISABLE_JIT and options.get("nogil"):  # pyright: ignore[reportAttributeAccessIssue] - set at run time
+            # In ordinary Python, uint64 scalars warn of overflow, which random numbers rely on.
+            return np.errstate(over="ignore")(function)
+        if not cache or config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue]
             return numba.njit(**options)(function)
         folder, chosen = kernel_folder(), config.CACHE_DIR  # pyright: ignore[reportAttributeAccessIssue]
         config.CACHE_DIR = folder  # pyright: ignore[reportAttributeAccessIssue]

@@ -1,8 +1,5 @@
 """Thin kernels that apply the rules of the world to a batch of levels."""
 
-import numpy as np
-from numba import config
-
 from hierroom.support.compile.kernel import njit
 from hierroom.worlds.escape_room.generation_kernels import generate
 from hierroom.worlds.escape_room.step_kernels import advance_and_look
@@ -46,9 +43,3 @@ def step_and_reset_levels(levels, grids, graphs, actions, outcomes, finals):
             finals[n] = levels[n]
             generate(levels[n], grids[n], graphs)
             look_and_remember(levels[n], grids[n], outcomes[n].tiles)
-
-
-if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
-    # In ordinary Python, uint64 scalars warn of overflow, which the random number generator relies on.
-    reset_levels = np.errstate(over="ignore")(reset_levels)
-    step_and_reset_levels = np.errstate(over="ignore")(step_and_reset_levels)

@@ -27,7 +27,7 @@ from hierroom.worlds.escape_room.layout import (
     graph_records,
 )
 from hierroom.worlds.escape_room.state_check import check_state
-from hierroom.worlds.world import INT64, Seeds, is_list, whole_numbers
+from hierroom.worlds.world import Seeds, is_list, whole_numbers
 
 MIN_ENVS_PER_THREAD = 1024
 """With fewer environments per thread, starting another thread costs more than it saves."""
@@ -43,14 +43,14 @@ class Engine:
     and of the number of threads.
 
     Args:
-        graphs: goal graphs, at least one; each episode samples one of them.
-        num_envs: number of environments N, at least 1.
-        size: number of cells along a side of the grid, 11 to 63, outer walls included.
-        max_steps: number of steps after which an episode is truncated, at least 1.
+        graphs: goal graphs; each episode samples one of them.
+        num_envs: number of environments N.
+        size: cells along a side of the grid, 11 to 63, outer walls included.
+        max_steps: steps after which an episode is truncated.
         drop_key: whether action 5 drops a key.
-        seed: 0 to 2**63 - 1; None generates no levels yet, so that `reset` must be called with a seed first.
+        seed: 0 to 2**63 - 1; None generates no levels yet: call `reset` with a seed first.
         first_index: index of the first environment.
-        threads: maximal number of threads, at least 1; small batches use fewer.
+        threads: most threads; small batches use fewer.
         memories: what levels remember of their episode, names in `layout.MEMORIES`.
         levels: which levels are drawn, a name in `layout.SPLITS`; None: all.
 
@@ -58,6 +58,7 @@ class Engine:
         state: the state of the environments, updated in place by each step.
         outcomes: [N] records of `layout.OUTCOME`, overwritten by each step.
         finals: [N] records of `layout.LEVEL`, each level at the end of its last episode.
+        has_begun: whether levels have been generated, which the first `reset` does.
     """
 
     def __init__(
@@ -84,8 +85,7 @@ class Engine:
         records = self.state.levels
         records["index"], records["split"] = first_index + np.arange(num_envs), SPLITS[levels]
         records["max_steps"], records["can_drop"] = max_steps, drop_key
-        self._shape, self._has_begun = (num_envs,), False
-        self.n_actions = 6 if drop_key else 5
+        self.n_actions, self.has_begun = 6 if drop_key else 5, False
         n_slices = max(1, min(threads, num_envs // MIN_ENVS_PER_THREAD))
         bounds = np.linspace(0, num_envs, n_slices + 1).astype(int)
         self._slices = [slice(a, b) for a, b in pairwise(bounds)]
@@ -97,33 +97,24 @@ class Engine:
     def __len__(self) -> int:
         return len(self.outcomes)
 
-    @property
-    def has_begun(self) -> bool:
-        """Whether levels have been generated, which the first `reset` does."""
-        return self._has_begun
-
-    def reset(self, seed: Seeds = None, indices: Indices = slice(None)) -> None:
+    def reset(self, seed: Seeds = None, envs: Indices = slice(None)) -> None:
         """Begin an episode in some environments (by default all): with a seed its first one, without one the next.
 
         Args:
             seed: 0 to 2**63 - 1, one for all of them; or a sequence with one, or None, for each of them.
-            indices: which.
+            envs: which.
         """
-        chosen, levels = self._chosen(indices), self.state.levels
-        if is_list(seed):
-            if len(seed) != len(chosen):
-                raise InputError(f"seeds are one for all environments or {len(chosen)} of them, not {len(seed)}")
-            seeds = [*seed]
-        else:
-            seeds = [seed]
-        for one in seeds:
-            if one is not None:
-                Whole(0, 2**63 - 1).check(one, "a seed")
-        for envs, one in zip([chosen] if len(seeds) == 1 else chosen, seeds, strict=True):
-            if one is not None:
-                levels["seed"][envs], levels["episode"][envs] = one, -1
+        chosen, levels = self._chosen(envs), self.state.levels
+        seeds, groups = ([*seed], chosen) if is_list(seed) else ([seed], [chosen])
+        if len(seeds) != len(groups):
+            raise InputError(f"seeds are one for all environments or {len(chosen)} of them, not {len(seeds)}")
+        given = [(group, one) for group, one in zip(groups, seeds, strict=True) if one is not None]
+        for _, one in given:
+            Whole(0, 2**63 - 1).check(one, "a seed")
+        for group, one in given:
+            levels["seed"][group], levels["episode"][group] = one, -1
         self._clear_outcomes(chosen, 0)
-        self._has_begun = True
+        self.has_begun = True
         if len(chosen) == len(self):
             batch_kernels.reset_levels(levels, self.state.grids, self.graph_records, self.outcomes)
         else:
@@ -132,11 +123,7 @@ class Engine:
             levels[chosen], self.state.grids[chosen], self.outcomes[chosen] = part.levels, part.grids, outcomes
 
     def remember(self, memories: Iterable[str]) -> None:
-        """Let levels remember more of their episode, from the next `reset` on.
-
-        Args:
-            memories: names in `layout.MEMORIES`.
-        """
+        """Let levels remember more of their episode, names in `layout.MEMORIES`, from the next `reset` on."""
         for name in memories:
             if name not in MEMORIES:
                 raise InputError(f"levels can remember {', '.join(MEMORIES)}, not {name!r}")
@@ -157,14 +144,14 @@ class Engine:
         Args:
             actions: [N] integers; one that is not an action of the environment has no effect, but the step counts.
         """
-        return self.advance(self.as_actions(actions))
+        return self.advance(whole_numbers(actions, len(self)))
 
     def step_within_episode(self, actions: ArrayLike) -> np.ndarray:
         """Act once in every environment whose episode has not ended and return the outcomes, without resets."""
-        return self.advance_within_episode(self.as_actions(actions))
+        return self.advance_within_episode(whole_numbers(actions, len(self)))
 
     def advance(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Step as `step` does, with actions as `as_actions` gives them."""
+        """Step as `step` does, with actions that were checked."""
         graphs, step = self.graph_records, _compiled_step()
         levels, grids, outcomes, finals = self.state.levels, self.state.grids, self.outcomes, self.finals
         if len(self._slices) == 1:
@@ -179,33 +166,28 @@ class Engine:
         return outcomes
 
     def advance_within_episode(self, actions: NDArray[np.int64]) -> np.ndarray:
-        """Step as `step_within_episode` does, with actions as `as_actions` gives them."""
+        """Step as `step_within_episode` does, with actions that were checked."""
         _compiled_step_within()(self.state.levels, self.state.grids, actions, self.outcomes)
         return self.outcomes
 
-    def state_after(self, before: State, actions: ArrayLike) -> State:
-        """The state that the last step led to; where it ended an episode, that step is taken again without a reset.
-
-        Args:
-            before: the state in which it was taken.
-            actions: [N] its actions.
-        """
+    def state_after(self, before: State, actions: NDArray[np.int64]) -> State:
+        """Return the state to which the last step led: where it ended an episode, take it again without a reset."""
         state = self.get_state()
         ended = np.flatnonzero(self.outcomes["terminated"] | self.outcomes["truncated"])
         if len(ended):
             last = before[ended]
             outcomes = np.zeros(len(ended), OUTCOME)
-            batch_kernels.step_levels(last.levels, last.grids, self.as_actions(actions)[ended], outcomes)
+            batch_kernels.step_levels(last.levels, last.grids, actions[ended], outcomes)
             state.levels[ended], state.grids[ended] = last.levels, last.grids
         return state
 
-    def get_state(self, indices: Indices = slice(None)) -> State:
+    def get_state(self, envs: Indices = slice(None)) -> State:
         """Copy the exact state of some environments (by default all)."""
-        return self.state[self._chosen(indices)]
+        return self.state[self._chosen(envs)]
 
-    def check_state(self, state: State, indices: Indices = slice(None)) -> None:
+    def check_state(self, state: State, envs: Indices = slice(None)) -> None:
         """Check that `set_state` can take a state."""
-        n_chosen = len(self._chosen(indices))
+        n_chosen = len(self._chosen(envs))
         check_state(state)
         if state.size != self.state.size or len(state) != n_chosen:
             raise InputError(
@@ -213,52 +195,46 @@ class Engine:
                 f"it holds {len(state)} of size {state.size}"
             )
 
-    def set_state(self, state: State, indices: Indices = slice(None)) -> None:
+    def set_state(self, state: State, envs: Indices = slice(None)) -> None:
         """Set environments (by default all) to a state taken earlier from these or other environments of the same size.
 
         The state includes everything: the graph, the step limit, whether keys can be dropped, what is remembered, and
         the seed and index of the original environment, which determine the episodes that follow.
         """
-        self.check_state(state, indices)
-        chosen = self._chosen(indices)
-        self.state.levels[chosen], self.state.grids[chosen] = state.levels, state.grids
-        self._has_begun = bool(self.state.levels["n_rooms"][0])
-        self._clear_outcomes(chosen, state.levels["steps"])
+        self.check_state(state, envs)
+        self._put(state, self._chosen(envs))
+
+    def _put(self, state: State, chosen: NDArray[np.integer]) -> None:
         levels = state.levels
+        self.state.levels[chosen], self.state.grids[chosen] = levels, state.grids
+        self.has_begun = bool(self.state.levels["n_rooms"][0])
+        self._clear_outcomes(chosen, levels["steps"])
         at_exit = (levels["row"] == levels["exit_at"][:, 0]) & (levels["col"] == levels["exit_at"][:, 1])
         self.outcomes["terminated"][chosen] = levels["has_ended"] & at_exit
         self.outcomes["truncated"][chosen] = levels["has_ended"] & (levels["steps"] >= levels["max_steps"])
         batch_kernels.look_levels(self.state.levels, self.state.grids, self.outcomes)
 
-    def _chosen(self, indices: Indices) -> NDArray[np.integer]:
+    def _chosen(self, envs: Indices) -> NDArray[np.integer]:
         try:
-            return np.atleast_1d(np.arange(len(self))[indices])
+            return np.atleast_1d(np.arange(len(self))[envs])
         except IndexError as error:
-            raise InputError(f"environments are numbered from 0 to {len(self) - 1}; there is no {indices}") from error
+            raise InputError(f"environments are numbered from 0 to {len(self) - 1}; there is no {envs}") from error
 
-    def _clear_outcomes(self, indices: NDArray[np.integer], lengths: ArrayLike) -> None:
+    def _clear_outcomes(self, envs: NDArray[np.integer], lengths: ArrayLike) -> None:
         """Set the outcomes of environments that have taken no step since they were reset or restored."""
-        outcomes = np.zeros(len(indices), OUTCOME)
+        outcomes = np.zeros(len(envs), OUTCOME)
         outcomes["length"] = lengths
-        self.outcomes[indices] = outcomes
-
-    def as_actions(self, actions: ArrayLike) -> NDArray[np.int64]:
-        """Actions as kernels take them: [N] int64, contiguous; the same array where it is so already."""
-        if isinstance(actions, np.ndarray) and actions.dtype is INT64 and actions.shape == self._shape:
-            return actions if actions.flags.c_contiguous else actions.copy()
-        return whole_numbers(actions, len(self))
+        self.outcomes[envs] = outcomes
 
 
 @cache
 def _compiled_step() -> Callable[..., None]:
-    """Compile `batch_kernels.step_and_reset_levels` for the types of a world's arrays."""
     state = empty_state(1, MIN_SIZE)
-    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, INT64), np.zeros(1, OUTCOME), state.levels
+    arrays = state.levels, state.grids, np.zeros(1, GRAPH), np.zeros(1, np.int64), np.zeros(1, OUTCOME), state.levels
     return compiled(batch_kernels.step_and_reset_levels, *arrays)
 
 
 @cache
 def _compiled_step_within() -> Callable[..., None]:
-    """Compile `batch_kernels.step_levels`, likewise."""
     state = empty_state(1, MIN_SIZE)
-    return compiled(batch_kernels.step_levels, state.levels, state.grids, np.zeros(1, INT64), np.zeros(1, OUTCOME))
+    return compiled(batch_kernels.step_levels, state.levels, state.grids, np.zeros(1, np.int64), np.zeros(1, OUTCOME))

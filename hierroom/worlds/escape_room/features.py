@@ -23,7 +23,7 @@ UNKNOWN_DISTANCE = 2 * len(CLASS_STARTS) + 1
 
 
 def _goal_categories() -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """For each goal id and, last, no goal: its (object, colour) as categories, 0 for none; its tile code."""
+    """Return for each goal id and, last, no goal: (object, colour) as categories, 0 for none, and the tile code."""
     categories = np.zeros((N_GOALS + 1, 2), np.uint8)
     tiles = np.full(N_GOALS + 1, N_TILES, np.uint8)
     colours = np.arange(N_COLOURS)

@@ -11,12 +11,9 @@ from hierroom.worlds.escape_room.constants import MARGIN, MAX_SIZE, ONE
 
 @njit(cache=True)
 def nearest_frontiers(levels: np.ndarray) -> NDArray[np.int64]:
-    """The frontier cells nearest to the agents, in rows and columns added up; of equals the first by row and column.
+    """Find the frontier cells nearest to the agents by Manhattan distance; of equals the first by row and column.
 
     Floor is what lies in a room or is an open door.
-
-    Args:
-        levels: [M] records of `layout.LEVEL`, which remember what was explored.
 
     Returns:
         [M, 2, 2] (row, col) of the nearest in the room where the agent stands, and of the nearest anywhere else, zeros
@@ -54,12 +51,11 @@ def _frontier(level, row):
 
 @njit(cache=True)
 def _keep_nearer(level, row, col, nearest):
-    """Make a cell the nearest one, if it is."""
     if nearest[0] == 0 or _rank(level, row, col) < _rank(level, nearest[0], nearest[1]):
         nearest[0], nearest[1] = row, col
 
 
 @njit(cache=True)
 def _rank(level, row, col):
-    """A number that grows with the distance, then with the row, then with the column."""
+    """Return a number that grows with the distance, then with the row, then with the column."""
     return ((abs(row - level.row) + abs(col - level.col)) * 2 * MAX_SIZE + row) * 2 * MAX_SIZE + col

@@ -35,7 +35,7 @@ def generate(level, grid, graphs):
 
 @njit(cache=True)
 def is_held_out(grid):
-    """Whether a layout is kept for evaluation: so is an eighth of them, by a hash (FNV-1a) of all tiles."""
+    """Return whether a layout is kept for evaluation, as an eighth of them by a hash (FNV-1a) of all tiles."""
     digest = np.uint64(0xCBF29CE484222325)
     for tile in grid.reshape(-1):
         digest = (digest ^ np.uint64(tile)) * np.uint64(0x100000001B3)
@@ -122,14 +122,13 @@ def carve(level, grid, branch, side, part, walls, corners):
     """Give a branch room its rectangle on one side of the centre, and its door in the centre's wall.
 
     Args:
-        level: the level, updated in place.
-        grid: its grid, updated in place.
+        level: the level.
+        grid: its grid.
         branch: the branch room, counted from 0.
-        side: side of the centre, 0 east, 1 south, 2 west, 3 north.
+        side: side of the centre, a direction.
         part: 0 for the whole side, 1 or 2 for its first or second half.
-        walls: [4] int64, the centre's wall lines (east col, south row, west col, north row).
-        corners: [2, 2] int64, indexed by (is south, is east): 1 if that corner of the grid belongs to the north or
-            south side.
+        walls: [4] the centre's wall lines (east col, south row, west col, north row).
+        corners: [2, 2] by (is south, is east): 1 if that corner of the grid belongs to the north or south side.
     """
     size = grid.shape[0] - 2 * MARGIN
     is_vertical = side % 2  # the south and north sides extend along columns

@@ -23,11 +23,11 @@ class GraphSampler:
     decision, and waits until all have ended: those that escape end first, and would else be counted too often.
 
     Args:
-        graph: the graphs, as `GraphSet` takes them.
-        exclude: graphs to leave out of them, likewise.
+        graph: the graphs, as `find_graphs` takes them.
+        exclude: graphs to leave out of them.
         drop_key: whether keys can be dropped, which makes every graph harder.
         num_envs: number of environments N that sample from these graphs.
-        n_stages: number of stages of the `Curriculum` into which the set is divided, at least 1.
+        n_stages: stages of the `Curriculum` into which the set is divided.
 
     Attributes:
         everything: all graphs that may ever be sampled, the easiest first.
@@ -53,12 +53,12 @@ class GraphSampler:
 
     @property
     def n_stages(self) -> int:
-        """Number of stages; those without a graph are left out."""
+        """Number of stages that have graphs."""
         return len(self._curriculum.stages)
 
     @property
     def stage_titles(self) -> list[str]:
-        """A line for each stage of a curriculum: how many graphs, and from which to which; none without one."""
+        """A line for each stage of a curriculum: how many graphs, and from which to which."""
         stages = self._curriculum.stages if self.n_stages > 1 else ()
         return [
             f"stage {n} of {len(stages)}: {len(graphs)} graph{'s' * (len(graphs) > 1)}, "
@@ -72,32 +72,16 @@ class GraphSampler:
         return self._curriculum.stages[self.stage]
 
     def names(self, levels: np.ndarray) -> list[str]:
-        """The names of the goal graphs of levels.
-
-        Args:
-            levels: as for `graphs_of`.
-        """
+        """Return the names of the goal graphs of levels, as for `graphs_of`."""
         return [graph.name for graph in self.graphs_of(levels)]
 
     def graphs_of(self, levels: np.ndarray) -> list[GoalGraph]:
-        """The goal graphs of levels, as they were given.
-
-        Args:
-            levels: [M] records with the fields ``n_rooms``, ``key_rooms`` and ``exit_room``.
-        """
+        """Return the goal graphs, as they were given, of levels: [M] records of `layout.LEVEL`."""
         rooms = zip(levels["n_rooms"].tolist(), levels["key_rooms"].tolist(), levels["exit_room"].tolist(), strict=True)
         return [self._known[tuple(key_rooms[: n_rooms - 1]), exit_room] for n_rooms, key_rooms, exit_room in rooms]
 
     def add(self, ended: NDArray[np.bool_], escaped: NDArray[np.bool_]) -> bool:
-        """Count the episodes of the current stage that a step ended, and decide about the stage if it is time.
-
-        Args:
-            ended: [N] bool, whether the episode ended.
-            escaped: [N] bool, whether it ended at the exit.
-
-        Returns:
-            Whether `graphs` has changed.
-        """
+        """Count the episodes that ended [N], and escaped [N], in a step; return whether `graphs` changes."""
         if self.n_stages == 1:
             return False
         self._counts[1] += (escaped & (self._n_ended >= 0) & (self._n_ended < self._quota)).sum()
@@ -119,12 +103,7 @@ class GraphSampler:
         return {"curriculum": self._counts.copy(), "n_ended": self._n_ended[envs].copy()}
 
     def check_state(self, state: Mapping[str, NDArray], levels: np.ndarray) -> None:
-        """Check a state before `set_state`.
-
-        Args:
-            state: what `get_state` gave.
-            levels: those of the environments, as for `graphs_of`.
-        """
+        """Check what `get_state` gave, and the levels of the environments, before `set_state`."""
         Array(np.int64, (2,)).check(state["curriculum"], "curriculum")
         Array(np.int64, self._n_ended.shape).check(state["n_ended"], "n_ended")
         (stage, n_successes), n_ended = state["curriculum"].tolist(), state["n_ended"]

@@ -106,18 +106,14 @@ class State:
         return len(self.levels)
 
     def __getitem__(self, indices) -> State:
-        """A copy of the state of some environments; an integer index gives a batch of one."""
+        """Copy the state of some environments; an integer index gives a batch of one."""
         chosen = np.atleast_1d(np.arange(len(self))[indices])
         return State(self.grids[chosen], self.levels[chosen])
 
     def distances(self, goals: NDArray[np.integer]) -> NDArray[np.integer]:
-        """The distances of the agents from goals, a key's from where it lies or lay, ignoring walls.
+        """Return [N] the Manhattan distances of the agents from goals [N], ignoring walls; 0 for -1, no goal.
 
-        Args:
-            goals: [N] int, goal ids that the levels have, or -1 for no goal.
-
-        Returns:
-            [N] int Manhattan distances in cells; 0 for no goal.
+        A key's distance is that from where it lies, or lay before it was picked up.
         """
         levels, envs = self.levels, np.arange(len(self))
         branches = levels["branches"][envs, goals % N_COLOURS]
@@ -128,7 +124,7 @@ class State:
         return np.where(goals == NO_GOAL, 0, distances)
 
     def copy(self) -> State:
-        """The same state in new arrays."""
+        """Return the same state in new arrays."""
         return State(self.grids.copy(), self.levels.copy())
 
     @property
@@ -138,7 +134,7 @@ class State:
 
 
 def empty_state(num_envs: int, size: int) -> State:
-    """The state, all zeros, of environments whose first episode has not begun."""
+    """Return the state, all zeros, of environments before their first episode."""
     Whole(MIN_SIZE, MAX_SIZE).check(size, "size")
     Whole(1, 2**31 - 1).check(num_envs, "num_envs")
     side = size + 2 * MARGIN

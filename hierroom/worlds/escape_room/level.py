@@ -24,10 +24,10 @@ class Goal:
     Args:
         id: 0 to 5 are the keys by colour, 6 to 11 the doors by colour, 12 is the exit.
         kind: ``"key"``, ``"door"`` or ``"exit"``.
-        colour: name of the colour; the exit is green, like MiniGrid's goal.
+        colour: the exit is green, like MiniGrid's goal.
         room: the branch room that the key or door opens, or that holds the exit; 0 if the goal does not exist.
-        position: (row, col) of the goal's cell, counted from the grid's upper left corner; for a key that is held the
-            cell where it lay; None if the goal does not exist.
+        position: (row, col), counted from the grid's upper left corner; of a key that is held the cell where it lay;
+            None if the goal does not exist.
         distance: Manhattan distance from the agent, ignoring walls; infinite if the goal does not exist.
         exists: whether the level has this goal.
         was_seen: whether it has been in view in this episode.
@@ -62,9 +62,9 @@ class LevelAgent:
     """The agent of a level.
 
     Args:
-        position: (row, col) of the agent's cell, counted from the grid's upper left corner.
-        direction: the direction it faces: ``"east"``, ``"south"``, ``"west"`` or ``"north"``.
-        steps: number of primitive steps taken in this episode.
+        position: (row, col), counted from the grid's upper left corner.
+        direction: ``"east"``, ``"south"``, ``"west"`` or ``"north"``.
+        steps: primitive steps taken in this episode.
     """
 
     position: Cell
@@ -77,8 +77,8 @@ class Level:
     """The level of one environment.
 
     Args:
-        goals: all 13 goals by id, including those that the level does not have (see `Goal.exists`).
-        agent: position, direction and step count of the agent.
+        goals: all 13 goals by id, also those that the level does not have (see `Goal.exists`).
+        agent: the agent.
         graph: the goal graph.
     """
 
@@ -98,13 +98,7 @@ class Level:
 
     @classmethod
     def of(cls, state: State, legal: NDArray[np.bool_], reachable: NDArray[np.bool_]) -> Level:
-        """Describe the level of an environment.
-
-        Args:
-            state: one environment.
-            legal: [13] bool, the goals that the meta-controller may choose.
-            reachable: [13] bool, the goals that can be achieved now.
-        """
+        """Describe one environment, given the goals [13] that may be chosen and those that can be achieved now."""
         record = state.levels[0]
         here = int(record.row) - MARGIN, int(record.col) - MARGIN
         n_branches, branches, seen = int(record.n_rooms) - 1, record.branches.tolist(), int(record.seen)
@@ -131,21 +125,15 @@ class Level:
 
 
 def uncoloured(name: str) -> str:
-    """A goal in words without its colour: ``"key 1"`` of ``"red key 1"``."""
+    """Return a goal in words without its colour: ``"key 1"`` of ``"red key 1"``."""
     colour, _, rest = name.partition(" ")
     return rest if colour in COLOURS else name
 
 
 def goal_name(level: np.record, goal: int) -> str:
-    """A goal of one level in words, colour and room side by side.
+    """Return a goal of a level, or -1, in words: ``"red key 1"``, ``"red door 1"``, ``"exit"`` or ``"no goal"``.
 
-    Args:
-        level: the record of the level, of `layout.LEVEL`.
-        goal: goal id, -1 for none.
-
-    Returns:
-        ``"red key 1"``, ``"red door 1"``, ``"exit"`` or ``"no goal"``; without a number where the level has no such
-        key or door.
+    The number is the branch room; a key or door that the level does not have has none.
     """
     branch = N_COLOURS if goal in (EXIT_GOAL, NO_GOAL) else int(level.branches[goal % N_COLOURS])
     return _name(goal, branch + 1 if branch < level.n_rooms - 1 else 0)

@@ -37,7 +37,7 @@ class LevelView:
     Args:
         tiles: [M, 7, 7] uint8 tile codes of the view.
         levels: [M] records of `layout.LEVEL`.
-        grids: [M, side, side] uint8 tile codes of the levels; None where only agents that see the view are shown this.
+        grids: [M, side, side] uint8 tile codes of the levels; for meta-controllers only.
     """
 
     tiles: NDArray[np.uint8]
@@ -65,7 +65,7 @@ class LevelView:
         }
 
     def uniforms(self, turns: NDArray[np.integer], n: int) -> NDArray[np.float64]:
-        """Return [M, n] random numbers in [0, 1) that seed, environment, episode and turn [M] fix."""
+        """Return [M, n] random numbers in [0, 1), fixed by seed, environment, episode and turn [M]."""
         uniforms = np.empty((len(self), n))
         turn_uniforms(self.levels, turns, uniforms)
         return uniforms
@@ -128,7 +128,7 @@ class LevelView:
     def depth_first_ranks(self) -> NDArray[np.integer]:
         """[M, 13] whole numbers by which a depth-first walk over the goal graph orders goals, the next one highest.
 
-        The exit, else the door of a key held, else a key in the room opened last that still has one.
+        They put the exit first, then the door of a key held, then a key in the room opened last that still has one.
         """
         opened_at = np.zeros((len(self), 1 + N_COLOURS), np.int64)  # of every room; the centre is open from step 0
         opened_at[:, 1:] = self.levels["opened_at"]
@@ -152,16 +152,7 @@ class LevelView:
 
 
 def legal_goals(levels: np.ndarray, mask: str, are_turns: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the meta-controllers' legal actions.
-
-    Args:
-        levels: [M] records of `layout.LEVEL`.
-        mask: a name in `GOAL_MASKS`.
-        are_turns: [M] bool, where it has its turn; elsewhere it can only wait.
-
-    Returns:
-        [M, 14] bool.
-    """
+    """Return the meta-controllers' legal actions [M, 14] under a mask of `GOAL_MASKS`; off turn they can only wait."""
     masks = np.empty((len(levels), N_GOALS + 1), bool)
     _compiled_masks()(np.ascontiguousarray(levels), np.ascontiguousarray(are_turns), GOAL_MASKS[mask], masks)
     return masks
@@ -169,7 +160,6 @@ def legal_goals(levels: np.ndarray, mask: str, are_turns: NDArray[np.bool_]) -> 
 
 @cache
 def _compiled_masks() -> Callable[..., None]:
-    """Compile `goal_kernels.write_masks` for the types of a batch's arrays."""
     return compiled(write_masks, np.zeros(1, LEVEL), np.zeros(1, bool), 1, np.zeros((1, 1), bool))
 
 

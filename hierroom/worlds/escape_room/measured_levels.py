@@ -23,34 +23,17 @@ LEVEL_POLICIES = 20
 
 
 def level_mdp(graph: GoalGraph, seed: int, drop_key: bool = False, size: int = 19) -> DeterministicMDP:
-    """A level as the MDP of its exact states.
-
-    Args:
-        graph: its goal graph.
-        seed: of the level: the first episode of an environment with this seed.
-        drop_key: whether keys can be dropped.
-        size: cells along a side of the grid.
-    """
+    """Return a level, the first of an environment with this seed, as the MDP of its exact states."""
     return DeterministicMDP(*reachable_states(Engine([graph], size=size, drop_key=drop_key, seed=seed).state))
 
 
 def measure_levels(
     graphs: Sequence[GoalGraph], n_levels: int, horizon: int = 1000, drop_key: bool = False, seed: int = 0
 ) -> list[MeasuredGraph]:
-    """Measure levels of each goal graph.
+    """Measure ``n_levels`` levels of each goal graph, with the seeds ``seed``, ``seed + 1``, ...
 
-    The number of rollouts of GORP is that of `GORP_RUNS` runs drawn, and the information capacities are those of
-    `LEVEL_POLICIES` policies; everything else is computed.
-
-    Args:
-        graphs: the goal graphs.
-        n_levels: levels of each, with the seeds ``seed``, ``seed + 1``, ...
-        horizon: steps of an episode.
-        drop_key: whether keys can be dropped.
-        seed: seed of the first level.
-
-    Returns:
-        A row for each level; with `SampledMeasures` where it has more than `MAX_LEVEL_STATES` states.
+    The number of rollouts of GORP is estimated by `GORP_RUNS` runs, and the information capacities by `LEVEL_POLICIES`
+    policies; everything else is computed. Levels of more than `MAX_LEVEL_STATES` states have `SampledMeasures`.
     """
     if n_levels < 1:
         raise InputError(f"measure at least one level of each goal graph, not {n_levels}")

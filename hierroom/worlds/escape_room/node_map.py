@@ -1,4 +1,4 @@
-"""Where levels of one goal graph stand in its augmented graph.
+"""The node of a level in the augmented graph of its goal graph.
 
 Every state of a level has exactly one node:
 
@@ -19,11 +19,7 @@ from hierroom.complexity.augmented import AugmentedGraph
 
 
 class NodeMap:
-    """Where levels of one goal graph stand in its augmented graph.
-
-    Args:
-        augmented: the augmented graph.
-    """
+    """Finds where levels of one goal graph stand in its augmented graph."""
 
     def __init__(self, augmented: AugmentedGraph) -> None:
         self.exit = augmented.exit
@@ -33,12 +29,7 @@ class NodeMap:
             self._nodes[int(node.kind == "room"), node.room, sum(1 << (door - 1) for door in node.doors)] = i
 
     def __call__(self, levels: np.ndarray, terminated: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Return the node of each level, [M] int64 indices into the augmented graph's nodes.
-
-        Args:
-            levels: [M] records of `layout.LEVEL`.
-            terminated: [M] bool, whether the exit has been reached.
-        """
+        """Return the node [M] of each level, records of `layout.LEVEL`: an index into the augmented graph's nodes."""
         carried = levels["carried"]
         nodes = self._nodes[
             (carried < 0).astype(int), np.where(carried < 0, _room_of(levels), carried + 1), levels["doors"]

@@ -16,6 +16,7 @@ from hierroom.worlds.escape_room.constants import VIEW
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import LEVEL, OUTCOME
 from hierroom.worlds.escape_room.tiles import TRIPLES
+from hierroom.worlds.escape_room.view_kernels import write_image
 
 N_DIRECTIONS = 4
 IMAGE, GOAL_SIZE = (VIEW, VIEW, 3), GOAL_VECTORS.shape[1]
@@ -25,29 +26,11 @@ N_NUMBERS = N_DIRECTIONS + N_COLOURS + GOAL_SIZE + N_COLOURS + N_CELLS * 3
 """Numbers of a flat observation besides the action mask."""
 
 
-@njit(cache=True)
-def write_image(tiles, triples, image):
-    """Write a view [7, 7] of tile codes as an image [7, 7, 3] in MiniGrid's numbers."""
-    for i in range(VIEW):
-        for j in range(VIEW):
-            tile = np.uint64(tiles[i, j])
-            image[i, j, 0], image[i, j, 1], image[i, j, 2] = triples[tile, 0], triples[tile, 1], triples[tile, 2]
-
-
 @njit(cache=True, nogil=True)
 def write_level(outcomes, levels, goal, triples, vectors, image, goal_vector, keys, doors):
-    """Write what the only environment of a batch shows; returns the agent's direction.
+    """Write what the only environment of a batch shows, with a goal or -1, and return the agent's direction.
 
-    Args:
-        outcomes: [1] record of `layout.OUTCOME`.
-        levels: [1] record of `layout.LEVEL`.
-        goal: the goal id that is shown, or -1.
-        triples: `tiles.TRIPLES`.
-        vectors: `goals.GOAL_VECTORS`.
-        image: [7, 7, 3] uint8, written.
-        goal_vector: [9] float32, written.
-        keys: [6] int8, written.
-        doors: [6] int8, written.
+    ``triples`` is `tiles.TRIPLES` and ``vectors`` `goals.GOAL_VECTORS`; the other arrays are those of `write_one`.
     """
     level = levels[0]
     write_image(outcomes[0].tiles, triples, image)
@@ -111,7 +94,7 @@ _DIRECTIONS = tuple(np.int64(direction) for direction in range(N_DIRECTIONS))
 
 
 def write_one(outcomes: np.ndarray, levels: np.ndarray, goal: int) -> dict[str, Any]:
-    """Return what the only environment of a batch shows, and the vector of a goal, in fresh arrays."""
+    """Return what the only environment of a batch shows, and the vector of a goal or -1, in fresh arrays."""
     image, vector = np.empty(IMAGE, _UINT8), np.empty(GOAL_SIZE, _FLOAT32)
     keys, doors = np.empty(N_COLOURS, _INT8), np.empty(N_COLOURS, _INT8)
     direction = _compiled_level()(outcomes, levels, goal, TRIPLES, GOAL_VECTORS, image, vector, keys, doors)
@@ -125,28 +108,21 @@ def write_one(outcomes: np.ndarray, levels: np.ndarray, goal: int) -> dict[str, 
 
 
 class BatchObservations:
-    """Writes what all environments of a batch show their controllers, all actions legal.
+    """Writes what all environments of a batch show their controllers: see `BatchWriter`.
 
     A flat observation is one row of numbers: the entries of an observation in alphabetical order, directions one-hot,
     just as `gymnasium.spaces.flatten` orders them, but in uint8: ``action_mask`` [A], ``direction`` [4],
     ``doors_open`` [6], ``goal`` [9], ``keys_held`` [6], ``observation`` [7 * 7 * 3].
-
-    Args:
-        engine: the environments.
-        flat: whether observations are flat.
-
-    Attributes:
-        flat_space: the space of a flat observation.
     """
 
     def __init__(self, engine: Engine, *, flat: bool) -> None:
         self._engine, self._flat = engine, flat
         high = np.ones(engine.n_actions + N_NUMBERS, np.uint8)
         high[-int(np.prod(IMAGE)) :] = 10
-        self.flat_space = spaces.Box(np.zeros_like(high), high, dtype=np.uint8)
+        self.flat_space: spaces.Box = spaces.Box(np.zeros_like(high), high, dtype=np.uint8)
 
     def empty(self) -> tuple[tuple[NDArray, ...], dict[str, NDArray]]:
-        """Return new arrays to be written, and where observations are not flat the same arrays by name."""
+        """Return new arrays for `write`, and the same arrays by name; no names where observations are flat."""
         n, n_actions = len(self._engine), self._engine.n_actions
         if self._flat:
             return (np.empty((n, n_actions + N_NUMBERS), _UINT8),), {}
@@ -161,7 +137,7 @@ class BatchObservations:
         return tuple(parts.values()), parts
 
     def write(self, goals: NDArray[np.integer], arrays: tuple[NDArray, ...]) -> None:
-        """Write what the environments show now, with goals [N] of a ledger, into arrays that `empty` gave."""
+        """Write what the environments show now, with goals [N], into arrays that `empty` gave."""
         write = _compiled_flat() if self._flat else _compiled_batch()
         write(self._engine.outcomes, self._engine.state.levels, goals, TRIPLES, GOAL_VECTORS, *arrays)
 
@@ -176,7 +152,6 @@ class BatchObservations:
 
 @cache
 def _compiled_level() -> Callable[..., int]:
-    """Compile `write_level` for the types of a batch of one."""
     arrays = np.empty(IMAGE, _UINT8), np.empty(1, _FLOAT32), np.empty(1, _INT8), np.empty(1, _INT8)
     return compiled(write_level, np.zeros(1, OUTCOME), np.zeros(1, LEVEL), 1, TRIPLES, GOAL_VECTORS, *arrays)
 
@@ -189,12 +164,10 @@ def _read() -> tuple:
 
 @cache
 def _compiled_batch() -> Callable[..., None]:
-    """Compile `write_batch` for the types of a batch's arrays."""
     images, vectors, bits = np.zeros((1, *IMAGE), _UINT8), np.zeros((1, 1), _FLOAT32), np.zeros((1, 1), _INT8)
     return compiled(write_batch, *_read(), images, vectors, np.zeros(1, _INT64), bits, bits, bits)
 
 
 @cache
 def _compiled_flat() -> Callable[..., None]:
-    """Compile `write_flat`, as `_compiled_batch`."""
     return compiled(write_flat, *_read(), np.zeros((1, 1), _UINT8))

@@ -13,7 +13,7 @@ It is exact although it ignores three things:
 
 Keys that are not needed do matter: they block cells, and picking one up may be shorter than walking around it.
 
-The search has its own codes, and gets the world's tile codes as a table.
+States must be such as `Engine.set_state` takes: the search reads what a level says of itself, and not its grid.
 """
 
 from __future__ import annotations
@@ -21,16 +21,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hierroom.goals import COLOURS, EXIT_GOAL, N_COLOURS, N_GOALS
+from hierroom.goals import EXIT_GOAL, N_COLOURS, N_GOALS
 from hierroom.support.compile.kernel import njit
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants
 from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.level import goal_name
-from hierroom.worlds.escape_room.state_check import check_state
 
-# The kind of object on a cell, which is also the kind of a goal: ``kind = goal // N_COLOURS``.
-A_KEY, A_DOOR, THE_EXIT, OTHER = 0, 1, 2, 3
+# The kind of a goal: ``kind = goal // N_COLOURS``.
+A_DOOR, THE_EXIT = 1, 2
 # The actions in the search's own numbering, which `ACTIONS` translates.
 GO, TURN_LEFT, TURN_RIGHT, TAKE, UNLOCK = range(5)
 # Codes of the terrain: free, blocked, FIRST_KEY + slot of a key, or FIRST_DOOR + position of a door in the chain.
@@ -39,21 +38,9 @@ BLOCKED, FREE, FIRST_KEY, FIRST_DOOR = 0, 1, 2, 8
 ACTIONS = np.array([constants.FORWARD, constants.LEFT, constants.RIGHT, constants.PICKUP, constants.OPEN])
 
 
-def _tile_table() -> NDArray[np.uint8]:
-    table = np.full((constants.N_TILES, 2), OTHER, np.uint8)
-    table[constants.EXIT] = THE_EXIT, 0
-    for colour in range(len(COLOURS)):
-        table[constants.KEY + colour] = A_KEY, colour
-    return table
-
-
-TILE_TABLE = _tile_table()
-"""[22, 2] uint8: the search's code and the colour of each tile code; doors are where the level says."""
-
-
 @njit(cache=True)
 def room_at(level, row, col):
-    """The room that contains a cell, or -1 for a doorway."""
+    """Return the room that contains a cell, or -1 for a doorway."""
     for r in range(level.n_rooms):
         top, left, bottom, right = level.rectangles[r]
         if top <= row <= bottom and left <= col <= right:
@@ -62,28 +49,21 @@ def room_at(level, row, col):
 
 
 @njit(cache=True)
-def survey(level, grid, tile_table, kind, colour):
-    """Find what the search needs on the way to a goal.
+def survey(level, side, kind, colour):
+    """Find what the search needs on the way to a goal, in a grid of ``side`` cells a side, margins included.
 
     Returns:
         target: cell of the goal, -1 if the goal is achieved already, or -2 if it cannot be achieved.
-        terrain: [cells] uint8, in which everything that the search may ignore is blocked.
-        n_keys: number of keys in the terrain, which have slots 0, 1, ...
-        needs: [doors in the chain] int64, the bit of the key that each door needs, in the order of opening; 0 for a key
-            that is held.
+        terrain: [cells] uint8, where all that the search may ignore is blocked.
+        n_keys: number of keys in the terrain, with slots 0, 1, ...
+        needs: [doors in the chain] the bit of the key that each door needs, in the order of opening; 0 if it is held.
     """
-    side = grid.shape[1]
-    terrain = np.zeros(grid.size, np.uint8)
+    terrain = np.zeros(side * side, np.uint8)
     key_cells = np.full(6, -1, np.int64)
-    exit_cell = -1
-    for row in range(grid.shape[0]):
-        for col in range(side):
-            tile = tile_table[grid[row, col]]
-            if tile[0] == A_KEY:
-                key_cells[level.branches[tile[1]]] = row * side + col
-            elif tile[0] == THE_EXIT:
-                exit_cell = row * side + col
-
+    for other in range(level.n_rooms - 1):
+        if not (level.keys >> other) & 1:
+            key_cells[other] = level.keys_at[other, 0] * side + level.keys_at[other, 1]
+    exit_cell = level.exit_at[0] * side + level.exit_at[1]
     agent = level.row * side + level.col
     branch = level.branches[colour]
     exists = kind == THE_EXIT or branch < level.n_rooms - 1
@@ -141,23 +121,20 @@ def survey(level, grid, tile_table, kind, colour):
 
 
 @njit(cache=True, nogil=True)
-def solve(level, grid, tile_table, kind, colour):
+def solve(level, side, kind, colour):
     """Find the fewest actions that achieve a goal.
 
-    A node is ``layer << layer_shift | cell << 2 | direction``, and its layer is ``doors opened << n_keys | keys
-    taken``.
+    A node is ``layer << layer_shift | cell << 2 | direction``, its layer ``doors opened << n_keys | keys taken``.
 
     Returns:
-        The actions int64 in the search's numbering, and their number: 0 if the goal is achieved already, -1 if the
-        level does not have the goal or the episode has ended at the exit.
+        The actions in the search's numbering, and their number: 0 if the goal is achieved already, -1 if it cannot be.
     """
-    target, terrain, n_keys, needs = survey(level, grid, tile_table, kind, colour)
+    target, terrain, n_keys, needs = survey(level, side, kind, colour)
     if target < 0:
         return needs[:0], target + 1
-    side = grid.shape[1]
     steps = (1, side, -1, -side)
     layer_shift = 2
-    while (1 << layer_shift) < 4 * grid.size:
+    while (1 << layer_shift) < 4 * side * side:
         layer_shift += 1
     n_nodes = ((needs.size + 1) << n_keys) << layer_shift
     cell_mask = (1 << (layer_shift - 2)) - 1
@@ -208,7 +185,7 @@ def solve(level, grid, tile_table, kind, colour):
 
 @njit(cache=True)
 def trace(queue, parents, reached_by, last, final_action):
-    """The actions from the start to node ``last`` of the queue, followed by the final action, and their number."""
+    """Return the actions from the start to node ``last`` of the queue, then the final action, and their number."""
     length, position = 1, last
     while position > 0:
         length += 1
@@ -223,30 +200,28 @@ def trace(queue, parents, reached_by, last, final_action):
 
 
 @njit(cache=True, nogil=True)
-def solve_levels(levels, grids, tile_table, kinds, colours, lengths):
+def solve_levels(levels, side, kinds, colours, lengths):
     """Write the length of the shortest solution of every environment."""
     for n in range(levels.shape[0]):
-        _, lengths[n] = solve(levels[n], grids[n], tile_table, kinds[n], colours[n])
+        _, lengths[n] = solve(levels[n], side, kinds[n], colours[n])
 
 
 def shortest_lengths(state: State, goals: ArrayLike = EXIT_GOAL) -> NDArray[np.int64]:
     """Count the actions in the shortest solution of every environment.
 
     Args:
-        state: N environments, whose goal graphs may differ.
+        state: N environments; their goal graphs may differ.
         goals: goal id 0 to 12, one for all environments or [N].
 
     Returns:
-        [N] int64; 0 where the goal is achieved already (the key is held, the door is open, or the agent is at the
-        exit), -1 where it cannot be achieved (the level has no such key or door, its key cannot be come by, or the
-        episode has ended at the exit).
+        [N] int64; 0 where the goal is achieved already, -1 where it cannot be achieved (the level has no such key or
+        door, its key cannot be come by, or the episode has ended at the exit).
     """
-    check_state(state)
     ids = np.broadcast_to(np.asarray(goals), len(state))
     if ids.dtype.kind not in "iu" or (len(ids) and not 0 <= ids.min() <= ids.max() < N_GOALS):
         raise InputError(f"goals must be whole numbers from 0 to {N_GOALS - 1}, not {goals}")
     lengths = np.empty(len(state), np.int64)
-    solve_levels(state.levels, state.grids, TILE_TABLE, ids // N_COLOURS, ids % N_COLOURS, lengths)
+    solve_levels(state.levels, state.grids.shape[1], ids // N_COLOURS, ids % N_COLOURS, lengths)
     return lengths
 
 
@@ -260,14 +235,13 @@ def shortest_actions(state: State, goal: int = EXIT_GOAL) -> NDArray[np.int64]:
     Returns:
         [length] int64, empty if the goal is achieved already. A path to a key or a door never enters the exit.
     """
-    check_state(state)
     if len(state) != 1:
         raise InputError(
             f"shortest_actions solves one environment, but the state holds {len(state)}: index the state first"
         )
     if not isinstance(goal, (int, np.integer)) or not 0 <= goal < N_GOALS:
         raise InputError(f"a goal must be a whole number from 0 to {N_GOALS - 1}, not {goal!r}")
-    path, length = solve(state.levels[0], state.grids[0], TILE_TABLE, goal // N_COLOURS, goal % N_COLOURS)
+    path, length = solve(state.levels[0], state.grids.shape[1], goal // N_COLOURS, goal % N_COLOURS)
     if length < 0:
         name = goal_name(state.levels[0], goal)
         raise InputError(

@@ -1,7 +1,6 @@
 """Random numbers of an episode: each is a function of seed, environment, episode and its own number."""
 
 import numpy as np
-from numba import config
 
 from hierroom.support.compile.kernel import njit
 
@@ -49,8 +48,3 @@ def turn_uniforms(levels, turns, uniforms):
         key = mix(levels[n].key ^ mix(np.uint64(turns[n]) + GOLDEN))
         for k in range(uniforms.shape[1]):
             uniforms[n, k] = (mix(key + np.uint64(k) * GOLDEN) >> np.uint64(11)) * 2.0**-53
-
-
-if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
-    # In ordinary Python, uint64 scalars warn of overflow, which the random number generator relies on.
-    turn_uniforms = np.errstate(over="ignore")(turn_uniforms)

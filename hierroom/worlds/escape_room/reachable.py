@@ -38,11 +38,8 @@ def reachable_states(state: State, max_states: int = 1_000_000) -> ReachableStat
     and are no part of a state.
 
     Args:
-        state: one environment, whose episode has not ended.
-        max_states: most states, that of having escaped included.
-
-    Raises:
-        TooManyStatesError: if there are more states.
+        state: one environment before the end of its episode.
+        max_states: most states, that of having escaped included; with more, `TooManyStatesError` is raised.
     """
     if len(state) != 1:
         raise InputError(f"the states of one level are enumerated, but the state holds {len(state)} environments")

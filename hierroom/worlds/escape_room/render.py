@@ -1,4 +1,4 @@
-"""Rendering a level: as a picture in MiniGrid's style, and as text for a terminal.
+"""Rendering a level: as a picture in MiniGrid's style, as text for a terminal, and as numbers for a central critic.
 
 MiniGrid is imported with the first picture, because it loads pygame and registers more than 100 environments, which
 would slow down programs that only train.
@@ -9,6 +9,7 @@ from __future__ import annotations
 from functools import cache, lru_cache
 
 import numpy as np
+from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals import COLOURS, EXIT_GOAL, FIRST_DOOR_GOAL, NO_GOAL
@@ -29,14 +30,17 @@ from hierroom.worlds.escape_room.constants import (
 )
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.level import goal_name
+from hierroom.worlds.escape_room.tiles import TRIPLES
 
 OUTLINE = (255, 255, 255)
 CAPTION_INK, CAPTION_PAPER = (255, 255, 255), (20, 20, 20)
+AGENT_ID = 10
+"""MiniGrid's object id of the agent."""
 TERMINAL_COLOURS = (91, 92, 94, 95, 93, 37)  # of `COLOURS`, as ANSI foreground codes
 
 
 def default_tile_size(size: int) -> int:
-    """Side length of a cell in pixels: MiniGrid's 32, or less if a large grid would not fit on a screen."""
+    """Return the side length of a cell in pixels: MiniGrid's 32, or less so that a large grid fits on a screen."""
     return max(8, min(32, 800 // size))
 
 
@@ -47,17 +51,13 @@ def legible_tile_size(size: int) -> int:
 
 
 def draw_level(state: State, goal: int = NO_GOAL, tile_size: int = 32, title: str = "") -> NDArray[np.uint8]:
-    """Draw one level as MiniGrid does, with the agent's view highlighted.
+    """Draw one level as MiniGrid does, with the agent's view highlighted: [H, W, 3] uint8.
 
     Args:
         state: one environment.
-        goal: id of the current subgoal, -1 for none; its cell gets an outline, and its name is written over the lower
-            outer wall, so that the size of the picture does not depend on it.
-        tile_size: side length of a cell in pixels, at least 1.
-        title: written over the upper outer wall; as much of it as fits.
-
-    Returns:
-        [size * tile_size, size * tile_size, 3] uint8, red, green, blue.
+        goal: the current subgoal, or -1; its cell gets an outline, and its name is written over the lower outer wall.
+        tile_size: side length of a cell in pixels.
+        title: written over the upper outer wall.
     """
     _check(state, goal)
     if not isinstance(tile_size, (int, np.integer)) or tile_size < 1:
@@ -84,10 +84,6 @@ def text(state: State, goal: int = NO_GOAL) -> str:
 
     The agent is ``>>``, ``vv``, ``<<`` or ``^^``, a key ``k``, a locked door ``D``, an open door ``d``, each with the
     initial of its colour (``w`` for grey), and the exit is ``EX``.
-
-    Args:
-        state: one environment.
-        goal: id of the current subgoal, -1 for none.
     """
     _check(state, goal)
     tiles, level = _tiles(state), state.levels[0]
@@ -107,6 +103,26 @@ def text(state: State, goal: int = NO_GOAL) -> str:
     return "\n".join(lines)
 
 
+def state_space(size: int) -> spaces.Box:
+    """Return the space of `global_state` for grids of so many cells a side."""
+    return spaces.Box(0, AGENT_ID, (size, size, 4), np.uint8)
+
+
+def global_state(state: State, goal: int) -> NDArray[np.uint8]:
+    """Return the level of one environment, and the goal that is pursued, or -1.
+
+    It is [size, size, 4] uint8 by row and column: MiniGrid's object id and colour id; 1 for an open door, and where the
+    agent is its direction; 1 for the cell of the goal that is pursued. A key that is held is not on the grid.
+    """
+    level, tiles = state.levels[0], _tiles(state)
+    grid = np.zeros((*tiles.shape, 4), np.uint8)
+    grid[..., :3] = TRIPLES[tiles]
+    grid[level.row - MARGIN, level.col - MARGIN, :3] = AGENT_ID, 0, level.direction
+    for row, col in cells_of(goal, tiles):
+        grid[row, col, 3] = 1
+    return grid
+
+
 def _check(state: State, goal: int) -> None:
     if len(state) != 1:
         raise InputError(f"a picture shows one environment, but the state holds {len(state)}: index the state first")
@@ -119,14 +135,14 @@ def _tiles(state: State) -> NDArray[np.uint8]:
 
 
 def view_of(state: State) -> NDArray[np.uint8]:
-    """The tile codes [7, 7] in the agent's current view, by column from left to right and row from far to near."""
+    """Return the tile codes [7, 7] in the agent's view, by column from left to right and row from far to near."""
     scratch, outcomes = state.copy(), np.zeros(1, OUTCOME)  # on a copy, because looking updates the level's memories
     batch_kernels.look_levels(scratch.levels, scratch.grids, outcomes)
     return outcomes["tiles"][0]
 
 
 def seen_cells(state: State) -> NDArray[np.bool_]:
-    """Which cells of the grid are in the agent's current view: [size, size] bool."""
+    """Return which cells of the grid [size, size] are in the agent's view."""
     level = state.levels[0]
     ahead = ROW_STEP[level.direction], COL_STEP[level.direction]
     right = ROW_STEP[(level.direction + 1) % 4], COL_STEP[(level.direction + 1) % 4]
@@ -139,7 +155,7 @@ def seen_cells(state: State) -> NDArray[np.bool_]:
 
 
 def cells_of(goal: int, tiles: NDArray[np.uint8]) -> NDArray[np.intp]:
-    """The cell of a goal, [0 or 1, 2] as (row, col); a key that is held has none."""
+    """Return the cell of a goal, [0 or 1, 2] as (row, col); a key that is held has none."""
     if goal == NO_GOAL:
         codes = []
     elif goal == EXIT_GOAL:
@@ -153,7 +169,7 @@ def cells_of(goal: int, tiles: NDArray[np.uint8]) -> NDArray[np.intp]:
 
 @cache
 def minigrid_objects() -> list:
-    """MiniGrid's object for each tile code, or None for an empty cell and one that is not seen."""
+    """Return MiniGrid's object for each tile code, None for an empty cell and one that is not seen."""
     from minigrid.core.world_object import Door, Goal, Key, Wall
 
     objects: list = [None] * N_TILES

@@ -20,6 +20,8 @@ ACTION_NAMES = {FORWARD: "forward", LEFT: "left", RIGHT: "right", PICKUP: "pick 
 class LevelReplayer:
     """See `Replayer`; a state is that of one environment."""
 
+    picture, text = staticmethod(draw_level), staticmethod(text)
+
     def identity(self, state: State) -> tuple[int, int, int]:
         """Return the seed of the environments, the number of this one, and how many episodes it had begun before."""
         level = state.levels[0]
@@ -55,11 +57,3 @@ class LevelReplayer:
     def tile_size(self, state: State) -> int:
         """Return the side length of a cell in pixels at which a line of text fits into the grid."""
         return legible_tile_size(state.size)
-
-    def picture(self, state: State, goal: int, tile_size: int, title: str) -> NDArray[np.uint8]:
-        """Draw the level: [H, W, 3] uint8."""
-        return draw_level(state, goal, tile_size, title)
-
-    def text(self, state: State, goal: int = -1) -> str:
-        """Draw the level for a terminal."""
-        return text(state, goal)

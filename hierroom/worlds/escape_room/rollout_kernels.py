@@ -7,7 +7,6 @@ random numbers are those of the level's own stream, whose key each rollout sets 
 import math
 
 import numpy as np
-from numba import config
 
 from hierroom.support.compile.kernel import njit
 from hierroom.worlds.escape_room.random_kernels import GOLDEN, mix, random_below
@@ -18,7 +17,7 @@ UNIT = 2.0**-53
 
 @njit(cache=True)
 def normal(bits):
-    """A standard normal number made of 64 random bits (Box & Muller 1958)."""
+    """Return a standard normal number made of 64 random bits (Box & Muller 1958)."""
     first = (np.float64(bits >> np.uint64(11)) + 0.5) * UNIT
     second = np.float64(mix(bits ^ GOLDEN) >> np.uint64(11)) * UNIT
     return math.sqrt(-2.0 * math.log(first)) * math.cos(2.0 * math.pi * second)
@@ -26,7 +25,7 @@ def normal(bits):
 
 @njit(cache=True)
 def state_bits(level):
-    """64 bits that tell the states of one level apart, as `reachable.reachable_states` does."""
+    """Return 64 bits that differ between the states of one level, as `reachable.reachable_states` has them."""
     place = np.uint64(level.row * 65536 + level.col * 256 + level.direction)
     bits = mix(place ^ mix((np.uint64(level.keys) << np.uint64(8)) | np.uint64(level.doors)))
     if level.can_drop:
@@ -42,7 +41,7 @@ def state_bits(level):
 
 @njit(cache=True)
 def drawn_action(level, policy, n_actions):
-    """The action of a policy with normal preferences at every state, drawn with their softmax as probabilities.
+    """Draw an action of a policy with normal preferences at every state, and their softmax as probabilities.
 
     The greatest of preferences with independent Gumbel noise has these probabilities. The preferences of a state are
     made of the policy's key and the state itself, so that no table of them is needed.
@@ -59,19 +58,9 @@ def drawn_action(level, policy, n_actions):
 
 @njit(cache=True, nogil=True)
 def random_rollouts(levels, grids, n_rollouts, n_actions, seed, outcomes, successes):
-    """Count the rollouts of the random policy that escape, from each of some states.
+    """Add to ``successes`` [N] the rollouts of the random policy that escape from N states; return the steps played.
 
-    Args:
-        levels: [N] records of `layout.LEVEL`; one that has ended has no rollouts.
-        grids: [N, side, side] uint8.
-        n_rollouts: from each state.
-        n_actions: number of actions.
-        seed: uint64, fixes the actions.
-        outcomes: [1] record of `layout.OUTCOME`, scratch.
-        successes: [N] int64, to which they are added.
-
-    Returns:
-        the steps that were played.
+    A level that has ended has no rollouts; ``outcomes`` [1] is scratch.
     """
     scratch, grid, n_steps = levels[:1].copy(), grids[0].copy(), 0
     for n in range(levels.shape[0]):
@@ -91,18 +80,7 @@ def random_rollouts(levels, grids, n_rollouts, n_actions, seed, outcomes, succes
 
 @njit(cache=True, nogil=True)
 def policy_rollouts(levels, grids, policies, n_rollouts, n_actions, seed, outcomes, returns):
-    """Write the returns of rollouts of each of some policies from the first of some states.
-
-    Args:
-        levels: [1] record of `layout.LEVEL`.
-        grids: [1, side, side] uint8.
-        policies: [P] uint64, the key of each policy.
-        n_rollouts: of each policy.
-        n_actions: number of actions.
-        seed: uint64, fixes the actions.
-        outcomes: [1] record of `layout.OUTCOME`, scratch.
-        returns: [P, n_rollouts] float64, written: 1 for an escape, else 0.
-    """
+    """Write the ``returns`` [P, rollouts] of policies, each given by its key [P], from one state: 1 for an escape."""
     scratch, grid = levels.copy(), grids[0].copy()
     for p in range(policies.shape[0]):
         for rollout in range(n_rollouts):
@@ -113,9 +91,3 @@ def policy_rollouts(levels, grids, policies, n_rollouts, n_actions, seed, outcom
             while not level.has_ended:
                 advance(level, grid, drawn_action(level, policies[p], n_actions), outcomes[0])
             returns[p, rollout] = outcomes[0].terminated
-
-
-if config.DISABLE_JIT:  # pyright: ignore[reportAttributeAccessIssue] - Numba sets it at run time
-    # In ordinary Python, uint64 scalars warn of overflow, which the random numbers rely on.
-    random_rollouts = np.errstate(over="ignore")(random_rollouts)
-    policy_rollouts = np.errstate(over="ignore")(policy_rollouts)

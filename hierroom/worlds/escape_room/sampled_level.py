@@ -20,9 +20,12 @@ class SampledLevel:
     """Rollouts in one level, each from the state it is given, until the horizon.
 
     Args:
-        state: the state of one environment at the start of its episode.
-        horizon: number of steps T of an episode, at least 1.
+        state: of one environment at the start of its episode.
+        horizon: steps T of an episode, at least 1.
         seed: fixes all that is drawn, in the order in which it is asked for.
+
+    Attributes:
+        steps_played: steps of the rollouts of the random policy so far.
     """
 
     def __init__(self, state: State, horizon: int, seed: int = 0) -> None:
@@ -41,18 +44,9 @@ class SampledLevel:
         self._rng = np.random.default_rng(seed)
         self._scratch = np.zeros(1, OUTCOME)
         self.steps_played = 0
-        """Of the rollouts of the random policy so far."""
 
     def random_successes(self, state: State, n_rollouts: int) -> NDArray[np.int64]:
-        """How many rollouts of the random policy escape, from each of some states of the level.
-
-        Args:
-            state: N of them.
-            n_rollouts: from each; where the episode has ended there are none.
-
-        Returns:
-            [N] int64.
-        """
+        """Count the rollouts of the random policy that escape, [N], of ``n_rollouts`` from each of N states."""
         successes, seed = np.zeros(len(state), np.int64), self._rng.integers(2**63, dtype=np.uint64)
         self.steps_played += random_rollouts(
             state.levels, state.grids, n_rollouts, self.n_actions, seed, self._scratch, successes
@@ -60,15 +54,7 @@ class SampledLevel:
         return successes
 
     def policy_returns(self, n_policies: int, n_rollouts: int) -> NDArray[np.float64]:
-        """The returns of policies whose preferences are normal, independent at each state and action.
-
-        Args:
-            n_policies: P, drawn.
-            n_rollouts: of each.
-
-        Returns:
-            [P, n_rollouts] float64, 1 for an escape and else 0.
-        """
+        """Return the returns [policies, rollouts] of policies with independent normal preferences: 1 for an escape."""
         returns = np.zeros((n_policies, n_rollouts))
         policies = self._rng.integers(2**63, size=n_policies, dtype=np.uint64)
         seed = self._rng.integers(2**63, dtype=np.uint64)
@@ -78,14 +64,10 @@ class SampledLevel:
         return returns
 
     def gorp_success(self, m: int, runs: int) -> float:
-        """The share of runs of GORP, with k = 1, that find a solution (Laidlaw et al. 2023, algorithm 1).
+        """Return the share of runs of GORP, with k = 1, that find a solution (Laidlaw et al. 2023, algorithm 1).
 
         At each step a run makes m rollouts of the random policy after each action, and takes the action after which
-        most of them escape, ties being broken at random.
-
-        Args:
-            m: number of rollouts, at least 1.
-            runs: how many.
+        most of them escape. It breaks ties at random.
         """
         here, solved = self.state[np.zeros(runs, int)], 0
         actions = np.arange(self.n_actions)
@@ -101,14 +83,14 @@ class SampledLevel:
         return solved / runs
 
     def gorp_rollouts(self, runs: int, max_steps: int) -> tuple[int | None, int]:
-        """m_1, by doubling m and then bisecting, as `Gorp.rollouts`.
+        """Find m_1 by doubling m and then bisecting, as `Gorp.rollouts`.
 
         Args:
             runs: of GORP, for each number of rollouts.
             max_steps: most steps to be played, about; what would surely take more is not tried.
 
         Returns:
-            m_1, None if it was not found; and the greatest number of rollouts that was too few.
+            m_1, or None, and the greatest number of rollouts that was too few.
         """
         low, high, begun = 0, 1, self.steps_played
         while True:
@@ -133,7 +115,7 @@ class SampledLevel:
         gorp_runs: int = 20,
         max_steps: int = 500_000_000,
     ) -> SampledMeasures:
-        """Estimate what rollouts can tell.
+        """Estimate the measures.
 
         Args:
             states: number of states, where it is known.

@@ -1,22 +1,16 @@
-"""Whether a state can be one of environments: kernels rely on it, and check no bounds.
-
-The bounds are a table. A compiled kernel goes through it, because the oracle asks at every call; where something is
-wrong, the schema made of the same table finds the words.
-"""
+"""Whether a state can be one of environments: kernels rely on it, and check no bounds."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hierroom.goals import MAX_GRID_ROOMS, N_COLOURS, N_GOALS
 from hierroom.support.compile.kernel import njit
 from hierroom.support.errors import InputError
-from hierroom.support.schema import Array, Table, of_records
+from hierroom.support.schema import Array
 from hierroom.worlds.escape_room.constants import (
     EMPTY,
     EXIT,
@@ -47,7 +41,7 @@ RULES = (
     "the key to drop is the one picked up last whose door is locked",
     "an episode has ended at the exit or after its last step, and nowhere else",
 )
-"""What must hold of a level and its grid besides the bounds, in the order in which `_broken_rule` looks at it."""
+"""What must be so of a level and its grid besides the bounds, in the order in which `_broken_rule` looks at it."""
 
 
 def level_bounds(size: int) -> Mapping[str, tuple[Any, Any]]:
@@ -81,45 +75,8 @@ def level_bounds(size: int) -> Mapping[str, tuple[Any, Any]]:
     }
 
 
-def level_schema(num_envs: int, size: int) -> Table:
-    """The schema of the fields of ``num_envs`` records of `layout.LEVEL`, in grids of a size."""
-    return of_records(LEVEL, num_envs, level_bounds(size))
-
-
-class _Bounds(NamedTuple):
-    """The bounds of the fields of a record, in the form that a kernel reads: by their words of four and eight bytes."""
-
-    columns_32: NDArray[np.int64]
-    low_32: NDArray[np.int64]
-    high_32: NDArray[np.int64]
-    columns_64: NDArray[np.int64]
-    high_64: NDArray[np.uint64]
-    flags: NDArray[np.int64]
-
-
-@cache
-def _packed_bounds(size: int) -> _Bounds:
-    words: dict[int, list[tuple[int, ...]]] = {1: [], 4: [], 8: []}
-    bounds = level_bounds(size)
-    for name, (field, offset, *_) in (LEVEL.fields or {}).items():
-        low, high = bounds.get(name, (0, 2 ** (8 * field.base.itemsize) - 1))
-        first = offset // field.base.itemsize
-        words[field.base.itemsize] += [(first + i, low, high) for i in range(int(np.prod(field.shape)))]
-    columns_32, low_32, high_32 = np.array(words[4]).T
-    return _Bounds(
-        *(columns_32.copy(), low_32.copy(), high_32.copy()),
-        np.array([column for column, _, _ in words[8]]),
-        np.array([high for _, _, high in words[8]], np.uint64),  # their lowest is 0, which no unsigned number is below
-        np.array([column for column, _, _ in words[1]]),
-    )
-
-
 def check_state(state: State) -> None:
-    """Check that every field of a state is in its range, and that levels and grids belong together.
-
-    Args:
-        state: N environments.
-    """
+    """Check that every field of a state is in its range, and that levels and grids belong together."""
     grids, levels = state.grids, state.levels
     if not isinstance(levels, np.ndarray) or levels.dtype != LEVEL or levels.ndim != 1:
         raise InputError("the levels of a state must be an array [N] of records of layout.LEVEL")
@@ -127,29 +84,18 @@ def check_state(state: State) -> None:
         raise InputError(f"the grids of a state must be an array [N, side, side], {MIN_SIZE} to {MAX_SIZE} and margins")
     side = state.size + 2 * MARGIN
     Array(np.uint8, (len(levels), side, side), EMPTY, WALL).check(grids, "grids")
-    grids, levels = np.ascontiguousarray(grids), np.ascontiguousarray(levels)
-    words = levels.view(np.uint8).reshape(len(levels), -1)
-    if not _are_in_bounds(words, words.view(np.int32), words.view(np.uint64), _packed_bounds(state.size)):
-        level_schema(len(levels), state.size).check({name: levels[name] for name in LEVEL.names or ()}, "levels")
-    env, rule = _first_broken_rule(levels, grids)
+    for name, (low, high) in level_bounds(state.size).items():
+        values = levels[name]
+        for is_broken, bound, words in ((values < low, low, "at least"), (values > high, high, "at most")):
+            if is_broken.any():
+                at = np.argwhere(is_broken)[0].tolist()
+                raise InputError(f"levels.{name} must be {words} {bound}, not {values[tuple(at)]}, which it is at {at}")
+    for name in ("can_drop", "has_ended"):
+        if levels[name].view(np.uint8).max(initial=0) > 1:  # compiled code reads one bit of it, NumPy all eight
+            raise InputError(f"levels.{name} must be True or False everywhere")
+    env, rule = _first_broken_rule(np.ascontiguousarray(levels), np.ascontiguousarray(grids))
     if rule >= 0:
         raise InputError(f"the state of environment {env} cannot be used, because not so: {RULES[rule]}")
-
-
-@njit(cache=True)
-def _are_in_bounds(octets, words_32, words_64, bounds):
-    """Whether all fields of all records, as bytes and as words [N, ...], are in their bounds."""
-    for n in range(octets.shape[0]):
-        for i in range(len(bounds.columns_32)):
-            if not bounds.low_32[i] <= words_32[n, bounds.columns_32[i]] <= bounds.high_32[i]:
-                return False
-        for i in range(len(bounds.columns_64)):
-            if words_64[n, bounds.columns_64[i]] > bounds.high_64[i]:
-                return False
-        for i in range(len(bounds.flags)):
-            if octets[n, bounds.flags[i]] > 1:
-                return False
-    return True
 
 
 @njit(cache=True)
@@ -164,13 +110,11 @@ def _first_broken_rule(levels, grids):
 
 @njit(cache=True)
 def _is_inside(grid, row, col):
-    """Whether a cell lies inside the outer walls."""
     return MARGIN < row < grid.shape[0] - 1 - MARGIN and MARGIN < col < grid.shape[1] - 1 - MARGIN
 
 
 @njit(cache=True)
 def _holds(grid, cell, tile):
-    """Whether a cell (row, col) holds a tile."""
     return grid[cell[0], cell[1]] == tile
 
 

@@ -12,7 +12,7 @@ from hierroom.goals import COLOURS
 from hierroom.support.compile.kernel import compiled
 from hierroom.worlds.escape_room.constants import EMPTY, EXIT, KEY, LOCKED_DOOR, N_TILES, OPEN_DOOR, VIEW, WALL
 from hierroom.worlds.escape_room.layout import OUTCOME
-from hierroom.worlds.escape_room.view_kernels import encode_tiles
+from hierroom.worlds.escape_room.view_kernels import write_images
 
 # MiniGrid's object ids; its colour ids are the positions in `COLOURS`. They are copied because importing MiniGrid is
 # slow (see `render`); a test checks that they agree.
@@ -45,6 +45,5 @@ def encode(tiles: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 @cache
 def _compiled_encode() -> Callable[..., None]:
-    """Compile `view_kernels.encode_tiles` for tiles of any strides, such as a field of an array of records."""
     strided = np.zeros(2, OUTCOME)["tiles"]  # a field of a single record would count as contiguous
-    return compiled(encode_tiles, strided, TRIPLES, np.empty((2, VIEW, VIEW, 3), np.uint8))
+    return compiled(write_images, strided, TRIPLES, np.empty((2, VIEW, VIEW, 3), np.uint8))

@@ -101,13 +101,17 @@ def look_and_remember(level, grid, view):
                 level.explored[row] |= ONE << np.uint64(level.col - MARGIN + ahead * col_step - right * row_step)
 
 
+@njit(cache=True)
+def write_image(tiles, triples, image):
+    """Write a view [7, 7] of tile codes as an image [7, 7, 3] in MiniGrid's numbers; ``triples`` is `tiles.TRIPLES`."""
+    for i in range(VIEW):
+        for j in range(VIEW):
+            tile = np.uint64(tiles[i, j])
+            image[i, j, 0], image[i, j, 1], image[i, j, 2] = triples[tile, 0], triples[tile, 1], triples[tile, 2]
+
+
 @njit(cache=True, nogil=True)
-def encode_tiles(tiles, triples, observations):
-    """Write views [N, 7, 7] of tile codes as observations [N, 7, 7, 3]; ``triples`` is `tiles.TRIPLES`."""
+def write_images(tiles, triples, images):
+    """Write views [N, 7, 7] as images [N, 7, 7, 3]."""
     for n in range(tiles.shape[0]):
-        for i in range(VIEW):
-            for j in range(VIEW):
-                tile = tiles[n, i, j]
-                observations[n, i, j, 0] = triples[tile, 0]
-                observations[n, i, j, 1] = triples[tile, 1]
-                observations[n, i, j, 2] = triples[tile, 2]
+        write_image(tiles[n], triples, images[n])

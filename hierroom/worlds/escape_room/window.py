@@ -1,4 +1,4 @@
-"""A window on the screen that shows pictures."""
+"""A window on the screen that shows pictures, and what shows a level in the render mode of an environment."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hierroom.support.errors import InputError
+from hierroom.support.errors import InputError, require_name
+from hierroom.worlds.escape_room.engine import Engine
+from hierroom.worlds.escape_room.render import default_tile_size, draw_level, text
+from hierroom.worlds.world import RENDER_MODES
 
 
 class Window:
@@ -16,7 +19,7 @@ class Window:
 
     Args:
         title: text of the title bar, which may be changed later.
-        frames_per_second: highest frame rate, above 0; `show` waits if it is called faster.
+        frames_per_second: highest frame rate; `show` waits if it is called faster.
     """
 
     def __init__(self, title: str = "hierroom", frames_per_second: float = 10):
@@ -26,7 +29,7 @@ class Window:
         self._clock = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """A copy, in this process or another, opens a window of its own with its first picture."""
+        """Leave the window out: a copy opens another one with its first picture."""
         return {**self.__dict__, "_screen": None, "_clock": None}
 
     def show(self, frame: NDArray[np.uint8]) -> None:
@@ -51,16 +54,10 @@ class Window:
         self._clock.tick(self.frames_per_second)
 
     def play(self, frames: Iterable[NDArray[np.uint8]]) -> Literal["ended", "skipped", "closed"]:
-        """Show pictures one after the other, at the speed that the user chooses.
+        """Show pictures [H, W, 3] uint8 one after the other, and return why that ended.
 
         Space pauses and goes on, the right arrow takes one step, up and down change the speed, n goes on to what comes
         next, and q, escape or the window's close button end it.
-
-        Args:
-            frames: [H, W, 3] uint8 each.
-
-        Returns:
-            why it ended: the pictures did, or the user asked for what comes next, or to end.
         """
         is_paused = False
         for frame in frames:
@@ -84,7 +81,7 @@ class Window:
         return "ended"
 
     def _pressed(self) -> list[str]:
-        """The keys pressed since the last call, by name; ``quit`` is the close button."""
+        """Return the names of the keys pressed since the last call; ``quit`` is the close button."""
         import pygame
 
         events = pygame.event.get((pygame.QUIT, pygame.KEYDOWN))
@@ -97,3 +94,35 @@ class Window:
 
             pygame.display.quit()
             self._screen = self._clock = None
+
+
+class LevelScreen:
+    """Shows levels in one of `RENDER_MODES`, or nowhere for None: see `Screen`."""
+
+    def __init__(self, engine: Engine, render_mode: str | None) -> None:
+        require_name("render_mode must be one of", render_mode, (*RENDER_MODES, None))
+        self.render_mode = render_mode
+        self._engine = engine
+        self._window = Window() if render_mode == "human" else None
+
+    def show(self, env: int, goal: int) -> None:
+        """Update the window, if there is one."""
+        if self._window is not None:
+            self._window.show(self._picture(env, goal))
+
+    def render(self, env: int, goal: int) -> str | NDArray[np.uint8] | None:
+        """Return text, a picture [H, W, 3] uint8 or None, as the mode asks."""
+        if self.render_mode == "ansi":
+            return text(self._engine.state[env], goal)
+        if self.render_mode == "rgb_array":
+            return self._picture(env, goal)
+        self.show(env, goal)
+        return None
+
+    def _picture(self, env: int, goal: int) -> NDArray[np.uint8]:
+        return draw_level(self._engine.state[env], goal, default_tile_size(self._engine.state.size))
+
+    def close(self) -> None:
+        """Close the window if it is open."""
+        if self._window is not None:
+            self._window.close()

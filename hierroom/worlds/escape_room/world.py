@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,16 +26,16 @@ from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.features import FEATURES
-from hierroom.worlds.escape_room.global_state import global_state, state_space
 from hierroom.worlds.escape_room.graph_sampler import GraphSampler
 from hierroom.worlds.escape_room.layout import State
 from hierroom.worlds.escape_room.level_view import OBSERVATION_SPACES, LevelView, legal_goals
 from hierroom.worlds.escape_room.node_map import NodeMap
 from hierroom.worlds.escape_room.observations import BatchObservations, write_one
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
+from hierroom.worlds.escape_room.render import global_state, state_space
 from hierroom.worlds.escape_room.replayer import LevelReplayer
-from hierroom.worlds.escape_room.screen import LevelScreen
-from hierroom.worlds.world import Seeds
+from hierroom.worlds.escape_room.window import LevelScreen
+from hierroom.worlds.world import Replayer, Seeds
 
 GOALS = GoalSet(
     GOAL_NAMES, GOAL_VECTORS, EXIT_GOAL, ("key", "door", "exit"), np.arange(N_GOALS) // N_COLOURS, ROOM_GOAL_NAMES
@@ -47,27 +47,17 @@ class EscapeRoomWorld(Engine):
 
     Args:
         config: what they are made of.
-        num_envs: number of environments N.
-        seed: of their first episodes; None: `reset` must be called with one first.
+        num_envs: N.
         autoreset: whether an environment whose episode ends begins its next one in the same step.
-        threads: maximal number of threads.
-        memories: what levels remember of their episode, names in `layout.MEMORIES`.
+        **settings: the seed, threads and memories of the `Engine`.
     """
 
     goals = GOALS
     features = FEATURES
-    replayer = LevelReplayer()
+    replayer: Replayer = LevelReplayer()
+    observation_spaces = OBSERVATION_SPACES
 
-    def __init__(
-        self,
-        config: EnvConfig,
-        num_envs: int,
-        *,
-        seed: int | None = None,
-        autoreset: bool = True,
-        threads: int = 1,
-        memories: Iterable[str] = (),
-    ) -> None:
+    def __init__(self, config: EnvConfig, num_envs: int, *, autoreset: bool = True, **settings: Any) -> None:
         self.sampler = GraphSampler(config.graph, config.exclude, config.drop_key, num_envs, config.curriculum_stages)
         super().__init__(
             self.sampler.graphs,
@@ -75,27 +65,24 @@ class EscapeRoomWorld(Engine):
             size=config.size,
             max_steps=config.max_steps,
             drop_key=config.drop_key,
-            seed=seed,
             first_index=config.env_index,
-            threads=threads,
-            memories=memories,
             levels=config.levels,
+            **settings,
         )
         self.config = config
-        self.everywhere = np.arange(num_envs)
+        self.everywhere: NDArray[np.integer] = np.arange(num_envs)
         self.everywhere.setflags(write=False)
+        self.rules: GoalGraph | None = self.sampler.everything[-1]
         self.variants = tuple(dict.fromkeys(graph.name for graph in self.sampler.everything))
         self.stage_titles: Sequence[str] = self.sampler.stage_titles
-        self._has_stages = self.sampler.n_stages > 1
+        self.can_split = self.sampler.n_stages == 1
+        # Arrows move, tab picks up, space opens, shift drops.
+        keys = ("up", "left", "right", "tab", "space", "left shift")
+        self.keys_to_action: Mapping[str, int] = dict(zip(keys, range(self.n_actions), strict=False))
         self._advance = self.advance if autoreset else self.advance_within_episode
         # Actions are checked by who asks for a step.
-        self.step = self._step_in_stages if self._has_stages else self._advance  # pyright: ignore
+        self.step = self._advance if self.can_split else self._step_in_stages  # pyright: ignore
         self._last_levels = self.finals if autoreset else self.state.levels
-
-    @property
-    def rules(self) -> GoalGraph:
-        """The goal graph; of several the hardest."""
-        return self.sampler.everything[-1]
 
     @property
     def stage(self) -> int:
@@ -105,17 +92,12 @@ class EscapeRoomWorld(Engine):
     @property
     def complexity(self) -> ComplexityReport:
         """How hard the environments are to explore; of several goal graphs, the hardest."""
-        return analyze(self.rules, drop_key=self.n_actions == 6)
+        return analyze(self.sampler.everything[-1], drop_key=self.n_actions == 6)
 
-    @property
-    def observation_spaces(self) -> dict[str, spaces.Space]:
-        """The spaces of the entries of `LevelView.as_dict`, of one environment."""
-        return OBSERVATION_SPACES
-
-    def reset(self, seed: Seeds = None, indices: Any = slice(None)) -> None:
+    def reset(self, seed: Seeds = None, envs: Any = slice(None)) -> None:
         """Begin an episode: see `Engine.reset`. A curriculum stays in its stage, so that a seed fixes its levels."""
-        super().reset(seed, indices)
-        self.sampler.reset(indices)
+        super().reset(seed, envs)
+        self.sampler.reset(envs)
 
     def _step_in_stages(self, actions: NDArray[np.int64]) -> np.ndarray:
         """Act once in every environment and return the outcomes; the curriculum counts the episodes that end."""
@@ -187,7 +169,7 @@ class EscapeRoomWorld(Engine):
         return self.sampler.graphs_of(start.levels)[0]
 
     def observe_one(self, goal: int) -> dict[str, Any]:
-        """Return the observation's entries of the only environment and the vector of a goal, in fresh arrays."""
+        """Return what the only environment shows and the vector of a goal, in fresh arrays."""
         return write_one(self.outcomes, self.state.levels, goal)
 
     def batch_observations(self, *, flat: bool) -> BatchObservations:
@@ -195,7 +177,7 @@ class EscapeRoomWorld(Engine):
         return BatchObservations(self, flat=flat)
 
     def global_state(self, goal: int) -> NDArray[np.uint8]:
-        """Return the whole grid of the only environment: see `global_state.global_state`."""
+        """Return the whole grid of the only environment: see `render.global_state`."""
         if not self.has_begun:
             raise InputError("reset the environment before its state is asked for")
         return global_state(self.state, goal)
@@ -221,16 +203,6 @@ class EscapeRoomWorld(Engine):
 
     def set_arrays(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go back to what `get_arrays` gave, after `check_arrays`."""
-        self.set_state(State(arrays["grids"], arrays["levels"]))
+        self._put(State(arrays["grids"], arrays["levels"]), self.everywhere)
         self.sampler.set_state(arrays)
         self.set_graphs(self.sampler.graphs)
-
-    @property
-    def can_split(self) -> bool:
-        """Whether no environment depends on others, by stages of a curriculum."""
-        return not self._has_stages
-
-    @property
-    def keys_to_action(self) -> dict[str, int]:
-        """Names of keys of the keyboard that stand for actions: arrows move, tab picks up, space opens, shift drops."""
-        return dict(zip(("up", "left", "right", "tab", "space", "left shift"), range(self.n_actions), strict=False))

@@ -8,7 +8,7 @@ from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants, step_kernels
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import OUTCOME, State
-from hierroom.worlds.escape_room.oracle import TILE_TABLE, shortest_actions, shortest_lengths, solve_levels
+from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths, solve_levels
 
 EXIT_AMONG_KEYS = GoalGraph((0, 1), 1)
 """A key lies in the exit's room: its shortest path may have to go around the exit."""
@@ -85,8 +85,8 @@ def test_paths_to_keys_go_around_the_exit():
         check_against_search(world, can_drop=False)
         key = world.state.levels[0].colours[1]
         free, length = world.get_state(), np.empty(1, np.int64)
-        free.grids[free.grids == constants.EXIT] = constants.EMPTY  # no level of the world's: the kernel alone
-        solve_levels(free.levels, free.grids, TILE_TABLE, np.array([0]), np.array([key]), length)
+        free.levels["exit_at"] = 0  # in the outer wall: no level of the world's, for the kernel alone
+        solve_levels(free.levels, free.grids.shape[1], np.array([0]), np.array([key]), length)
         n_around += length[0] < shortest_lengths(world.state, key)[0]
     assert n_around > 0
 

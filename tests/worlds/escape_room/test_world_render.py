@@ -14,8 +14,7 @@ from hierroom.worlds.escape_room import constants
 from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.render import OUTLINE, draw_level, text
-from hierroom.worlds.escape_room.screen import LevelScreen
-from hierroom.worlds.escape_room.window import Window
+from hierroom.worlds.escape_room.window import LevelScreen, Window
 
 
 @pytest.fixture
