@@ -197,11 +197,6 @@ def entries_of(path: Path, config: TrainConfig) -> dict[str, Any]:
 
 
 def flat_entries(config: TrainConfig) -> dict[str, Any]:
-    """The entries of a config in plain types, flat; those of ``meta_ppo`` with its name in front."""
-    table = config.to_dict()
-    parts = [table.pop(name) for name in ("env", "agents", "ppo")]
-    meta_ppo = {f"meta_ppo.{name}": value for name, value in table.pop("meta_ppo").items()}
-    parts[0] |= {name: [*spec_names(getattr(config.env, name))] for name in ("graph", "exclude")}
-    return {
-        name: value for part in (*parts, table, meta_ppo) for name, value in part.items() if name not in OF_ENVIRONMENTS
-    }
+    """The entries of a config by their flat names, goal graphs by theirs."""
+    graphs = {name: [*spec_names(getattr(config.env, name))] for name in ("graph", "exclude")}
+    return {name: value for name, value in (config.entries | graphs).items() if name not in OF_ENVIRONMENTS}

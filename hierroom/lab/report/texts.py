@@ -13,7 +13,7 @@ from hierroom.lab.report.curves import Curves
 from hierroom.lab.report.difficulty import MEASURES
 from hierroom.lab.report.runs import ReportedRun
 from hierroom.meta import LEARNED
-from hierroom.runs.config.config import TrainConfig
+from hierroom.runs.config.config import OF_META, TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.runs.logs.learning_curve import LearningCurve
 
@@ -65,7 +65,7 @@ def page_texts(
 def _told(runs: Sequence[ReportedRun]) -> list[str]:
     """The names of the entries that are told: not those of a learner, nor a variant, that no run has."""
     has_meta, has_variant = any(run.meta == LEARNED for run in runs), any(run.entries["variant"] for run in runs)
-    names = [name for name in runs[0].entries if has_meta or not name.startswith("meta_ppo.")]
+    names = [name for name in runs[0].entries if has_meta or not name.startswith(OF_META)]
     return [name for name in names if has_variant or name != "variant"]
 
 

@@ -6,7 +6,7 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
@@ -25,7 +25,6 @@ RESULTS_VERSION = 1
 """Raised whenever the same config gives other results than before ('Results change' in CHANGELOG.md), and whenever an
 entry gets another default. An entry that is new, with a default that does what was done before, leaves it as it is."""
 
-_META_PPO = "meta_ppo"
 _OWN_KEYS = ("graphs", "seeds", "episodes", "metas", "variants")
 _IDENTITY = ("variant", "preset", "method", "meta", "graph", "size", "seed")
 _PLANNED_STEPS = "planned_steps"  # a row's ``steps`` are those that were taken
@@ -124,11 +123,12 @@ class Plan:
 
     def _run(self, variant: str, entries: dict[str, Any], varied: tuple[str, ...]) -> PlannedRun:
         start = find_preset(entries.pop("preset", None) or implied_preset(entries.get("meta")))
-        learner = {name.partition(".")[2]: entries.pop(name) for name in [*entries] if name.startswith(f"{_META_PPO}.")}
         config = start.changed(**{"threads": 1, **entries})  # the processes are the parallel part
-        config = replace(config, meta_ppo=replace(config.meta_ppo, **learner))
-        told = config.entries | {f"{_META_PPO}.{name}": value for name, value in vars(config.meta_ppo).items()}
-        told |= {"meta": config.resolved_method.meta, "graph": spec_names(config.env.graph), "variant": variant}
+        told = config.entries | {
+            "meta": config.resolved_method.meta,
+            "graph": spec_names(config.env.graph),
+            "variant": variant,
+        }
         told[_PLANNED_STEPS] = told.pop("steps")
         texts = {name: _text(value) for name, value in told.items()}
         identity = {name: texts[name] for name in (*_IDENTITY, *varied)}

@@ -89,5 +89,5 @@ def find_preset(name: str) -> TrainConfig:
 
 
 def implied_preset(meta: object) -> str:
-    """The preset that a run has unless another is named: a meta-controller that needs one has it under its own name."""
+    """Return the preset that a run with this meta-controller has unless it names another."""
     return "learned" if meta == "learned" else "default"

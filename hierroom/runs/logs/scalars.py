@@ -48,11 +48,8 @@ def _of_score(group: str, score: Score) -> dict[str, float]:
 
 
 def hyperparameters(config: TrainConfig) -> dict[str, Plain]:
-    """The entries of a config as loggers show them."""
-    entries = {name: value for name, value in config.entries.items() if name not in ("env", "agents", "ppo")}
-    return {
-        name: value if isinstance(value, (bool, int, float, str)) else str(value) for name, value in entries.items()
-    }
+    """Return the entries of a config as loggers show them."""
+    return {name: one if isinstance(one, (bool, int, float, str)) else str(one) for name, one in config.entries.items()}
 
 
 def result_scalars(curve: LearningCurve | None) -> dict[str, float]:
