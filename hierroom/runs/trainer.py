@@ -35,18 +35,13 @@ class Trainer:
 
     Args:
         config: what to train.
-        begins: whether it begins, with the weights of a warm start if the config names one; False where a checkpoint
-            is to be loaded, which holds all weights.
+        begins: whether to load the weights of a warm start if the config names one; False where a checkpoint follows.
 
     Attributes:
-        agents: who acts and learns, by name, the meta-controller first.
-        controller: the second of them.
-        turns: the environments.
-        config: what is trained.
+        agents: by name, the meta-controller first.
         steps: primitive steps taken so far, over all environments.
-        seconds: seconds spent in `advance` so far, compilation left out.
-        compile_seconds: seconds that compilation took in it.
-        log: what the last episodes were like.
+        seconds: spent in `advance` so far, without compilation.
+        compile_seconds: spent in it on compilation.
     """
 
     def __init__(self, config: TrainConfig, *, begins: bool = True):
@@ -121,13 +116,13 @@ class Trainer:
     def fresh_turns(
         self, num_envs: int, seed: int, *, graph: GraphSpecs | None = None, autoreset: bool = True
     ) -> Turns:
-        """Other environments of the config, whose shortest lengths are measured; see `assembly.make_turns`."""
+        """Make other environments of the config, which measure shortest lengths; see `assembly.make_turns`."""
         config = self.config if graph is None else self.config.changed(graph=graph, exclude=())
         settings: dict[str, Any] = {"whole_interval": True, "autoreset": autoreset, "measure_shortest": True}
         return make_turns(config, num_envs, seed, levels="evaluation", **settings)
 
     def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
-        """What the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
+        """Return what the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
         return freeze(self.agents[META], self.controller, num_envs, seed=seed, is_greedy=is_greedy)
 
     def evaluate(
@@ -138,12 +133,12 @@ class Trainer:
         graph: GraphSpecs | None = None,
         is_greedy: bool = False,
     ) -> Evaluation:
-        """How well the agents do now, apart from training, on the same levels whenever this is asked.
+        """Evaluate the agents as they are now, always on the same levels.
 
         Args:
             episodes: to play; None: as many as the config says.
             meta: another meta-controller to pick the goals, as `make_meta` takes it; None: the run's own.
-            graph: other goal graphs to play on; None: those that are trained on.
+            graph: other goal graphs to play on; None: those of training.
             is_greedy: as for `freeze`.
         """
         episodes = self.config.evaluation_episodes if episodes is None else episodes
@@ -153,7 +148,7 @@ class Trainer:
         return evaluate(player, self.fresh_turns(num_envs, seed, graph=graph), episodes)
 
     def metrics(self) -> dict[str, float]:
-        """One row of numbers on how training stands; the stage of a curriculum is counted from 1."""
+        """Return numbers on how training stands; the stage of a curriculum is counted from 1."""
         world, ledger = self.turns.world, self.turns.ledger
         illegal = float(ledger.illegal_goals.sum() / max(1, ledger.meta_turns.sum()))
         return {
@@ -173,23 +168,18 @@ class Trainer:
         }
 
     def summary(self) -> dict[str, Any]:
-        """What is left to be said at the end of training."""
-        world = self.turns.world
+        """Return the numbers of the end of training."""
+        row, world = self.metrics(), self.turns.world
+        names = ("success_rate", "episode_length", "episode_return", "episodes", "steps", "seconds", "compile_seconds")
         return {
-            "success_rate": self.log.success_rate,
-            "episode_length": self.log.episode_length,
-            "episode_return": self.log.episode_return,
-            "episodes": self.log.episodes,
-            "steps": self.steps,
-            "seconds": self.seconds,
-            "compile_seconds": self.compile_seconds,
+            **{name: row[name] for name in names},
             "steps_per_second": self.steps / self.seconds if self.seconds else 0.0,
             "rollout_bytes": self.controller.learner.n_rollout_bytes,
-            **({"stage": world.stage + 1, "stages": len(world.stage_titles)} if world.stage_titles else {}),
+            **({"stage": row["stage"], "stages": len(world.stage_titles)} if world.stage_titles else {}),
         }
 
     def state_dict(self) -> dict[str, Any]:
-        """Everything that decides what happens next, as tensors and plain types."""
+        """Return everything that decides what happens next, as tensors and plain types."""
         return {
             "config": to_json(self.config.to_dict()),
             "turns": {name: _as_tensors(array) for name, array in self.turns.get_state().items()},

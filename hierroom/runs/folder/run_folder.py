@@ -174,7 +174,7 @@ class RunFolder:
             raise CheckpointError(f"the checkpoint {path} {error}{before}") from error
 
     def require_same_config(
-        self, config: TrainConfig, checkpoint: Mapping[str, Any], besides: Collection[str] = ()
+        self, config: TrainConfig, checkpoint: Mapping[str, Any], ignored: Collection[str] = ()
     ) -> None:
         """Refuse a config that is not the one with which a checkpoint was trained.
 
@@ -187,7 +187,7 @@ class RunFolder:
             trained = TrainConfig.from_dict(json.loads(checkpoint["config"]))
         except (KeyError, TypeError, ValueError, RecursionError, InputError) as error:
             raise InputError(f"a checkpoint of {self.path} does not tell the config it was trained with") from error
-        if differences := config.differences(trained, besides):
+        if differences := config.differences(trained, ignored):
             raise InputError(
                 f"{self.path / 'config.json'} has changed since the run was trained: {', '.join(differences)}; put it "
                 "back, or begin a new run from it by --config"
