@@ -139,20 +139,33 @@ def load(
     """
     if not isinstance(run, (str, os.PathLike)):
         raise InputError(f"a run is named by its folder, a file or a shipped agent's name, not {shown(run)}")
-    path = weights_file(run)
+    path, has_other_meta = weights_file(run), meta is not None
+
+    def trusted(config: TrainConfig) -> TrainConfig:
+        require_trust(Path(path or run), config.changed(meta=None) if has_other_meta else config, trust=trust)
+        return config.changed(device="cpu")
+
     if path is not None:
         if checkpoint is not None:
             raise InputError(f"{path} holds one agent, and no checkpoints")
-        saved, misfit = SavedAgent.read(path), f"{path} does not fit its config"
+        saved = SavedAgent.read(path)
+        config, states, steps, misfit = (
+            trusted(saved.config),
+            saved.agents,
+            saved.steps,
+            f"{path} does not fit its config",
+        )
     elif Path(run).exists():
         folder = RunFolder.open(run)
-        path, state, config = folder.path, folder.load_checkpoint(checkpoint), folder.config()
-        folder.require_same_config(config, state, ignored=() if meta is None else ("meta",))
-        saved = SavedAgent(config, state["steps"], state["agents"])
-        misfit = f"the checkpoint of {path} does not fit its config.json"
+        path, config = folder.path, trusted(folder.config())
+        state = folder.load_checkpoint(checkpoint)
+        folder.require_same_config(config, state, ignored=("meta",) if has_other_meta else ())
+        states, steps, misfit = (
+            state["agents"],
+            state["steps"],
+            f"the checkpoint of {path} does not fit its config.json",
+        )
     else:
         raise InputError(f"there is no run {run}, and the agents that ship with hierroom are {', '.join(SHIPPED)}")
-    config, has_other_meta = saved.config.changed(device="cpu"), meta is not None
-    require_trust(path, config.changed(meta=None) if has_other_meta else config, trust=trust)
-    agents = restore_agents(config, saved.agents, misfit, meta)
-    return TrainedAgent(config, *agents, saved.steps, is_greedy=greedy, has_other_meta=has_other_meta, path=path)
+    agents = restore_agents(config, states, misfit, meta)
+    return TrainedAgent(config, *agents, steps, is_greedy=greedy, has_other_meta=has_other_meta, path=path)
