@@ -28,7 +28,7 @@ import hierroom
 from hierroom.goals import GoalGraph
 from hierroom.gym_env import EscapeRoom
 from hierroom.vector_env import EscapeRooms
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.tiles import encode
 
 Run = Callable[[int], None]
@@ -121,7 +121,7 @@ def vector(env: EscapeRooms) -> Run:
 
 def engine(num_envs: int) -> Run:
     """The world alone, and what its agents see."""
-    world = World([GoalGraph.named("c")], num_envs)
+    world = Engine([GoalGraph.named("c")], num_envs)
     actions = cycle(list(np.random.default_rng(0).integers(5, size=(64, num_envs))))
 
     def run(steps: int) -> None:

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from hierroom.goals import GoalGraph
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.tiles import encode
 
@@ -37,7 +37,7 @@ MIN_RATIO, MAX_CALL_MICROSECONDS = 500, 2.0
 
 def our_stepper(num_envs: int, threads: int, memories: tuple[str, ...], size: int) -> Callable[[int], None]:
     """A function that takes some steps in every environment."""
-    world = World([GoalGraph.named("c")], num_envs, size=size, threads=threads, memories=memories)
+    world = Engine([GoalGraph.named("c")], num_envs, size=size, threads=threads, memories=memories)
     actions = list(np.random.default_rng(0).integers(world.n_actions, size=(64, num_envs)))
 
     def run(steps: int) -> None:
@@ -49,7 +49,7 @@ def our_stepper(num_envs: int, threads: int, memories: tuple[str, ...], size: in
 
 def minigrid_stepper(size: int) -> Callable[[int], None]:
     """The same in one MiniGrid environment."""
-    env = MiniGridLevel(World([GoalGraph.named("c")], size=size).state)
+    env = MiniGridLevel(Engine([GoalGraph.named("c")], size=size).state)
     env.reset()
     actions = np.random.default_rng(0).integers(5, size=1024).tolist()
 

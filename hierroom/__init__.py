@@ -75,7 +75,7 @@ except PackageNotFoundError:  # a copy of the source that nobody has installed
 
 _LETTERS = tuple("abcdefg")
 _HOMES = {
-    "EnvConfig": "turns.env_config",
+    "EnvConfig": "worlds.env_config",
     "GoalGraph": "goals",
     "InputError": "support.errors",
     "TrainConfig": "runs.config.config",

@@ -10,7 +10,6 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from hierroom.goals.goal_set import GoalSet
-from hierroom.worlds.world import View
 
 
 @dataclass(frozen=True)
@@ -21,7 +20,7 @@ class Observation:
 
     Args:
         envs: [M] int, the environments' places in the batch.
-        view: what the world shows.
+        view: what the world shows, a `worlds.world.View`.
         goal_set: the goals of the world.
         goals: [M] int, the goals pursued, or -1; for the meta-controller those of its last options that ended.
         previous_actions: [M] int, the controller's last action; the number of actions before the first, and where it
@@ -31,7 +30,7 @@ class Observation:
     """
 
     envs: NDArray[np.integer]
-    view: View
+    view: Any
     goal_set: GoalSet
     goals: NDArray[np.integer]
     previous_actions: NDArray[np.integer]

@@ -50,7 +50,7 @@ class MetaController(Protocol):
 
         Returns:
             [M] goal ids 0 to 12, or -1 or 13 for no goal, which asks the controller for something new (see
-            `options.Ledger`); a goal that is not legal counts as no goal.
+            `ledger.Ledger`); a goal that is not legal counts as no goal.
         """
         ...
 

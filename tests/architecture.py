@@ -7,8 +7,6 @@ import networkx as nx
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "hierroom"
-COMMANDS = ("compile/__main__", "complexity/__main__")
-"""The files that are told apart from their folders: a command stands on what it runs, not where its folder does."""
 
 
 def module_of(path: Path) -> str:
@@ -39,8 +37,7 @@ def file_imports() -> nx.DiGraph:
 
 
 def part_of(path: Path) -> str:
-    name = path.relative_to(PACKAGE).with_suffix("").as_posix()
-    return name if name in COMMANDS else name.split("/")[0]
+    return path.relative_to(PACKAGE).with_suffix("").as_posix().split("/")[0]
 
 
 def part_imports() -> nx.DiGraph:

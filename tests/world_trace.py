@@ -6,7 +6,7 @@ import numpy as np
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.worlds.escape_room import random_kernels, tiles
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.frontier import nearest_frontiers
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
@@ -24,7 +24,7 @@ def trace() -> str:
             digest.update(np.ascontiguousarray(array))
 
     for size, drop_key in ((11, True), (19, False)):
-        world = World(GRAPHS, 6, size=size, max_steps=70, drop_key=drop_key, seed=2**63 - 1, memories=MEMORIES)
+        world = Engine(GRAPHS, 6, size=size, max_steps=70, drop_key=drop_key, seed=2**63 - 1, memories=MEMORIES)
         rng = np.random.default_rng(size)
         for actions in rng.choice(6, size=(150, 6), p=[0.4, 0.15, 0.15, 0.1, 0.1, 0.1]):
             record(world.step(actions))

@@ -5,7 +5,7 @@ It loads neither the world nor torch, so that a command can explain itself at on
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
@@ -78,14 +78,14 @@ def find_method(name: str) -> Method:
     return METHODS[name]
 
 
-def require_features(name: str, given: object) -> None:
+def require_features(name: str, given: object, known: Collection[str] = get_args(FeatureName)) -> None:
     """Refuse what is not a list of features.
 
     Args:
         name: of the entry, for the message.
         given: what was given, anything at all.
+        known: the features that there are.
     """
-    known = get_args(FeatureName)
     if not isinstance(given, (list, tuple)):
         raise InputError(f"{name} are given as a list of names, not as {shown(given)}")
     unknown = [str(one) for one in given if one not in known]

@@ -61,10 +61,7 @@ class Features:
     agent: str = CONTROLLER
 
     def __post_init__(self) -> None:
-        require_features("features", self.names)
-        known = offered(self.world)
-        if unknown := [name for name in self.names if name not in known]:
-            raise InputError(f"this world offers the features {', '.join(known)}; not {', '.join(unknown)}")
+        require_features("features", self.names, offered(self.world))
         if self.agent == CONTROLLER and "goal-outcome" in self.names:
             raise InputError("goal-outcome is how the last option ended: one of meta_features, not of features")
 

@@ -213,6 +213,26 @@ class Flag(Schema):
         return []
 
 
+@dataclass(frozen=True)
+class Row(Schema):
+    """A list with one item for each schema.
+
+    Args:
+        entries: what each item is.
+    """
+
+    entries: tuple[Schema, ...]
+
+    def _look(self, value: Any, name: str) -> _Parts:
+        n = len(self.entries)
+        if type(value) is not list or len(value) != n:
+            given = f"a list of {len(value)}" if type(value) is list else shown(value)
+            raise InputError(f"{name} must be a list of {n} items, not {given}")
+        return [
+            (schema, item, f"{name}[{i}]") for i, (schema, item) in enumerate(zip(self.entries, value, strict=True))
+        ]
+
+
 def of_records(dtype: np.dtype, n: int, bounds: Mapping[str, tuple[Any, Any]]) -> Table:
     """The schema of the fields of ``n`` records, each an array by its name.
 

@@ -30,7 +30,7 @@ MINE = """
         pass
 
     class Forgetful(Mine):
-        def learn(self, transition):
+        def learn(self, step):
             pass
 
         def state_dict(self):

@@ -121,7 +121,7 @@ def test_a_meta_controller_that_watches_makes_episodes_shorter():
                 ]
             )
 
-        def record(self, transition, turns):
+        def record(self, step, turns):
             pass
 
     lengths = {}

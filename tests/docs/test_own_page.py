@@ -8,6 +8,7 @@ from hierroom.turns.records import STEP
 from hierroom.turns.situation import Situation
 from hierroom.worlds.escape_room.constants import MARGIN
 from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES
+from hierroom.worlds.escape_room.level_view import LevelView
 
 PAGE = (Path(__file__).parents[2] / "docs" / "own.md").read_text()
 
@@ -24,7 +25,7 @@ def public(kind: type) -> set[str]:
 
 
 def test_a_step():
-    assert told("step.") == {*(STEP.names or ()), "before", "after", "outcomes"}
+    assert told("step.") == {*(STEP.names or ()), "achieved", "is_first", "before", "after", "outcomes"}
 
 
 def test_a_level():
@@ -35,5 +36,6 @@ def test_a_level():
 
 
 def test_a_situation():
-    known = {field.name for field in fields(Situation)} | public(Situation)
-    assert told("situation.") == known - {"as_dict", "chosen"}
+    known = {field.name for kind in (Situation, LevelView) for field in fields(kind)}
+    known |= public(Situation) | public(LevelView)
+    assert told("situation.") == known - {"as_dict", "validate_goals"}

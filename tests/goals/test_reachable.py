@@ -5,7 +5,7 @@ import pytest
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.measured_levels import level_mdp, measure_levels
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 from hierroom.worlds.escape_room.reachable import reachable_states
@@ -15,7 +15,7 @@ from hierroom.worlds.escape_room.reachable import reachable_states
 @pytest.mark.parametrize("letter", "ac")
 def test_play_follows_the_table(letter, drop_key):
     """Random play in the level and on the table: the exit at the same step, and as many places and ways to stand."""
-    world = World([NAMED_GRAPHS[letter]], size=11, drop_key=drop_key, seed=3, max_steps=2**30)
+    world = Engine([NAMED_GRAPHS[letter]], size=11, drop_key=drop_key, seed=3, max_steps=2**30)
     table = reachable_states(world.state)
     rng, seen, state = np.random.default_rng(0), {}, 0
     first = world.get_state()
@@ -38,13 +38,13 @@ def test_play_follows_the_table(letter, drop_key):
 
 @pytest.mark.parametrize("letter", "abcdefg")
 def test_shortest_solutions_are_the_oracle_s(letter):
-    world = World([NAMED_GRAPHS[letter]], seed=5)
+    world = Engine([NAMED_GRAPHS[letter]], seed=5)
     assert level_mdp(NAMED_GRAPHS[letter], 5).shortest_solution() == shortest_lengths(world.state)[0]
 
 
 def test_a_level_without_drop_has_as_many_states_as_cells_keys_and_doors_allow():
     """Graph a: the centre with the key lying, held, or the door open; the room and doorway behind the open door."""
-    world = World([GoalGraph((0,), 1)], size=11, seed=0)
+    world = Engine([GoalGraph((0,), 1)], size=11, seed=0)
     level = world.state.levels[0]
     (top, left, bottom, right), (up, west, down, east) = level.rectangles[:2]
     centre, room = (bottom - top + 1) * (right - left + 1), (down - up + 1) * (east - west + 1)
@@ -60,8 +60,8 @@ def test_levels_are_measured():
 
 
 def test_bad_input_is_one_line():
-    world = World([NAMED_GRAPHS["a"]], 2, seed=0)
-    ended = World([NAMED_GRAPHS["a"]], seed=0, max_steps=1)
+    world = Engine([NAMED_GRAPHS["a"]], 2, seed=0)
+    ended = Engine([NAMED_GRAPHS["a"]], seed=0, max_steps=1)
     ended.step_within_episode([0])
     for attempt, words in (
         (lambda: reachable_states(world.state), "holds 2 environments"),

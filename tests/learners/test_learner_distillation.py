@@ -132,21 +132,21 @@ def test_curiosity_rewards_new_observations_of_the_level():
         observation = turns.observe(CONTROLLER, turns.due(CONTROLLER))
         agent.act(observation)
         turns.act(CONTROLLER, observation, np.full(8, action))
-        transition = turns.advance()[CONTROLLER]
-        agent.record(transition, turns)
-        return transition
+        taken = turns.advance()
+        agent.record(taken, turns)
+        return taken
 
     for _ in range(1 + round(GROWTH / (1 - SMALL.ppo.gamma))):  # first all is counted only, then the returns grow
         step(0)
         assert not told[-1].any()
         if not curiosity.state_dict()["has_learned"]:
             curiosity.learn()
-    transition = step(0)
+    last = step(0)
     assert (told[-1] > 0).all()
-    while not transition.episode_ended.any():
-        transition = step(1)
-    ended, found = np.flatnonzero(transition.episode_ended), curiosity.state_dict()["pending"][-1].numpy()
-    final = curiosity.features.encode(turns.final_observation(CONTROLLER, transition.step, ended))
+    while not last.episode_ended.any():
+        last = step(1)
+    ended, found = np.flatnonzero(last.episode_ended), curiosity.state_dict()["pending"][-1].numpy()
+    final = curiosity.features.encode(turns.final_observation(CONTROLLER, last, ended))
     now = turns.observe(CONTROLLER, turns.due(CONTROLLER))
     assert not np.array_equal(final, curiosity.features.encode(now)[ended])
     np.testing.assert_array_equal(found[ended], final)

@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from escape_room import WORLD
 from turns_helpers import make
 
 from hierroom.agents.player import OraclePlayer
 from hierroom.goals import GoalGraph
 from hierroom.meta import make_meta, take_turn
 from hierroom.runs.logs.episode_log import WINDOW, EpisodeLog
-from hierroom.worlds.escape_room.layout import LEVEL
 
 
 def ended(*successes: bool, length: int = 10) -> Any:
@@ -26,19 +26,22 @@ def ended(*successes: bool, length: int = 10) -> Any:
         reached=flags,
         lengths=np.full(n, length),
         rewards=np.full(n, 0.5),
-        events=np.where(flags, 12, -1),
+        shortest=np.full(n, -1),
+        achieved_bits=np.where(flags, 1 << 12, 0),
         goals=np.full(n, -1),
     )
 
 
 def places(n: int) -> Any:
-    """Turns of which nothing is told but the levels that ended."""
-    sampler = SimpleNamespace(names=lambda levels: ["c"] * len(levels))
-    return SimpleNamespace(world=SimpleNamespace(finals=np.zeros(n, LEVEL)), sampler=sampler)
+    """Turns of which only the world is known, by what it says of the episodes that ended."""
+    world = SimpleNamespace(
+        everywhere=np.arange(n), variants_of=lambda envs: ["c"] * len(envs), milestones_of=lambda envs, goals: goals
+    )
+    return SimpleNamespace(world=world, n_ended=n)
 
 
 def test_success_length_and_return_are_those_of_the_window():
-    log, turns = EpisodeLog(np.zeros(2, int)), places(2)
+    log, turns = EpisodeLog(WORLD.goals, np.zeros(2, int)), places(2)
     for n in range(WINDOW - 1):
         log.add(ended(True), turns, n)
     assert log.success_rate == 1
@@ -54,12 +57,12 @@ def test_success_length_and_return_are_those_of_the_window():
 
 def equal(one: dict, other: dict) -> bool:
     return torch.equal(one["returns"], other["returns"]) and all(
-        one[name] == other[name] for name in ("episodes", "window", "goals")
+        one[name] == other[name] for name in ("episodes", "window", "achieved")
     )
 
 
 def test_a_step_that_ends_no_episode_adds_its_rewards_and_a_state_comes_back():
-    log, other, turns = EpisodeLog(np.zeros(4, int)), EpisodeLog(np.zeros(4, int)), places(4)
+    log, other, turns = EpisodeLog(WORLD.goals, np.zeros(4, int)), EpisodeLog(WORLD.goals, np.zeros(4, int)), places(4)
     log.add(ended(True, False, True), turns, 5)
     before = log.state_dict()
     assert before["returns"].tolist() == [0, 0, 0, 0.5]
@@ -81,7 +84,7 @@ def test_the_rows_tell_what_happened_in_the_order_in_which_it_did():
     """Against a count by hand of what the oracle does on two graphs, with environments that end at different steps."""
     turns, log, player = (
         make("f", n=5, size=13, max_steps=60, reward="bonus"),
-        EpisodeLog(np.zeros(5, int)),
+        EpisodeLog(WORLD.goals, np.zeros(5, int)),
         OraclePlayer(),
     )
     told: list[list[str]] = [[] for _ in range(5)]
@@ -107,7 +110,11 @@ def test_the_rows_tell_what_happened_in_the_order_in_which_it_did():
 
 
 def test_options_are_counted_by_the_kind_of_their_goal():
-    turns, log, meta = make("c", n=6, subgoal_horizon=20), EpisodeLog(np.zeros(6, int)), make_meta("fixed-dfs")
+    turns, log, meta = (
+        make("c", n=6, subgoal_horizon=20),
+        EpisodeLog(WORLD.goals, np.zeros(6, int)),
+        make_meta("fixed-dfs"),
+    )
     kinds = {"key": range(6), "door": range(6, 12), "exit": [12], "new": [-1]}
     given, reached = dict.fromkeys(kinds, 0), dict.fromkeys(kinds, 0)
     rng = np.random.default_rng(0)
@@ -130,7 +137,7 @@ def test_options_are_counted_by_the_kind_of_their_goal():
 
 
 def test_the_graph_of_a_row_is_that_of_its_episode():
-    turns, log = make("expected_steps:20..80", n=12, size=11, max_steps=15), EpisodeLog(np.zeros(12, int))
+    turns, log = make("expected_steps:20..80", n=12, size=11, max_steps=15), EpisodeLog(WORLD.goals, np.zeros(12, int))
     seen = set()
     for t in range(60):
         names = turns.world.sampler.names(turns.world.state.levels)
@@ -148,7 +155,7 @@ def test_the_graph_of_a_row_is_that_of_its_episode():
 def test_lengths_are_those_that_were_played_however_the_clocks_began():
     turns, player = make("a", n=8, size=11, max_steps=40), OraclePlayer()
     turns.world.stagger_clocks()
-    log = EpisodeLog(turns.world.state.levels["steps"])
+    log = EpisodeLog(WORLD.goals, turns.world.clocks())
     begun, played = np.zeros(8, int), []
     for t in range(1, 121):
         step = player.step(turns) if t > 60 else turns.step(np.zeros(8, int))

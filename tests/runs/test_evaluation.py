@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from turns_helpers import make
 
-from hierroom.agents.player import Pair, play
+from hierroom.agents.player import Pair, Play
 from hierroom.agents.recorder import record
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.commands import evaluate as command
@@ -110,10 +110,15 @@ def test_another_meta_controller_gives_other_goals(evaluated):
 
 
 class Whole:
-    """A pair in disguise, of which `play` cannot leave environments out."""
+    """A pair in disguise, of which `Play` cannot leave environments out."""
 
     def __init__(self, pair):
         self.step = pair.step
+
+
+def sizes_in(turns, player, episodes):
+    """The number of environments in each step of play."""
+    return [len(step.rewards) for step in Play(turns, player, episodes)]
 
 
 @pytest.mark.parametrize("is_greedy", [False, True])
@@ -127,7 +132,7 @@ def test_leaving_out_environments_that_have_played_their_episodes_changes_nothin
 
     def told(disguise):
         several, one = (lambda graph=graph: trainer.fresh_turns(24, 3, graph=(graph,)) for graph in ("rooms:3", "b"))
-        sizes = [len(step.turns) for step in play(several(), player(disguise), 60)]
+        sizes = sizes_in(several(), player(disguise), 60)
         episodes = [episode.to_dict() for episode in record(several(), player(disguise), 60)]
         counts = vars(count_transitions(one(), player(disguise), 60))
         told = {name: None if value is None else np.asarray(value).tolist() for name, value in counts.items()}
@@ -156,7 +161,7 @@ def test_whoever_may_depend_on_the_other_environments_plays_in_all(run):
 
     def sizes(meta, turns, kind=Pair):
         pair = kind(freeze(ScriptedAgent(make_meta(meta)), trainer.controller, 24, seed=3).agents)
-        return {len(step.turns) for step in play(turns, pair, 24)}
+        return {*sizes_in(turns, pair, 24)}
 
     def turns(**settings):
         return Turns(replace(trainer.config.env, **settings), 24, seed=3, memories=trainer.controller.features.memories)

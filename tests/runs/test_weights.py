@@ -77,9 +77,9 @@ def test_the_meta_controller_alone_thinks_as_in_its_pair():
         if len(situation):
             logits = [one.decision.logits for one in (alone._policy, pair.agents["meta_0"])]
             np.testing.assert_array_equal(*logits)
-        transitions = turns.advance()
-        for name, transition in transitions.items():
-            pair.agents[name].record(transition, turns)
+        step = turns.advance()
+        for one in pair.agents.values():
+            one.record(step, turns)
     played(hierroom.load("g", meta=agent.meta_controller()))
 
 

@@ -13,8 +13,7 @@ from learner_envs import RandomEnvs, make_learner
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.support.thread_pool import ThreadPool
 from hierroom.vector_env import EscapeRooms
-from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD, Engine
 
 
 def same_state(one, other):
@@ -64,7 +63,7 @@ def test_a_pool_that_is_copied_has_threads_of_its_own(clone):
 @pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")  # Python 3.12 warns of forks beside threads
 def test_a_world_that_was_stepped_with_two_threads_goes_on_in_a_forked_process():
     n = 2 * MIN_ENVS_PER_THREAD
-    world, actions = World([NAMED_GRAPHS["a"]], n, size=19, threads=2), np.arange(n) % 5
+    world, actions = Engine([NAMED_GRAPHS["a"]], n, size=19, threads=2), np.arange(n) % 5
     for _ in range(50):  # until both threads run
         world.step(actions)
     there = in_a_fork(stepped, world, actions)

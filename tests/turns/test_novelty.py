@@ -8,7 +8,7 @@ import hierroom
 from hierroom.goals import NAMED_GRAPHS
 from hierroom.worlds.env_config import NOVELTY_BONUS
 from hierroom.worlds.escape_room.constants import DROP, FORWARD, LEFT, PICKUP
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
 
@@ -20,7 +20,7 @@ def state_of(level):
 @pytest.mark.parametrize("size", [11, 63])
 def test_a_state_is_novel_at_its_first_visit_in_an_episode(size, drop_key):
     """The agent's cell with the keys it has found and the doors it has opened, kept in a plain set."""
-    world = World([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key, memories=["visited"])
+    world = Engine([NAMED_GRAPHS["f"]], size=size, max_steps=400, drop_key=drop_key, memories=["visited"])
     rng = np.random.default_rng(0)
     n_novel = 0
     for _ in range(6 if size == 11 else 2):

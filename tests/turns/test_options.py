@@ -12,7 +12,7 @@ from hierroom.turns.ledger import Ledger
 from hierroom.turns.records import LEDGER, META, OTHER, REACHED, STEP, TIMED_OUT, Step
 from hierroom.turns.rewards import REWARDS, make_reward
 from hierroom.worlds.env_config import NOVELTY_BONUS
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import OUTCOME
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
@@ -114,7 +114,7 @@ def test_rewards_are_conserved(reward_name, horizon):
     settings = {"graph": "b", "size": 11, "max_steps": 150, "subgoal_horizon": horizon, "drop_key": True}
     settings["reward"] = reward_name
     aec, parallel = hierroom.env(**settings), hierroom.parallel_env(**settings)
-    world = World([GoalGraph.named("b")], size=11, max_steps=150, drop_key=True, memories=["visited"])
+    world = Engine([GoalGraph.named("b")], size=11, max_steps=150, drop_key=True, memories=["visited"])
     rng = np.random.default_rng(1)
     successes = 0
     for seed in range(12):

@@ -17,7 +17,7 @@ from hierroom.support.errors import InputError
 from hierroom.turns.records import Step
 from hierroom.turns.rewards import REWARDS, make_reward
 from hierroom.turns.turns import Turns
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import MEMORIES
 from hierroom.worlds.escape_room.level import Level
 
@@ -48,7 +48,7 @@ def play(turns: Turns, n_steps: int, seed: int = 0) -> list[Step]:
 def test_the_states_are_those_before_and_after_the_step_and_before_a_reset():
     reward = Watching()
     turns = make(n=6, reward=reward, **SETTINGS)
-    slow = World([hierroom.GoalGraph.named("c")], 6, size=11, max_steps=40, drop_key=True, seed=0, memories=MEMORIES)
+    slow = Engine([hierroom.GoalGraph.named("c")], 6, size=11, max_steps=40, drop_key=True, seed=0, memories=MEMORIES)
     play(turns, 100)
     ends = 0
     for step in reward.steps:

@@ -81,7 +81,7 @@ class Spoiler:
 def test_a_meta_controller_cannot_change_the_environments():
     turns, twin = make(n=3), make(n=3)
     take_turn(Spoiler(), turns)
-    twin.ask(make_meta("none"))
+    take_turn(make_meta("none"), twin)
     assert turns.goals.tolist() == [-1] * 3
     state, expected = turns.get_state(), twin.get_state()
     for name in state:
@@ -105,8 +105,8 @@ def test_the_goal_is_shown_to_the_controller_and_the_last_one_to_the_meta_contro
             turns.step([1])
 
 
-def test_advancing_is_a_step_and_tells_of_the_turns_that_it_ended():
-    """Beside turns that are asked and stepped; the last observations are those before the reset and the next goal."""
+def test_advancing_is_a_step_that_knows_the_turns_it_ended():
+    """Compared with turns that are stepped; the last observations are those before the reset and the next goal."""
     settings = {"n": 6, "seed": 3, "max_steps": 25, "subgoal_horizon": 4, "reward": "intrinsic"}
     turns, twin = make("c", **settings), make("c", **settings)
     meta, rng = make_meta("random"), np.random.default_rng(0)
@@ -117,45 +117,26 @@ def test_advancing_is_a_step_and_tells_of_the_turns_that_it_ended():
         situation = turns.observe("meta_0", due)
         turns.act("meta_0", situation, choose_goals(meta, situation))
         assert len(turns.due("meta_0")) == 0
-        twin.ask(meta)
+        take_turn(meta, twin)
         actions = rng.integers(5, size=6)
         turns.act("controller_0", turns.observe("controller_0", turns.due("controller_0")), actions)
-        told, step = turns.advance(), twin.step(actions)
-        assert list(told) == ["meta_0", "controller_0"]
+        advanced, step = turns.advance(), twin.step(actions)
+        assert advanced is turns.last_step
         for name, value in step.as_dict().items():
-            np.testing.assert_array_equal(turns.last_step.as_dict()[name], value, err_msg=name)
-        options, every = told["meta_0"], told["controller_0"]
-        assert options.step is every.step is turns.last_step
-        envs = np.flatnonzero(step.option_ended)
-        everyone, none = np.arange(6), np.full(6, -1)
-        of_options = (
-            envs,
-            step.goals,
-            step.meta_rewards,
-            step.meta_elapsed,
-            step.terminated,
-            step.truncated & ~step.terminated,
-        )
-        of_steps = everyone, step.goals, step.rewards, np.ones(6), step.return_terminated, step.return_truncated
-        for transition, (where, *values), instead in (
-            (options, of_options, step.achieved_instead),
-            (every, of_steps, none),
-        ):
-            np.testing.assert_array_equal(transition.envs, where)
-            names = ("goals", "rewards", "elapsed", "terminated", "truncated", "episode_ended", "achieved_instead")
-            for name, value in zip(names, (*values, step.episode_ended, instead), strict=True):
-                np.testing.assert_array_equal(getattr(transition, name), value[where], err_msg=name)
-        for agent, transition in told.items():
-            rows = rng.permutation(len(transition.envs))[:3]
-            last, expected = (
-                transition.last_observation(rows),
-                twin.final_observation(agent, step, transition.envs[rows]),
-            )
-            np.testing.assert_array_equal(last.levels["steps"], step.lengths[transition.envs[rows]])
-            np.testing.assert_array_equal(last.goals, transition.goals[rows])
-            for name, values in last.as_dict().items():
-                np.testing.assert_array_equal(values, expected.as_dict()[name], err_msg=name)
-        ended["options"] += len(envs)
+            np.testing.assert_array_equal(advanced.as_dict()[name], value, err_msg=name)
+        options = np.flatnonzero(step.option_ended)
+        of_options = step.meta_rewards, step.meta_elapsed, step.terminated, step.truncated & ~step.terminated
+        of_steps = step.rewards, np.ones(6), step.return_terminated, step.return_truncated
+        for agent, where, values in (("meta_0", options, of_options), ("controller_0", np.arange(6), of_steps)):
+            envs, *ended_turns = advanced.ended_turns(agent)
+            np.testing.assert_array_equal(envs, where)
+            for value, right in zip(ended_turns, values, strict=True):
+                np.testing.assert_array_equal(value, right[where])
+            envs = rng.permutation(envs)[:3]
+            last = turns.final_observation(agent, advanced, envs)
+            np.testing.assert_array_equal(last.levels["steps"], step.lengths[envs])
+            np.testing.assert_array_equal(last.goals, step.goals[envs])
+        ended["options"] += len(options)
         ended["episodes"] += int(step.episode_ended.sum())
     assert min(ended.values()) > 20, ended
 
@@ -198,7 +179,7 @@ def test_the_order_of_the_environments_is_that_asked_for(agent):
 
 
 def test_the_complexity_is_that_with_the_actions_there_are():
-    expected = {drop_key: make("d", drop_key=drop_key).complexity.expected_steps for drop_key in (False, True)}
+    expected = {drop_key: make("d", drop_key=drop_key).world.complexity.expected_steps for drop_key in (False, True)}
     assert expected == {drop_key: analyze("d", drop_key=drop_key).expected_steps for drop_key in (False, True)}
     assert expected[False] < expected[True]
 

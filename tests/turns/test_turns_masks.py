@@ -16,7 +16,7 @@ BOTH = ("meta_0", "controller_0")
 
 def legal(turns, mask):
     situation = turns.situation(np.array([0]))
-    return {int(goal) for goal in np.flatnonzero(GOAL_MASKS[mask].goals(situation)[0])}
+    return {int(goal) for goal in np.flatnonzero(situation.goals_by(mask)[0])}
 
 
 def test_masks_on_the_way_through_graph_d():

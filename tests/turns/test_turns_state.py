@@ -96,7 +96,7 @@ def test_the_final_observation_is_from_before_the_reset():
     meta, rng, n_going_on = make_meta("random"), np.random.default_rng(0), 0
     for t in range(60):
         for each in (turns, slow):
-            each.ask(meta)
+            take_turn(meta, each)
         actions, last = rng.integers(5, size=8), turns.ledger.last_outcomes.copy()
         step, slow_step = turns.step(actions), slow.step(actions)
         np.testing.assert_array_equal(step.episode_ended, slow_step.episode_ended)

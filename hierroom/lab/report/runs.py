@@ -9,12 +9,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from hierroom.complexity.graph_set import GraphSet
 from hierroom.goals import GoalGraph
 from hierroom.lab.compare.evaluated_run import EvaluatedRun, entries_of, read_run, runs_inside
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.folder.run_folder import RunFolder
 from hierroom.support.errors import InputError
-from hierroom.worlds.escape_room.graph_sampler import GraphSampler
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,8 @@ class ReportedRun:
     def graphs(self) -> dict[str, GoalGraph]:
         """The goal graphs it trained on, by their names, the easiest first."""
         env = self.config.env
-        return {graph.name: graph for graph in GraphSampler(env.graph, env.exclude, env.drop_key, 1).everything}
+        (ranked,) = GraphSet(env.graph, env.exclude, env.drop_key).stages(1)
+        return {graph.name: graph for graph in ranked}
 
     @property
     def meta(self) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from hierroom.agents.episode_facts import EpisodeFacts
 from hierroom.goals import NO_GOAL
 from hierroom.goals.goal_set import GoalSet
-from hierroom.support.schema import Array, Items, Real, Table, Whole
+from hierroom.support.schema import Array, Items, Real, Row, Table, Whole
 from hierroom.turns.records import Step
 from hierroom.turns.turns import Turns
 
@@ -109,12 +109,13 @@ class EpisodeLog:
     def load_state_dict(self, state: Mapping[str, Any]) -> None:
         """Restore what `state_dict` returned."""
         n, ranges = len(self._clocks), {"success": Whole(0, 1), "length": Whole(1), "return": Real()}
+        achievement = Row((Whole(1, 2**62), Whole(0, len(self._goals) - 1)))
         Table(
             {
                 "episodes": Whole(0, 2**62),
                 "window": Table({name: Items(entry, 0, WINDOW) for name, entry in ranges.items()}),
                 "returns": Array(np.float64, (n,)),
-                "achieved": Items(Items(Items(Whole(0, 2**62), 2, 2)), n, n),
+                "achieved": Items(Items(achievement), n, n),
                 "clocks": Array(np.int64, (n,), low=0),
             }
         ).check(state, "log")

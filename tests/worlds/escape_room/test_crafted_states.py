@@ -140,15 +140,24 @@ def trainer_of(method="hippo", meta=None, **agents):
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
-        ("levels.row", torch.tensor([9, 9, 9, 10**6], dtype=torch.int32), "levels.row must be at most 14, not 1000000"),
-        ("levels.keys", torch.zeros(4), "levels.keys must be an array of int32 and shape (4,), not of float32"),
+        (
+            "turns.levels.row",
+            torch.tensor([9, 9, 9, 10**6], dtype=torch.int32),
+            "levels.row must be at most 14, not 1000000",
+        ),
+        ("turns.levels.keys", torch.zeros(4), "levels.keys must be an array of int32 and shape (4,), not of float32"),
         ("turns.grids", torch.zeros(4, 21, 21), "grids must be an array of uint8 and shape (4, 21, 21), not of float6"),
-        ("turns.3", torch.zeros(4), "the state of turns does not hold what get_state gives"),
+        ("turns.3", torch.zeros(4), "turns does not hold what it should: it has '3'"),
         ("turns.goals", "x", "turns.goals must be an array, not 'x'"),
         ("agents.controller_0.learner", [], "agents.controller_0: agent.learner must be a mapping, not a list"),
         ("agents.controller_0.description.features", "x", "agents.controller_0: agent.description.features must be"),
         ("agents.meta_0.warm_up.successes", [1], "agents.meta_0: warm_up.successes[0] must be True or False, not 1"),
-        ("log.goals", [[0], [], [], [13]], "log.goals[3][0] must be a whole number from 0 to 12, not 13"),
+        (
+            "log.achieved",
+            [[[1, 0]], [], [], [[2, 13]]],
+            "log.achieved[3][0][1] must be a whole number from 0 to 12, not 13",
+        ),
+        ("log.achieved", [[[1]], [], [], []], "log.achieved[0][0] must be a list of 2 items, not a list of 1"),
         ("log.window.success", [2], "log.window.success[0] must be a whole number from 0 to 1, not 2"),
         ("log.steps_to", {7: 1}, "log does not hold what it should: it has 'steps_to'"),
         ("log.returns", torch.full((4,), torch.nan).double(), "log.returns must be finite everywhere, not nan"),

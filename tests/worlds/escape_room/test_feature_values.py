@@ -13,6 +13,7 @@ from hierroom.meta import make_meta, take_turn
 from hierroom.support.errors import InputError
 from hierroom.worlds.env_config import EnvConfig
 from hierroom.worlds.escape_room.constants import EXIT, KEY, LOCKED_DOOR, VIEW
+from hierroom.worlds.escape_room.level_view import LevelView
 from hierroom.worlds.escape_room.tiles import TRIPLES
 from hierroom.worlds.make import world_spec
 
@@ -102,7 +103,7 @@ def test_distances_fall_into_thirteen_classes():
     levels["direction"], levels["row"], levels["col"], levels["seen"] = 0, 60, 60, 1 << EXIT_GOAL  # facing east
     levels["exit_at"] = np.stack([60 + np.array(distances[::-1]), 60 + np.array(distances)], axis=1)
     exits = np.full(len(distances), EXIT_GOAL)
-    places = FEATURES["goal-place"].encode(replace(observation, levels=levels, goals=exits))
+    places = FEATURES["goal-place"].encode(replace(observation, view=LevelView(observation.tiles, levels), goals=exits))
     expected = [6 + (classes[d] if d > 0 else -classes[-d]) for d in distances]
     assert places.tolist() == [[ahead, right] for ahead, right in zip(expected, expected[::-1], strict=True)]
 

@@ -108,4 +108,4 @@ def test_levels_remember_the_features_of_a_learned_meta_controller(meta):
 
 
 def test_each_name_that_a_config_may_hold_is_a_feature():
-    assert list(get_args(FeatureName)) == list(FEATURES)
+    assert {*get_args(FeatureName)} == {*FEATURES}

@@ -8,7 +8,7 @@ from turns_helpers import make
 
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.turns.rewards import REWARDS
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import MEMORIES
 
 GRAPHS = [*NAMED_GRAPHS.values(), GoalGraph((0, 1, 2, 0, 1, 2), 6)]
@@ -17,7 +17,7 @@ N_ENVS = 32
 
 
 def make_world(memories, seed=3, max_steps=80):
-    return World(GRAPHS, N_ENVS, size=11, max_steps=max_steps, drop_key=True, seed=seed, memories=memories)
+    return Engine(GRAPHS, N_ENVS, size=11, max_steps=max_steps, drop_key=True, seed=seed, memories=memories)
 
 
 def actions_of(n_steps, seed=0):

@@ -12,7 +12,7 @@ from hierroom.complexity.measures.policy_information import policy_information
 from hierroom.goals import GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import batch_kernels, measured_levels
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import OUTCOME
 from hierroom.worlds.escape_room.measured_levels import level_mdp, measure_levels
 from hierroom.worlds.escape_room.reachable import _keys
@@ -30,7 +30,7 @@ MASK, GOLDEN = 2**64 - 1, 0x9E3779B97F4A7C15
 
 
 def sampled(horizon: int, graph: GoalGraph = A, seed: int = 0) -> SampledLevel:
-    return SampledLevel(World([graph], size=11, seed=0).state, horizon, seed)
+    return SampledLevel(Engine([graph], size=11, seed=0).state, horizon, seed)
 
 
 def mixed(bits: int) -> int:
@@ -128,7 +128,7 @@ def test_actions_have_the_probabilities_of_a_softmax():
 
 @pytest.mark.parametrize("can_drop", [False, True])
 def test_states_have_different_bits_exactly_where_they_differ(can_drop):
-    world, rng = World([GoalGraph((0, 0), 2)], 64, size=11, drop_key=can_drop, seed=3, max_steps=10**9), None
+    world, rng = Engine([GoalGraph((0, 0), 2)], 64, size=11, drop_key=can_drop, seed=3, max_steps=10**9), None
     state, rng = world.state[np.zeros(64, int)], np.random.default_rng(0)
     of_state: dict[bytes, int] = {}
     for _ in range(400):
@@ -194,6 +194,6 @@ def test_what_cannot_be_sampled_is_refused():
     with pytest.raises(InputError, match=r"needs at least \d+ steps, but the horizon is 3"):
         sampled(3)
     with pytest.raises(InputError, match="the state holds 2 environments"):
-        SampledLevel(World([A], 2).state, 100)
+        SampledLevel(Engine([A], 2).state, 100)
     with pytest.raises(InputError, match="horizon of a level must be at least 1, not 0"):
         sampled(0)

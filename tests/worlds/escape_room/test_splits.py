@@ -10,12 +10,12 @@ from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import InputError
 from hierroom.turns.turns import Turns
 from hierroom.worlds.env_config import EnvConfig
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 
 
 def layouts(graph, size, levels, seed=0, n=300, episodes=4):
     """The grids of many levels, as bytes."""
-    world = World([GoalGraph.named(graph)], n, size=size, seed=seed, levels=levels)
+    world = Engine([GoalGraph.named(graph)], n, size=size, seed=seed, levels=levels)
     grids = []
     for _ in range(episodes):
         grids += [grid.tobytes() for grid in world.state.grids]

@@ -6,7 +6,7 @@ import pytest
 from hierroom.goals import NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants, state_check
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import LEVEL, State
 from hierroom.worlds.escape_room.oracle import shortest_actions, shortest_lengths
 from hierroom.worlds.escape_room.state_check import RULES, check_state, level_bounds
@@ -16,7 +16,7 @@ MEMORIES = ("visited", "explored", "doorways")
 
 
 def begun(n=2, size=13):
-    return World([NAMED_GRAPHS["f"]], n, size=size, seed=3, drop_key=True, memories=MEMORIES)
+    return Engine([NAMED_GRAPHS["f"]], n, size=size, seed=3, drop_key=True, memories=MEMORIES)
 
 
 @pytest.mark.parametrize("size", [11, 19, 63])
@@ -25,7 +25,7 @@ def test_every_state_that_is_reached_is_accepted(size, drop_key, monkeypatch):
     """By the kernel: the schema, which finds the words for what is wrong, would take too long."""
     monkeypatch.delattr(state_check, "level_schema")
     graphs, rng = [*NAMED_GRAPHS.values(), SEVEN_ROOMS], np.random.default_rng(size)
-    world = World(graphs, 32, size=size, drop_key=drop_key, max_steps=40, memories=MEMORIES)
+    world = Engine(graphs, 32, size=size, drop_key=drop_key, max_steps=40, memories=MEMORIES)
     for _ in range(200):
         if rng.random() < 0.5:  # else keys are picked up in too few environments
             for env in range(0, 32, 8):
@@ -126,7 +126,7 @@ CYCLES = [
 @pytest.mark.parametrize(("branch", "room", "and_back"), CYCLES)
 def test_a_key_that_cannot_be_come_by_is_noticed_in_any_room(branch, room, and_back):
     """In the room that it opens, or each of two in the other's."""
-    state = World([SEVEN_ROOMS], size=19).get_state()
+    state = Engine([SEVEN_ROOMS], size=19).get_state()
     check_state(state)
     state.levels["key_rooms"][0, branch] = room
     if and_back is not None:
@@ -159,7 +159,7 @@ def test_keys_doors_and_found_bits_of_missing_rooms_are_refused(name):
 def test_rooms_that_are_not_there_hold_no_key_and_no_exit(n_rooms):
     graph = GoalGraph((0,) * (n_rooms - 1), n_rooms - 1)
     for name, place in (("exit_room", ()), ("key_rooms", (n_rooms - 2,))):
-        state = World([graph], size=19).get_state()
+        state = Engine([graph], size=19).get_state()
         state.levels[name][(0, *place)] = n_rooms
         with pytest.raises(InputError, match=RULES[0]):
             check_state(state)

@@ -7,10 +7,9 @@ import pytest
 
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
-from hierroom.worlds.escape_room import world as world_module
+from hierroom.worlds.escape_room import engine
 from hierroom.worlds.escape_room.constants import FORWARD, LEFT
-from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import MIN_ENVS_PER_THREAD, Engine
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.oracle import shortest_actions
 
@@ -39,8 +38,8 @@ def same_records(one: np.ndarray, other: np.ndarray) -> bool:
 
 def test_an_environment_is_the_same_alone_and_in_a_batch():
     settings = {"seed": 3, "max_steps": 40, "drop_key": True}
-    together = World(GRAPHS, 128, **settings)
-    alone = [World(GRAPHS, first_index=n, **settings) for n in range(128)]
+    together = Engine(GRAPHS, 128, **settings)
+    alone = [Engine(GRAPHS, first_index=n, **settings) for n in range(128)]
     for actions in actions_of(130, 128):
         one_by_one = np.concatenate([env.step(actions[n : n + 1]) for n, env in enumerate(alone)])
         assert_same(one_by_one, together.step(actions))
@@ -52,14 +51,14 @@ def test_an_environment_is_the_same_alone_and_in_a_batch():
 
 def test_two_threads_do_what_one_does(monkeypatch):
     num_envs = 2 * MIN_ENVS_PER_THREAD + 1
-    one, two = (World(GRAPHS, num_envs, size=11, seed=4, max_steps=30, threads=threads) for threads in (1, 2))
-    used, step = [], world_module._compiled_step()
+    one, two = (Engine(GRAPHS, num_envs, size=11, seed=4, max_steps=30, threads=threads) for threads in (1, 2))
+    used, step = [], engine._compiled_step()
 
     def noted_step(*arrays):
         used.append((threading.get_ident(), len(arrays[0])))
         step(*arrays)
 
-    monkeypatch.setattr(world_module, "_compiled_step", lambda: noted_step)
+    monkeypatch.setattr(engine, "_compiled_step", lambda: noted_step)
     for actions in actions_of(70, num_envs):
         assert_same(one.step(actions), two.step(actions))
     assert same_state(one.state, two.state)
@@ -69,12 +68,12 @@ def test_two_threads_do_what_one_does(monkeypatch):
 
 
 def test_a_small_batch_starts_no_threads():
-    assert len(World(GRAPHS, 2 * MIN_ENVS_PER_THREAD - 1, size=11, threads=8)._slices) == 1
-    assert len(World(GRAPHS, 3 * MIN_ENVS_PER_THREAD, size=11, threads=2)._slices) == 2
+    assert len(Engine(GRAPHS, 2 * MIN_ENVS_PER_THREAD - 1, size=11, threads=8)._slices) == 1
+    assert len(Engine(GRAPHS, 3 * MIN_ENVS_PER_THREAD, size=11, threads=2)._slices) == 2
 
 
 def test_reset_with_a_seed_starts_over_and_without_goes_on():
-    world = World(GRAPHS, 20, seed=5)
+    world = Engine(GRAPHS, 20, seed=5)
     first = world.get_state()
     world.reset()
     second = world.get_state()
@@ -88,7 +87,7 @@ def test_reset_with_a_seed_starts_over_and_without_goes_on():
 
 
 def test_seeds_environments_and_episodes_differ():
-    worlds = [World([NAMED_GRAPHS["c"]], 50, seed=seed) for seed in (0, 1, 2**63 - 1)]
+    worlds = [Engine([NAMED_GRAPHS["c"]], 50, seed=seed) for seed in (0, 1, 2**63 - 1)]
     grids = [grid.tobytes() for world in worlds for grid in world.state.grids]
     worlds[0].reset()
     grids += [grid.tobytes() for grid in worlds[0].state.grids]
@@ -96,7 +95,7 @@ def test_seeds_environments_and_episodes_differ():
 
 
 def test_clocks_can_be_staggered():
-    world = World(GRAPHS, 10, max_steps=100)
+    world = Engine(GRAPHS, 10, max_steps=100)
     world.stagger_clocks()
     assert world.state.levels["steps"].tolist() == list(range(0, 100, 10))
     lengths = []
@@ -110,7 +109,7 @@ def test_clocks_can_be_staggered():
 
 
 def test_branch_replay_compare():
-    world = World(GRAPHS, 30, seed=7, max_steps=60, drop_key=True)
+    world = Engine(GRAPHS, 30, seed=7, max_steps=60, drop_key=True)
     actions = actions_of(150, 30)
     for action in actions[:50]:
         world.step(action)
@@ -129,17 +128,17 @@ def test_branch_replay_compare():
     assert same_state(world.state, reached)
 
 
-def assert_same_view(world: World, n: int):
+def assert_same_view(world: Engine, n: int):
     """An environment's outcome shows its current view, as a step that does nothing would."""
     shown = world.outcomes["tiles"][n].copy()
-    probe = World(GRAPHS, size=world.state.size)
+    probe = Engine(GRAPHS, size=world.state.size)
     probe.set_state(world.get_state(n))
     probe.step_within_episode([-1])
     np.testing.assert_array_equal(probe.outcomes["tiles"][0], shown)
 
 
 def test_some_environments_can_be_put_back():
-    world = World(GRAPHS, 10, seed=8)
+    world = Engine(GRAPHS, 10, seed=8)
     start = world.get_state([2, 5])
     for action in actions_of(30, 10):
         world.step_within_episode(action)
@@ -155,7 +154,7 @@ def test_some_environments_can_be_put_back():
 
 
 def test_a_state_is_a_copy():
-    world = World(GRAPHS, 3, seed=9)
+    world = Engine(GRAPHS, 3, seed=9)
     taken = world.get_state()
     kept = taken.copy()
     world.step(np.full(3, LEFT))
@@ -166,7 +165,7 @@ def test_a_state_is_a_copy():
 
 
 def test_actions_of_any_layout_and_kind_of_number():
-    worlds = [World(GRAPHS, 5, seed=10) for _ in range(4)]
+    worlds = [Engine(GRAPHS, 5, seed=10) for _ in range(4)]
     for actions in actions_of(40, 5):
         strided = np.zeros((5, 3), np.int64)
         strided[:, 1] = actions
@@ -182,8 +181,8 @@ def test_actions_of_any_layout_and_kind_of_number():
 
 
 def test_truncation_keeps_the_final_view_and_begins_the_next_episode():
-    world = World([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
-    twin = World([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
+    world = Engine([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
+    twin = Engine([NAMED_GRAPHS["c"]], 20, seed=10, max_steps=5)
     for step, actions in enumerate(actions_of(5, 20), start=1):
         outcomes, unreset = world.step(actions), twin.step_within_episode(actions)
         assert (outcomes["truncated"] == (step == 5)).all()
@@ -199,8 +198,8 @@ def test_truncation_keeps_the_final_view_and_begins_the_next_episode():
 
 def test_the_exit_on_the_last_step_ends_both_ways():
     """As in MiniGrid, both flags are set."""
-    length = len(shortest_actions(World([NAMED_GRAPHS["a"]], seed=11).state))
-    world = World([NAMED_GRAPHS["a"]], seed=11, max_steps=length)
+    length = len(shortest_actions(Engine([NAMED_GRAPHS["a"]], seed=11).state))
+    world = Engine([NAMED_GRAPHS["a"]], seed=11, max_steps=length)
     for action in shortest_actions(world.state):
         outcome = world.step_within_episode([action])[0]
     assert (outcome.reward, outcome.terminated, outcome.truncated) == (1, True, True)
@@ -208,7 +207,7 @@ def test_the_exit_on_the_last_step_ends_both_ways():
 
 
 def test_after_the_end_nothing_happens_and_nothing_is_rewarded():
-    world = World([NAMED_GRAPHS["a"]], seed=12)
+    world = Engine([NAMED_GRAPHS["a"]], seed=12)
     for action in shortest_actions(world.state):
         world.step_within_episode([action])
     ended = world.get_state()
@@ -237,22 +236,22 @@ def test_after_the_end_nothing_happens_and_nothing_is_rewarded():
 )
 def test_wrong_settings(settings, message):
     with pytest.raises(InputError, match=message.replace("**", r"\*\*")):
-        World(**{"graphs": [NAMED_GRAPHS["a"]], **settings})
+        Engine(**{"graphs": [NAMED_GRAPHS["a"]], **settings})
 
 
 @pytest.mark.parametrize("actions", [[0], [0, 0, 0], [[0, 0]], [0.0, 1.0], 0, ["left", "right"]])
 def test_wrong_actions(actions):
-    world = World([NAMED_GRAPHS["a"]], 2)
+    world = Engine([NAMED_GRAPHS["a"]], 2)
     for step in (world.step, world.step_within_episode):
         with pytest.raises(InputError, match="actions must be 2 whole numbers, one for each environment"):
             step(actions)
 
 
 def test_wrong_states():
-    world = World([NAMED_GRAPHS["a"]], 2)
+    world = Engine([NAMED_GRAPHS["a"]], 2)
     with pytest.raises(InputError, match="must hold 2 environments of size 19; it holds 1 of size 19"):
         world.set_state(world.get_state(0))
     with pytest.raises(InputError, match="must hold 2 environments of size 19; it holds 2 of size 11"):
-        world.set_state(World([NAMED_GRAPHS["a"]], 2, size=11).state)
+        world.set_state(Engine([NAMED_GRAPHS["a"]], 2, size=11).state)
     with pytest.raises(InputError, match="environments are numbered from 0 to 1; there is no 2"):
         world.get_state(2)

@@ -17,10 +17,10 @@ from hierroom.worlds.escape_room.constants import (
     PICKUP,
     WALL,
 )
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 
 
-def face(world: World, tile: int) -> None:
+def face(world: Engine, tile: int) -> None:
     """Put the agent on a free cell with the tile ahead."""
     level, grid = world.state.levels[0], world.state.grids[0]
     for row, col in np.argwhere(grid == tile):
@@ -32,17 +32,17 @@ def face(world: World, tile: int) -> None:
     raise AssertionError(f"no free cell beside a tile {tile}")
 
 
-def act(world: World, action: int) -> np.record:
+def act(world: Engine, action: int) -> np.record:
     return world.step_within_episode([action])[0]
 
 
-def fetch(world: World, colour: int) -> np.record:
+def fetch(world: Engine, colour: int) -> np.record:
     face(world, KEY + colour)
     return act(world, PICKUP)
 
 
 def test_keys_collect_and_the_last_useful_one_is_shown():
-    world = World([NAMED_GRAPHS["e"]], seed=13, drop_key=True)
+    world = Engine([NAMED_GRAPHS["e"]], seed=13, drop_key=True)
     first, second, third = world.state.levels[0].colours[:3]
     for count, colour in enumerate((second, first, third), start=1):
         outcome = fetch(world, colour)
@@ -65,7 +65,7 @@ def test_keys_collect_and_the_last_useful_one_is_shown():
 
 
 def test_drop_puts_down_the_last_key_whose_door_is_locked():
-    world = World([NAMED_GRAPHS["e"]], seed=14, drop_key=True)
+    world = Engine([NAMED_GRAPHS["e"]], seed=14, drop_key=True)
     first, second, third = world.state.levels[0].colours[:3]
     for colour in (first, second, third):
         fetch(world, colour)
@@ -92,7 +92,7 @@ def test_drop_puts_down_the_last_key_whose_door_is_locked():
 
 
 def test_keys_are_dropped_on_free_cells_only():
-    world = World([NAMED_GRAPHS["e"]], seed=15, drop_key=True)
+    world = Engine([NAMED_GRAPHS["e"]], seed=15, drop_key=True)
     first, second, third = world.state.levels[0].colours[:3]
     fetch(world, first)
     fetch(world, second)
@@ -107,7 +107,7 @@ def test_keys_are_dropped_on_free_cells_only():
 
 
 def test_without_drop_the_action_only_costs_a_step():
-    world = World([NAMED_GRAPHS["a"]], seed=16)
+    world = Engine([NAMED_GRAPHS["a"]], seed=16)
     assert world.n_actions == 5
     fetch(world, world.state.levels[0].colours[0])
     face(world, EMPTY)
@@ -119,7 +119,7 @@ def test_without_drop_the_action_only_costs_a_step():
 
 
 def test_a_door_needs_its_own_key():
-    world = World([NAMED_GRAPHS["b"]], seed=17)
+    world = Engine([NAMED_GRAPHS["b"]], seed=17)
     first, second = world.state.levels[0].colours[:2]
     face(world, LOCKED_DOOR + first)
     assert act(world, OPEN).achieved == 0
@@ -131,7 +131,7 @@ def test_a_door_needs_its_own_key():
 
 
 def test_the_step_that_opened_a_door_is_remembered():
-    world = World([NAMED_GRAPHS["b"]], seed=17)
+    world = Engine([NAMED_GRAPHS["b"]], seed=17)
     level = world.state.levels[0]
     fetch(world, level.colours[1])
     act(world, LEFT)
@@ -141,7 +141,7 @@ def test_the_step_that_opened_a_door_is_remembered():
 
 
 def test_seen_goals_are_remembered_until_the_episode_ends():
-    world = World([NAMED_GRAPHS["b"]], seed=18)
+    world = Engine([NAMED_GRAPHS["b"]], seed=18)
     level = world.state.levels[0]
     for goal in (level.colours[0], 6 + level.colours[1]):
         assert not (level.seen >> goal) & 1

@@ -20,7 +20,7 @@ from hierroom.worlds.escape_room.constants import (
     OPEN_DOOR,
     WALL,
 )
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import LEVEL, MEMORIES
 from hierroom.worlds.escape_room.oracle import shortest_lengths
 
@@ -52,7 +52,7 @@ def test_levels_are_those_of_v0():
     """
     digest, places = hashlib.sha256(), ("rectangles", "doors_at", "keys_at", "exit_at", "divider", "row", "col")
     for size in (11, 14, 19):
-        state = World(GRAPHS, 33, size=size, seed=8, levels="training").state
+        state = Engine(GRAPHS, 33, size=size, seed=8, levels="training").state
         digest.update(state.grids)
         for name in (*places, "n_rooms", "colours", "branches", "direction", "n_drawn"):
             digest.update(np.ascontiguousarray(state.levels[name]))
@@ -60,7 +60,7 @@ def test_levels_are_those_of_v0():
 
 
 def test_nothing_of_the_last_episode_is_left():
-    world = World([NAMED_GRAPHS["b"]], size=11, memories=MEMORIES)
+    world = Engine([NAMED_GRAPHS["b"]], size=11, memories=MEMORIES)
     left, fresh = world.get_state(), world.get_state()
     kept = {"seed", "index", "episode", "max_steps", "can_drop", "remembers", "split"}
     for name in set(LEVEL.names) - kept:
@@ -83,12 +83,12 @@ def test_nothing_of_the_last_episode_is_left():
 @pytest.fixture(scope="module")
 def sample():
     """20,000 levels of graph f at the default size."""
-    return World([NAMED_GRAPHS["f"]], 20_000, seed=11).state
+    return Engine([NAMED_GRAPHS["f"]], 20_000, seed=11).state
 
 
 @pytest.mark.parametrize("letter", "abcdefg")
 def test_ten_thousand_levels_are_solvable(letter):
-    state = World([NAMED_GRAPHS[letter]], 10_000, seed=12).state
+    state = Engine([NAMED_GRAPHS[letter]], 10_000, seed=12).state
     lengths = shortest_lengths(state)
     assert lengths.min() > NAMED_GRAPHS[letter].exit_depth
     for branch in range(state.levels[0].n_rooms - 1):
@@ -104,7 +104,7 @@ def test_ten_thousand_levels_are_solvable(letter):
 @pytest.mark.parametrize("size", [11, 12, 19, 63])
 @pytest.mark.parametrize("graph", [SIX, CHAIN, STAR, MIXED], ids=["six", "chain", "star", "mixed"])
 def test_levels_of_many_rooms_are_solvable(graph, size):
-    state = World([graph], 500 if size < 63 else 50, size=size, seed=13).state
+    state = Engine([graph], 500 if size < 63 else 50, size=size, seed=13).state
     for goals in (EXIT_GOAL, *state.levels["colours"].T[: graph.n_rooms - 1]):
         assert (shortest_lengths(state, goals) > 0).all()
 
@@ -112,7 +112,7 @@ def test_levels_of_many_rooms_are_solvable(graph, size):
 @pytest.mark.parametrize("size", [11, 19, 40])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_a_level_is_what_its_graph_says(graph, size):
-    state = World([graph], 100, size=size, seed=14).state
+    state = Engine([graph], 100, size=size, seed=14).state
     for grid, level in zip(state.grids, state.levels, strict=True):
         # With its doors closed, a level falls into the rooms' rectangles.
         parts, n_parts = label(~np.isin(grid, [WALL, *range(LOCKED_DOOR, WALL)]))
@@ -143,7 +143,7 @@ def test_a_level_is_what_its_graph_says(graph, size):
 def test_no_wall_is_thicker_than_a_cell(graph):
     """Each room reaches, on all of its sides, to the outer wall, to a wall of the centre, or to what divides a side."""
     size = 19
-    for level in World([graph], 300, size=size, seed=15).state.levels:
+    for level in Engine([graph], 300, size=size, seed=15).state.levels:
         outer, (top, left, bottom, right) = {MARGIN, MARGIN + size - 1}, level.rectangles[0]
         rows = {top - 1, bottom + 1, *outer, level.divider[0], level.divider[2]}
         cols = {left - 1, right + 1, *outer, level.divider[1], level.divider[3]}
@@ -170,7 +170,7 @@ def test_rooms_lie_on_all_sides_alike(sample):
 @pytest.mark.parametrize("graph", [SIX, CHAIN], ids=["six", "seven"])
 def test_sides_are_shared_fairly(graph):
     """With more than four branch rooms, any room may be one of the two on a side, and any side may be shared."""
-    sides = sides_of(World([graph], 20_000, seed=15).state.levels)[:, : graph.n_rooms - 1]
+    sides = sides_of(Engine([graph], 20_000, seed=15).state.levels)[:, : graph.n_rooms - 1]
     for branch in range(graph.n_rooms - 1):
         assert_uniform(sides[:, branch], 4)
     counts = np.stack([(sides == side).sum(axis=1) for side in range(4)], axis=1)
@@ -218,7 +218,7 @@ def test_walls_and_doors_stand_anywhere(sample):
 
 
 def test_the_exit_stands_anywhere_but_behind_its_door():
-    state = World([NAMED_GRAPHS["a"]], 4_000, seed=16).state
+    state = Engine([NAMED_GRAPHS["a"]], 4_000, seed=16).state
     ranks, counts = [], []
     for grid, level in zip(state.grids, state.levels, strict=True):
         top, left, bottom, right = level.rectangles[1]
@@ -237,7 +237,7 @@ def test_the_exit_stands_anywhere_but_behind_its_door():
 
 @pytest.mark.parametrize(("letter", "branch"), [("a", 0), ("c", 1)])
 def test_keys_lie_anywhere_in_their_room(letter, branch):
-    state = World([NAMED_GRAPHS[letter]], 10_000, seed=17).state
+    state = Engine([NAMED_GRAPHS[letter]], 10_000, seed=17).state
     ranks, counts = [], []
     for grid, level in zip(state.grids, state.levels, strict=True):
         top, left, bottom, right = level.rectangles[level.key_rooms[branch]]
@@ -249,7 +249,7 @@ def test_keys_lie_anywhere_in_their_room(letter, branch):
 
 def test_each_graph_of_a_mixture_is_as_likely():
     graphs = list(NAMED_GRAPHS.values())
-    levels = World(graphs, 10_000, seed=18).state.levels
+    levels = Engine(graphs, 10_000, seed=18).state.levels
     drawn = [
         graphs.index(GoalGraph(tuple(level.key_rooms[: level.n_rooms - 1].tolist()), int(level.exit_room)))
         for level in levels

@@ -12,7 +12,7 @@ from minigrid_level import MiniGridLevel
 
 from hierroom.goals import COLOURS, NAMED_GRAPHS, GoalGraph
 from hierroom.worlds.escape_room import constants, tiles, view_kernels
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.render import draw_level
 
@@ -71,7 +71,7 @@ def bold_actions(world, rng):
 def test_random_walks(graph, size, can_drop):
     """48 cases of 500 steps or more."""
     rng = np.random.default_rng(size)
-    world = World([graph], size=size, seed=8, drop_key=can_drop, max_steps=150)
+    world = Engine([graph], size=size, seed=8, drop_key=can_drop, max_steps=150)
     taken = 0
     while taken < 500:
         taken += play(world, MiniGridLevel(world.state), bold_actions(world, rng))
@@ -81,7 +81,7 @@ def test_random_walks(graph, size, can_drop):
 @pytest.mark.parametrize("size", [11, 19, 31])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_episodes_solved_by_the_oracle(graph, size):
-    world = World([graph], size=size, seed=9)
+    world = Engine([graph], size=size, seed=9)
     for _ in range(3):
         path = shortest_actions(world.state)
         assert play(world, MiniGridLevel(world.state), path) == len(path)
@@ -117,7 +117,7 @@ def test_ids_are_those_of_minigrid():
 @pytest.mark.parametrize(("size", "tile_size"), [(11, 32), (19, 12)])
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 def test_pictures(graph, size, tile_size):
-    world = World([graph], size=size, seed=10)
+    world = Engine([graph], size=size, seed=10)
     env = MiniGridLevel(world.state, render_mode="rgb_array", tile_size=tile_size)
     env.reset()
     for action in [*shortest_actions(world.state)[:-1], -1]:

@@ -6,7 +6,7 @@ import pytest
 from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS, GoalGraph
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants, step_kernels
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.layout import OUTCOME, State
 from hierroom.worlds.escape_room.oracle import TILE_TABLE, shortest_actions, shortest_lengths, solve_levels
 
@@ -41,7 +41,7 @@ def reachable_goals(state: State, can_drop: bool) -> dict[int, int]:
     return found
 
 
-def check_against_search(world: World, can_drop: bool) -> None:
+def check_against_search(world: Engine, can_drop: bool) -> None:
     found = reachable_goals(world.state, can_drop)
     level = world.state.levels[0]
     for goal in range(13):
@@ -58,7 +58,7 @@ def check_against_search(world: World, can_drop: bool) -> None:
             assert length == found[goal], (goal, length)
 
 
-def wander(world: World, steps: int, rng: np.random.Generator) -> None:
+def wander(world: Engine, steps: int, rng: np.random.Generator) -> None:
     """Act at random, and now and then as the oracle would for a random goal, so that something happens."""
     for _ in range(steps):
         goals = rng.integers(12, size=len(world))
@@ -72,7 +72,7 @@ def wander(world: World, steps: int, rng: np.random.Generator) -> None:
 @pytest.mark.parametrize("letter", ["a", "b", "c", "d"])
 @pytest.mark.parametrize("index", range(4))
 def test_no_path_is_shorter(letter, index):
-    world = World([NAMED_GRAPHS[letter]], size=11, seed=1, first_index=index, drop_key=True)
+    world = Engine([NAMED_GRAPHS[letter]], size=11, seed=1, first_index=index, drop_key=True)
     check_against_search(world, can_drop=False)
     wander(world, 40, np.random.default_rng(index))
     check_against_search(world, can_drop=False)
@@ -81,7 +81,7 @@ def test_no_path_is_shorter(letter, index):
 def test_paths_to_keys_go_around_the_exit():
     n_around = 0
     for index in range(10, 18):
-        world = World([EXIT_AMONG_KEYS], size=11, seed=1, first_index=index)
+        world = Engine([EXIT_AMONG_KEYS], size=11, seed=1, first_index=index)
         check_against_search(world, can_drop=False)
         key = world.state.levels[0].colours[1]
         free, length = world.get_state(), np.empty(1, np.int64)
@@ -92,7 +92,7 @@ def test_paths_to_keys_go_around_the_exit():
 
 
 def test_dropping_keys_shortens_nothing():
-    world = World([NAMED_GRAPHS["a"]], size=11, seed=3, drop_key=True)
+    world = Engine([NAMED_GRAPHS["a"]], size=11, seed=3, drop_key=True)
     check_against_search(world, can_drop=True)
     wander(world, 20, np.random.default_rng(0))
     check_against_search(world, can_drop=True)
@@ -101,10 +101,10 @@ def test_dropping_keys_shortens_nothing():
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 @pytest.mark.parametrize("size", [11, 19, 31])
 def test_paths_reach_their_goals_in_as_many_steps_as_stated(graph, size):
-    levels = World([graph], 10, size=size, seed=5)
+    levels = Engine([graph], 10, size=size, seed=5)
     for n in range(len(levels)):
         for goal in range(13):
-            world = World([graph], size=size, seed=5, first_index=n)
+            world = Engine([graph], size=size, seed=5, first_index=n)
             length = shortest_lengths(world.state, goal)[0]
             if length < 0:
                 assert world.state.levels[0].branches[goal % 6] >= graph.n_rooms - 1
@@ -122,7 +122,7 @@ def test_paths_reach_their_goals_in_as_many_steps_as_stated(graph, size):
 def test_a_step_never_gains_more_than_one():
     """The regret of any walk is never negative: no action brings the exit nearer by more than one step."""
     rng = np.random.default_rng(0)
-    world = World(GRAPHS, 100, seed=2, drop_key=True)
+    world = Engine(GRAPHS, 100, seed=2, drop_key=True)
     lengths = shortest_lengths(world.state)
     for _ in range(300):
         before = lengths
@@ -137,7 +137,7 @@ def test_a_step_never_gains_more_than_one():
 @pytest.mark.parametrize("graph", NAMED_GRAPHS.values(), ids=lambda graph: graph.name)
 def test_the_rest_of_a_shortest_path_is_a_shortest_path(graph):
     """Asked for whenever a key was taken or a door opened on it: doors deeper in are open then."""
-    world = World([graph], size=11 if graph.n_rooms < 4 else 13, seed=5)
+    world = Engine([graph], size=11 if graph.n_rooms < 4 else 13, seed=5)
     path = shortest_actions(world.state)
     for done, action in enumerate(path[:-1], start=1):
         outcome = world.step_within_episode(np.array([action]))[0]
@@ -146,7 +146,7 @@ def test_the_rest_of_a_shortest_path_is_a_shortest_path(graph):
 
 
 def test_each_environment_may_have_its_own_goal():
-    world = World([NAMED_GRAPHS["c"]], 30, seed=4)
+    world = Engine([NAMED_GRAPHS["c"]], 30, seed=4)
     doors = 6 + world.state.levels["colours"][:, 1]
     together = shortest_lengths(world.state, doors)
     assert together.tolist() == [shortest_lengths(world.state[n], doors[n])[0] for n in range(30)]
@@ -155,7 +155,7 @@ def test_each_environment_may_have_its_own_goal():
 
 @pytest.mark.parametrize("graph", [NAMED_GRAPHS["a"], NAMED_GRAPHS["g"]], ids=lambda graph: graph.name)
 def test_a_goal_achieved_takes_no_action(graph):
-    world = World([graph], seed=6)
+    world = Engine([graph], seed=6)
     level = world.state.levels[0]
     n_branches, colours = len(graph.key_rooms), level.colours.copy()
     seen = set()
@@ -175,7 +175,7 @@ def test_a_goal_achieved_takes_no_action(graph):
 @pytest.mark.parametrize("exit_room", [1, 2])
 def test_keys_that_lock_each_other_away_cannot_be_come_by(exit_room):
     """Nothing that happens in a level leads there, but a state may be anybody's."""
-    state = World([GoalGraph((0, 0), exit_room)], size=11).get_state()
+    state = Engine([GoalGraph((0, 0), exit_room)], size=11).get_state()
     level, grid = state.levels[0], state.grids[0]
     for branch, room in ((0, 2), (1, 1)):
         grid[tuple(level["keys_at"][branch])] = constants.EMPTY
@@ -190,7 +190,7 @@ def test_keys_that_lock_each_other_away_cannot_be_come_by(exit_room):
 
 
 def test_wrong_input():
-    world = World([NAMED_GRAPHS["a"]], 2)
+    world = Engine([NAMED_GRAPHS["a"]], 2)
     for goals in (13, -1, 0.5, [0, 13]):
         with pytest.raises(InputError, match="goals must be whole numbers from 0 to 12"):
             shortest_lengths(world.state, goals)

@@ -11,7 +11,7 @@ from hierroom.goals import EXIT_GOAL, NAMED_GRAPHS
 from hierroom.support.animation import animate
 from hierroom.support.errors import InputError
 from hierroom.worlds.escape_room import constants
-from hierroom.worlds.escape_room.engine import Engine as World
+from hierroom.worlds.escape_room.engine import Engine
 from hierroom.worlds.escape_room.oracle import shortest_actions
 from hierroom.worlds.escape_room.render import OUTLINE, draw_level, text
 from hierroom.worlds.escape_room.screen import LevelScreen
@@ -20,7 +20,7 @@ from hierroom.worlds.escape_room.window import Window
 
 @pytest.fixture
 def world():
-    return World([NAMED_GRAPHS["c"]], seed=1)
+    return Engine([NAMED_GRAPHS["c"]], seed=1)
 
 
 def where(state, tile):
@@ -187,7 +187,7 @@ def test_screens(world, monkeypatch):
 
 
 def test_large_grids_fit_a_screen():
-    frame = LevelScreen(World([NAMED_GRAPHS["c"]], size=63), "rgb_array").render(0, -1)
+    frame = LevelScreen(Engine([NAMED_GRAPHS["c"]], size=63), "rgb_array").render(0, -1)
     assert isinstance(frame, np.ndarray)
     assert frame.shape == (756, 756, 3)
 
@@ -195,7 +195,7 @@ def test_large_grids_fit_a_screen():
 def test_wrong_input(world):
     for show in (draw_level, text):
         with pytest.raises(InputError, match="shows one environment, but the state holds 2"):
-            show(World([NAMED_GRAPHS["a"]], 2).state)
+            show(Engine([NAMED_GRAPHS["a"]], 2).state)
         with pytest.raises(InputError, match="whole number from 0 to 12, or -1 for none, not 13"):
             show(world.state, 13)
     with pytest.raises(InputError, match="tile_size must be a whole number of at least 1, not 0"):
