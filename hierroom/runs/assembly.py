@@ -37,7 +37,6 @@ def make_turns(
     seed: int,
     *,
     levels: LevelsName,
-    whole_interval: bool = False,
     autoreset: bool = True,
     measure_shortest: bool = False,
 ) -> Turns:
@@ -47,14 +46,14 @@ def make_turns(
         config: what is trained.
         num_envs: how many environments.
         seed: of their first episodes.
-        levels: those to train on or those to evaluate on, whatever the config says.
-        whole_interval: whether to draw from all graphs of a curriculum, as to evaluate it.
+        levels: those to train on, or those to evaluate on, of all stages of a curriculum; whatever the config says.
         autoreset: as for `Turns`.
         measure_shortest: as for `Turns`.
     """
-    env = replace(config.env, reward=config.resolved_method.controller.reward, levels=levels)
+    stages = config.env.curriculum_stages if levels == "training" else 1
+    reward = config.resolved_method.controller.reward
     return Turns(
-        replace(env, curriculum_stages=1) if whole_interval else env,
+        replace(config.env, reward=reward, levels=levels, curriculum_stages=stages),
         num_envs,
         seed=seed,
         autoreset=autoreset,

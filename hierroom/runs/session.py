@@ -21,15 +21,18 @@ from hierroom.runs.folder.provenance import record_session
 from hierroom.runs.folder.run_folder import RunFolder, claim_folder
 from hierroom.runs.folder.trust import named_code, trust_option
 from hierroom.runs.interrupt import Interrupt
-from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_rows
+from hierroom.runs.logs.learning_curve import LearningCurve, evaluation_points, evaluation_rows
 from hierroom.runs.logs.logs import DEFAULT, NONE, Logs
 from hierroom.runs.logs.output import lasting_output, warn
+from hierroom.runs.logs.scalars import evaluation_scalars, metric_scalars
 from hierroom.runs.results import write_results
-from hierroom.runs.schedule import Schedule
 from hierroom.runs.trainer import Trainer
 from hierroom.support.errors import DivergenceError, InputError
 from hierroom.support.files import to_json
 from hierroom.turns.records import META
+
+ROWS, CHECKPOINTS = 500, 10
+"""How often a run writes a row of ``metrics.csv``, besides that after the first update, and a checkpoint."""
 
 
 def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Trainer, RunFolder]:
@@ -141,8 +144,7 @@ def train(
     Raises:
         DivergenceError: if training diverges; the checkpoints are as they were.
     """
-    # Of the steps that earlier sessions logged, those of this trainer stay; none of a run that begins.
-    logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)
+    logs = Logs(folder.path, trainer.config, trainer.steps or -1, log)  # -1: a run that begins has logged nothing
     try:
         _train(trainer, folder, interrupt, report, logs)
     finally:
@@ -152,16 +154,20 @@ def train(
 def _train(
     trainer: Trainer, folder: RunFolder, interrupt: Interrupt, report: Callable[[str], object], logs: Logs
 ) -> None:
-    schedule = Schedule(trainer.config.steps, trainer.config.evaluations)
-    evaluated = ""
+    """Train; what is due depends on the steps alone, so that a resumed run keeps to it."""
+    total, evaluated = trainer.config.steps, ""
+    points = evaluation_points(total, trainer.config.evaluations)
 
     def evaluate() -> str:
         evaluation = trainer.evaluate()
         folder.evaluations.append(evaluation_rows(trainer.steps, trainer.seconds, evaluation))
-        logs.add_evaluation(trainer.steps, evaluation)
+        logs.add(evaluation_scalars(evaluation), trainer.steps)
         return f" (evaluated {evaluation.success_rate:.0%})"
 
-    if trainer.steps == 0 and schedule.is_evaluation_due(-1, 0):
+    def has_completed_part(n_parts: int, before: int) -> bool:
+        return before * n_parts // total < trainer.steps * n_parts // total
+
+    if trainer.steps == 0 and points:
         evaluated = evaluate()
     is_last = trainer.is_done
     while not is_last:
@@ -174,16 +180,16 @@ def _train(
         row = trainer.metrics()
         report(_status(trainer, row, evaluated))
         folder.episodes.append(trainer.log.ended)
-        if schedule.is_row_due(before, trainer.steps):
+        if before == 0 or has_completed_part(ROWS, before):
             folder.metrics.append([row])
-            logs.add_metrics(row)
-        if schedule.is_evaluation_due(before, trainer.steps):
+            logs.add(metric_scalars(row), trainer.steps)
+        if any(before < point <= trainer.steps for point in points):
             evaluated = evaluate()
             report(_status(trainer, row, evaluated))
         if trainer.is_done:
             logs.add_results(LearningCurve.of_rows(folder.evaluations.read()))
         logs.sync()
-        if schedule.is_checkpoint_due(before, trainer.steps):
+        if has_completed_part(CHECKPOINTS, before):
             folder.save_checkpoint(trainer.state_dict())
         elif is_last:
             folder.save_interrupted(trainer.state_dict())

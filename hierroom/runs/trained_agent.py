@@ -73,14 +73,13 @@ class TrainedAgent:
                 training; where its levels are None, they are those that training never uses.
             autoreset: whether an environment whose episode ends begins its next one in the same step.
         """
-        if env is not None and env.reward is None:
-            env = replace(env, reward=self.config.env.reward)
-        config = self.config if env is None else self.config.changed(env=env)
-        if config.env.drop_key != self.config.env.drop_key:
+        own = self.config.env
+        levels, env = (env and env.levels) or "evaluation", env or own
+        if env.drop_key != own.drop_key:
             raise InputError("a trained agent cannot be played with another drop_key")
-        levels = (env and env.levels) or "evaluation"
-        settings = {"whole_interval": True, "measure_shortest": True, "autoreset": autoreset}
-        return make_turns(config, num_envs, seed, levels=levels, **settings)
+        env = replace(env, reward=own.reward if env.reward is None else env.reward, curriculum_stages=1)
+        config = self.config.changed(env=env)
+        return make_turns(config, num_envs, seed, levels=levels, measure_shortest=True, autoreset=autoreset)
 
     def pair(self, num_envs: int, *, seed: int = 0) -> Pair:
         """Return the agents as a new `Player` in ``num_envs`` environments; the seed fixes their actions."""

@@ -118,8 +118,7 @@ class Trainer:
     ) -> Turns:
         """Make other environments of the config, which measure shortest lengths; see `assembly.make_turns`."""
         config = self.config if graph is None else self.config.changed(graph=graph, exclude=())
-        settings: dict[str, Any] = {"whole_interval": True, "autoreset": autoreset, "measure_shortest": True}
-        return make_turns(config, num_envs, seed, levels="evaluation", **settings)
+        return make_turns(config, num_envs, seed, levels="evaluation", autoreset=autoreset, measure_shortest=True)
 
     def freeze(self, num_envs: int, *, seed: int, is_greedy: bool = False) -> Pair:
         """Return what the agents have learned so far, as a pair that plays elsewhere; see `assembly.freeze`."""
@@ -157,9 +156,7 @@ class Trainer:
             "compile_seconds": self.compile_seconds,
             "steps_per_second": self._speed,
             "episodes": self.log.episodes,
-            "success_rate": self.log.success_rate,
-            "episode_length": self.log.episode_length,
-            "episode_return": self.log.episode_return,
+            **self.log.means,
             **self.log.reached,
             **({"meta_illegal_goals": illegal} if self.config.resolved_method.meta != "none" else {}),
             **({"stage": world.stage + 1} if world.stage_titles else {}),

@@ -72,29 +72,18 @@ class EpisodeLog:
         self.episodes += len(ended)
 
     @property
-    def success_rate(self) -> float:
-        """The fraction of the window's episodes that reached the exit; 0 before the first episode ends."""
-        return self._mean("success") if self.episodes else 0.0
-
-    @property
-    def episode_length(self) -> float:
-        """The mean length of the window's episodes in primitive steps; NaN before the first episode ends."""
-        return self._mean("length")
-
-    @property
-    def episode_return(self) -> float:
-        """The mean sum of the controller's rewards in the window's episodes; NaN before the first episode ends."""
-        return self._mean("return")
+    def means(self) -> dict[str, float]:
+        """Means over the window; before the first episode ends NaN, except the success rate, which is 0 then."""
+        length, returned = (np.mean(self._window[name] or np.nan) for name in ("length", "return"))
+        success = np.mean(self._window["success"] or 0.0)
+        return {"success_rate": float(success), "episode_length": float(length), "episode_return": float(returned)}
 
     @property
     def reached(self) -> dict[str, float]:
-        """The share of the options ended since `begin_update` that reached their goal, by its kind; NaN of none."""
+        """The share of the options ended since `begin_update` that reached their goal, by its kind; NaN without any."""
         ended, reached = self._options.tolist()
         shares = zip((*self._goals.kinds, "new"), ended, reached, strict=True)
         return {f"reached_{kind}": got / n if n else float("nan") for kind, n, got in shares}
-
-    def _mean(self, name: str) -> float:
-        return float(np.mean(self._window[name])) if self._window[name] else float("nan")
 
     def state_dict(self) -> dict[str, Any]:
         """Return the state without the rows, as tensors and plain types."""

@@ -18,27 +18,7 @@ _PARAMS_AT_ONCE = 100
 """The most that a request to MLflow may have."""
 
 
-class LibraryLogger(Logger):
-    """Shows a run by a library, which keeps its files itself.
-
-    Args:
-        library: the package.
-        path: the run's folder, after which the run is called.
-        hyperparameters: what it is trained with.
-        identity: of the run that an earlier session began; None: it is new.
-
-    Attributes:
-        identity: of the run.
-    """
-
-    identity: str
-
-    def __init__(
-        self, library: Any, path: Path, hyperparameters: Mapping[str, Plain], identity: str | None = None
-    ) -> None: ...
-
-
-class _Wandb(LibraryLogger):
+class _Wandb(Logger):
     """Shows a run in Weights & Biases, as the user's settings of it say: ``WANDB_MODE=offline`` asks no network.
 
     Numbers are drawn over the steps trained, so what a resumed run shows again stays in its place.
@@ -58,7 +38,7 @@ class _Wandb(LibraryLogger):
             dir=str(path),
             settings=library.Settings(console="off"),  # what is printed stays what the run prints
         )
-        self.identity = self._run.id
+        self.identity: str = self._run.id
         self._run.define_metric("steps")
         self._run.define_metric("*", step_metric="steps")
 
@@ -72,7 +52,7 @@ class _Wandb(LibraryLogger):
         self._run.finish(exit_code=0 if is_done else 130)  # one that may be resumed was stopped
 
 
-class _MLflow(LibraryLogger):
+class _MLflow(Logger):
     """Shows a run in MLflow, at the place that ``MLFLOW_TRACKING_URI`` names, by default MLflow's own."""
 
     label = "MLflow"
@@ -109,8 +89,11 @@ class _MLflow(LibraryLogger):
         self._client.set_terminated(self.identity, "FINISHED" if is_done else "KILLED")
 
 
-LIBRARIES: Mapping[str, type[LibraryLogger]] = {"wandb": _Wandb, "mlflow": _MLflow}
-"""The loggers by the name of their package, which hierroom does not require."""
+LIBRARIES: Mapping[str, type[_Wandb | _MLflow]] = {"wandb": _Wandb, "mlflow": _MLflow}
+"""The loggers by the name of their package, which hierroom does not require.
+
+Each takes the package, the run's folder, its hyperparameters, and its ``identity`` in an earlier session if any.
+"""
 
 
 def load_library(name: str) -> Any:

@@ -7,12 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from hierroom.runs.config.config import TrainConfig
-from hierroom.runs.evaluation import Evaluation
 from hierroom.runs.logs.events import Events
 from hierroom.runs.logs.learning_curve import LearningCurve
 from hierroom.runs.logs.libraries import LIBRARIES, load_library
 from hierroom.runs.logs.output import warn
-from hierroom.runs.logs.scalars import Logger, evaluation_scalars, hyperparameters, metric_scalars, result_scalars
+from hierroom.runs.logs.scalars import Logger, hyperparameters, result_scalars
 from hierroom.support.errors import InputError, in_one_line, shown
 from hierroom.support.files import to_json, write_atomically
 
@@ -71,13 +70,9 @@ class Logs:
                 self._loggers.remove(logger)
                 _warn(error, logger.label)
 
-    def add_metrics(self, row: Mapping[str, float]) -> None:
-        """Show a row of ``metrics.csv``."""
-        self._each(lambda logger: logger.add(metric_scalars(row), int(row["steps"])))
-
-    def add_evaluation(self, steps: int, evaluation: Evaluation) -> None:
-        """Show an evaluation."""
-        self._each(lambda logger: logger.add(evaluation_scalars(evaluation), steps))
+    def add(self, scalars: Mapping[str, float], steps: int) -> None:
+        """Show numbers, see `scalars.Logger`."""
+        self._each(lambda logger: logger.add(scalars, steps))
 
     def add_results(self, curve: LearningCurve | None) -> None:
         """Show what the run was trained with, and how it ended."""
