@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -40,35 +40,24 @@ def make_turns(
     autoreset: bool = True,
     measure_shortest: bool = False,
 ) -> Turns:
-    """Make the environments of a config, and the turns taken in them.
+    """Make the environments of a config, and the turns taken in them; see `Turns`.
 
-    Args:
-        config: what is trained.
-        num_envs: how many environments.
-        seed: of their first episodes.
-        levels: those to train on, or those to evaluate on, of all stages of a curriculum; whatever the config says.
-        autoreset: as for `Turns`.
-        measure_shortest: as for `Turns`.
+    Whatever the config says, ``levels`` are those to train on, or those to evaluate on, of all stages of a curriculum.
     """
+    method = config.resolved_method
     stages = config.env.curriculum_stages if levels == "training" else 1
-    reward = config.resolved_method.controller.reward
+    memories = _controller_features(config).memories  # what levels remember for the features of the agents that learn
+    if method.meta == LEARNED:
+        memories += Features(world_spec(config.env), config.agents.meta_features, META).memories
     return Turns(
-        replace(config.env, reward=reward, levels=levels, curriculum_stages=stages),
+        replace(config.env, reward=method.controller.reward, levels=levels, curriculum_stages=stages),
         num_envs,
         seed=seed,
         autoreset=autoreset,
         measure_shortest=measure_shortest,
         threads=config.threads,
-        memories=_memories(config),
+        memories=memories,
     )
-
-
-def _memories(config: TrainConfig) -> tuple[str, ...]:
-    """Return what levels must remember for the features of the agents that learn."""
-    own = _controller_features(config).memories
-    if config.resolved_method.meta != LEARNED:
-        return own
-    return (*own, *Features(world_spec(config.env), config.agents.meta_features, META).memories)
 
 
 def make_agents(config: TrainConfig) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
@@ -110,45 +99,13 @@ def _controller_features(config: TrainConfig) -> Features:
     return Features(features.world, names)
 
 
-def restore_agents(
-    config: TrainConfig, states: Mapping[str, dict[str, Any]], misfit: str, meta: Any = None
-) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
-    """Make the meta-controller and the controller of a config, with trained weights.
-
-    Args:
-        config: what was trained.
-        states: by the name of each agent, what its `state_dict` or `PPOAgent.weights` gave.
-        misfit: how a message begins where they do not fit the config.
-        meta: another meta-controller than the config's, as `make_meta` takes it; None for the config's own.
-    """
-    if meta is None:
-        meta_agent, controller = make_agents(config)
-    else:
-        _, controller = make_agents(config.changed(meta="none"))
-        meta_agent = ScriptedAgent(make_meta(meta))
-    try:
-        controller.take_weights(states.get(CONTROLLER, {}))
-        if isinstance(meta_agent, PPOAgent):
-            meta_agent.take_weights(states.get(META, {}))
-        elif meta is None and META in states:
-            meta_agent.load_state_dict(states[META])
-    except InputError as error:
-        raise InputError(f"{misfit}: {error}") from error
-    return meta_agent, controller
-
-
 def freeze(
     meta: PPOAgent | ScriptedAgent, controller: PPOAgent, num_envs: int, *, seed: int, is_greedy: bool = False
 ) -> Pair:
     """Return what two agents have learned so far, as a pair that plays in other environments.
 
-    Args:
-        meta: the meta-controller; a learned one draws its goals.
-        controller: the controller.
-        num_envs: how many environments.
-        seed: fixes the pair's actions.
-        is_greedy: whether the controller takes its most probable action instead of drawing one. A policy that escapes
-            whenever it draws can turn on the spot for ever when it is greedy.
+    A greedy controller takes its most probable action instead of drawing one. A policy that escapes whenever it draws
+    can turn on the spot for ever when it is greedy. A learned meta-controller draws its goals.
     """
     meta_agent = meta.frozen(num_envs, seed=meta_seed(seed))
     return Pair({META: meta_agent, CONTROLLER: controller.frozen(num_envs, seed=seed, is_greedy=is_greedy)})

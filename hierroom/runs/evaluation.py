@@ -52,14 +52,7 @@ class Evaluation(Score):
 def evaluate(
     player: Player, turns: Turns, episodes: int, progress: Callable[[int], object] = lambda done: None
 ) -> Evaluation:
-    """Let a player play the first episodes of each environment.
-
-    Args:
-        player: the player.
-        turns: fresh environments that measure shortest lengths.
-        episodes: how many in all.
-        progress: called with the number of episodes done so far.
-    """
+    """Let a player play the first episodes of each of some fresh environments, which measure shortest lengths."""
     facts, play, parts = EpisodeFacts(len(turns)), Play(turns, player, episodes, progress), []
     for step in play:
         if len(ended := facts.add(step, play.turns, play.envs, play.counted)):

@@ -12,10 +12,8 @@ class Interrupt:
 
     The signals are Ctrl-C, SIGTERM, and SIGHUP of a closed terminal, unless it is ignored, as after ``nohup``. A second
     Ctrl-C raises KeyboardInterrupt. The others do not: a terminal that closes and a batch system send them more than
-    once. Signals arrive in the main thread alone, so in others the context does nothing.
-
-    Args:
-        hears_ctrl_c: whether Ctrl-C is one of them; not in a process whose parent hears it and sends SIGTERM.
+    once. Signals arrive in the main thread alone, so in others the context does nothing. A process whose parent hears
+    Ctrl-C and sends SIGTERM has ``hears_ctrl_c=False``.
     """
 
     def __init__(self, *, hears_ctrl_c: bool = True) -> None:

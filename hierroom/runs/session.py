@@ -38,10 +38,8 @@ ROWS, CHECKPOINTS = 500, 10
 def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Trainer, RunFolder]:
     """Create a new run, and lock it until `run_session` returns.
 
-    Args:
-        config: config of the run.
-        out: folder of the run, new or empty; None: a new folder in ``runs/``, called `run_name` of the config.
-        variant: what the plan of a sweep calls the run, by which runs can be compared; empty: nothing.
+    ``out`` is its folder, new or empty, by default a new folder in ``runs/``, called `run_name` of the config.
+    ``variant`` is the name of the run in the plan of a sweep, by which runs can be compared.
     """
     TrainConfig.from_dict(json.loads(to_json(config.to_dict())))  # refuse now what could not be read back
     trainer = Trainer(config)
@@ -60,9 +58,7 @@ def begin(config: TrainConfig, out: Path | None, variant: str = "") -> tuple[Tra
 def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
     """Continue a run from its newest checkpoint, and lock it until `run_session` returns.
 
-    Args:
-        config: the run's config, possibly with more steps, another number of threads or another device.
-        path: folder of the run.
+    The config may have more steps, another number of threads and another device than that of the run.
     """
     folder = RunFolder.open(path)
     with ExitStack() as stack:
@@ -91,10 +87,7 @@ def resume(config: TrainConfig, path: Path) -> tuple[Trainer, RunFolder]:
 
 
 def run_session(trainer: Trainer, folder: RunFolder, log: Sequence[str] = DEFAULT) -> int:
-    """Train until the end or an interrupt and print the results; return the exit code of the command.
-
-    Training does not depend on whether anybody reads the output. ``log`` names loggers, see `logs.logger_names`.
-    """
+    """Train until the end or an interrupt, print results even if nobody reads them, and return the exit code."""
     torch.set_num_threads(1)  # more threads gain nothing at these sizes
     with folder.lock, lasting_output():
         console = Console()
@@ -132,14 +125,8 @@ def train(
 ) -> None:
     """Train until the end or an interrupt, with tables, loggers and checkpoints.
 
-    A checkpoint is written last, so that a run that is resumed from it never repeats rows.
-
-    Args:
-        trainer: what trains.
-        folder: of the run.
-        interrupt: asks to stop.
-        report: called after each update with a few words on how training stands.
-        log: the loggers, as `logs.logger_names` gives them.
+    A checkpoint is written last, so that a run that is resumed from it never repeats rows. ``report`` is called after
+    each update with a few words on how training stands; ``log`` names loggers, see `logs.logger_names`.
 
     Raises:
         DivergenceError: if training diverges; the checkpoints are as they were.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -13,8 +14,8 @@ from hierroom.agents.ppo_agent import PPOAgent
 from hierroom.agents.scripted_agent import ScriptedAgent
 from hierroom.agents.trained_goals import TrainedGoals
 from hierroom.goals import graph_specs
-from hierroom.meta import MetaController
-from hierroom.runs.assembly import freeze, make_turns, meta_seed, restore_agents
+from hierroom.meta import MetaController, make_meta
+from hierroom.runs.assembly import freeze, make_agents, make_turns, meta_seed
 from hierroom.runs.config.config import TrainConfig
 from hierroom.runs.config.run_name import run_name
 from hierroom.runs.folder.run_folder import RunFolder
@@ -64,13 +65,13 @@ class TrainedAgent:
         return replace(own, **{**entries, "exclude": (*besides, *graph_specs(entries.get("exclude", ())))})
 
     def turns(self, num_envs: int, *, seed: int = 0, env: EnvConfig | None = None, autoreset: bool = True) -> Turns:
-        """Return environments to play in, which measure the shortest lengths of their episodes.
+        """Return environments to play in, which measure the shortest lengths of their episodes; see `Turns`.
 
         Args:
             num_envs: how many.
             seed: of their first episodes.
-            env: what they are made of; None: as those it was trained in. Where its reward is None, it is that of
-                training; where its levels are None, they are those that training never uses.
+            env: None: as in training. Where its reward is None, it is that of training; where its levels are None, they
+                are those that training never uses.
             autoreset: whether an environment whose episode ends begins its next one in the same step.
         """
         own = self.config.env
@@ -88,19 +89,14 @@ class TrainedAgent:
     def meta_controller(self, num_envs: int = 1, *, seed: int = 0) -> MetaController:
         """Return the meta-controller alone: for Gymnasium's environments, or another agent (`load`'s ``meta``).
 
-        Args:
-            num_envs: environments that it chooses goals in.
-            seed: fixes, together with the seeds of the environments, what it draws.
+        It chooses goals in ``num_envs`` environments; the seed and theirs fix what it draws.
         """
         if isinstance(self.meta, PPOAgent):
             return TrainedGoals(self.meta, num_envs, meta_seed(seed))
         return self.meta.frozen(num_envs, seed=meta_seed(seed)).meta
 
     def save(self, path: str | Path) -> None:
-        """Write the agents' config and weights to one small ``.safetensors`` file, which `load` reads anywhere.
-
-        Whether it `is_greedy` is not saved.
-        """
+        """Write config and weights to a small ``.safetensors`` file for `load`; whether it `is_greedy` is not saved."""
         file = Path(path)
         if self.has_other_meta:
             raise InputError(
@@ -166,5 +162,25 @@ def load(
         )
     else:
         raise InputError(f"there is no run {run}, and the agents that ship with hierroom are {', '.join(SHIPPED)}")
-    agents = restore_agents(config, states, misfit, meta)
+    try:
+        agents = _restore(config, states, meta)
+    except InputError as error:
+        raise InputError(f"{misfit}: {error}") from error
     return TrainedAgent(config, *agents, steps, is_greedy=greedy, has_other_meta=has_other_meta, path=path)
+
+
+def _restore(
+    config: TrainConfig, states: Mapping[str, dict[str, Any]], meta: Any
+) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
+    """Make the agents of a config with trained weights, and another meta-controller if one is given."""
+    if meta is None:
+        meta_agent, controller = make_agents(config)
+    else:
+        _, controller = make_agents(config.changed(meta="none"))
+        meta_agent = ScriptedAgent(make_meta(meta))
+    controller.take_weights(states.get(CONTROLLER, {}))
+    if isinstance(meta_agent, PPOAgent):
+        meta_agent.take_weights(states.get(META, {}))
+    elif meta is None and META in states:
+        meta_agent.load_state_dict(states[META])
+    return meta_agent, controller

@@ -33,15 +33,7 @@ MAX_EVALUATION_ENVS = 100
 class Trainer:
     """Trains the agents of a config.
 
-    Args:
-        config: what to train.
-        begins: whether to load the weights of a warm start if the config names one; False where a checkpoint follows.
-
-    Attributes:
-        agents: by name, the meta-controller first.
-        steps: primitive steps taken so far, over all environments.
-        seconds: spent in `advance` so far, without compilation.
-        compile_seconds: spent in it on compilation.
+    It ``begins`` with the weights of the config's warm start, if any; not where a checkpoint is loaded later.
     """
 
     def __init__(self, config: TrainConfig, *, begins: bool = True):
@@ -50,13 +42,13 @@ class Trainer:
         if config.stagger_clocks:
             self.turns.world.stagger_clocks()
         meta, controller = make_agents(config)
-        self.agents = {META: meta, CONTROLLER: controller}
+        self.agents = {META: meta, CONTROLLER: controller}  # the meta-controller acts first
         self.controller = controller
         if config.warm_start and begins:
             self._warm_start(config.warm_start)
         self.log = EpisodeLog(self.turns.world.goals, self.turns.world.clocks())
-        self.steps = 0
-        self.seconds = self.compile_seconds = 0.0
+        self.steps = 0  # primitive steps so far, over all environments
+        self.seconds = self.compile_seconds = 0.0  # spent in `advance` so far, without compilation and on it
         self._speed = float("nan")
 
     @property
@@ -74,7 +66,7 @@ class Trainer:
         started, compiled, steps = time.perf_counter(), clock.seconds, self.steps
         self.log.begin_update()
         while not self.controller.ready:
-            for name in self.agents:  # meta_0 first
+            for name in self.agents:
                 self._act(name)
             step = self.turns.advance()
             for agent in self.agents.values():
@@ -132,13 +124,9 @@ class Trainer:
         graph: GraphSpecs | None = None,
         is_greedy: bool = False,
     ) -> Evaluation:
-        """Evaluate the agents as they are now, always on the same levels.
+        """Evaluate the agents as they are now, always on the same levels; see `freeze`.
 
-        Args:
-            episodes: to play; None: as many as the config says.
-            meta: another meta-controller to pick the goals, as `make_meta` takes it; None: the run's own.
-            graph: other goal graphs to play on; None: those of training.
-            is_greedy: as for `freeze`.
+        By default the number of episodes, the meta-controller and the goal graphs are those of the config.
         """
         episodes = self.config.evaluation_episodes if episodes is None else episodes
         num_envs, seed = min(MAX_EVALUATION_ENVS, episodes), evaluation_seed(self.config.seed)

@@ -14,10 +14,7 @@ _GRAPHS = str | dict | tuple[str | dict, ...]
 
 
 def entry_types(part: type) -> dict[str, Any]:
-    """Return the type that each field of a config's dataclass has in a file.
-
-    A file can only name a reward. Names out of a list are texts here: the dataclass refuses others with the whole list.
-    """
+    """Return the type that each field of a config's dataclass has in a file; any name is a text, also of a reward."""
     types = {name: _in_file(kind) for name, kind in get_type_hints(part).items()}
     return types | {name: _GRAPHS for name in ("graph", "exclude") if name in types}
 

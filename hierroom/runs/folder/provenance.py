@@ -34,15 +34,8 @@ def record_session(path: Path, config: TrainConfig, variant: str = "") -> list[s
     """Add what works on a run now to its provenance.json, and copy the user's modules into its folder.
 
     The copies are for reading; nothing imports them. A module that has changed since it was copied is copied again,
-    into another folder. No environment variable and no address of a repository is written.
-
-    Args:
-        path: folder of the run.
-        config: of the run.
-        variant: what the plan of a sweep calls the run; empty: nothing.
-
-    Returns:
-        a warning for each module that has changed or was not copied.
+    into another folder. No environment variable and no address of a repository is written. ``variant`` is the name of
+    the run in the plan of a sweep. Return a warning for each module that has changed or was not copied.
     """
     sessions, files = _sessions(path), find_module_files(config) if named_code(config) else []
     before = _newest_modules(path, sessions)
@@ -109,14 +102,9 @@ def version_of_code() -> str:
 def describe_git(folder: Path, tracked: str | None = None) -> dict[str, Any] | None:
     """Return the commit that is checked out in a folder, and whether files that git tracks differ from it.
 
-    No program that the checkout's config names is run: no filter, no hook, no monitor, none that fetches.
-
-    Args:
-        folder: within a checkout, or not.
-        tracked: a file of the folder that must belong to the checkout: an installed package may be inside another one.
-
-    Returns:
-        ``commit`` and ``is_dirty``, or None where there is no git, no checkout or no commit.
+    No program that the checkout's config names is run: no filter, no hook, no monitor, none that fetches. The folder's
+    file ``tracked`` must belong to the checkout: an installed package may be inside another one. Return None where
+    there is no git, no checkout or no commit.
     """
     if tracked is not None and _git(folder, "ls-files", "--error-unmatch", tracked) is None:
         return None

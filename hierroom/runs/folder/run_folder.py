@@ -25,13 +25,8 @@ class RunFolder:
     The folder contains ``config.json``, ``provenance.json`` and ``modules/`` (see `provenance`), the tables
     ``metrics.csv``, ``evaluations.csv`` and ``episodes.csv``, ``checkpoints/`` (named by their steps),
     ``summary.json``, TensorBoard events, pictures and a lock. ``config.json`` holds user-defined goal graphs by their
-    content, so that the run can continue even if their files change.
-
-    Attributes:
-        metrics: a row for each time that training is logged.
-        evaluations: a row for each evaluation during training and each goal graph, see `learning_curve`.
-        episodes: a row for each episode of training, see `episode_log`.
-        lock: the process that trains the run has it.
+    content, so that the run can continue even if their files change. `learning_curve` describes the rows of
+    ``evaluations.csv``, `episode_log` those of ``episodes.csv``. The process that trains the run has the lock.
     """
 
     def __init__(self, path: str | Path):
@@ -112,7 +107,6 @@ class RunFolder:
         return path
 
     def _checkpoint_paths(self) -> dict[int, Path]:
-        """The checkpoints by their steps."""
         paths = [path for path in self.checkpoints.glob("*.pt") if path.stem.removesuffix(_INTERRUPTED).isdecimal()]
         return {int(path.stem.removesuffix(_INTERRUPTED)): path for path in sorted(paths)}
 

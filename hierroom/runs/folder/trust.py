@@ -26,11 +26,7 @@ def named_code(config: TrainConfig) -> dict[str, str]:
 def require_trust(path: Path, config: TrainConfig, *, trust: bool, named: Mapping[str, Any] | None = None) -> None:
     """Refuse the config of a folder if it names code that its user did not name, unless the user trusts the folder.
 
-    Args:
-        path: the folder of the run.
-        config: of the run.
-        trust: whether the user agrees to run what the folder names.
-        named: what the user named, by ``meta``, ``network`` and ``reward``.
+    ``named`` is what the user named, by ``meta``, ``network`` and ``reward``.
     """
     given = named or {}
     unnamed = {what: spec for what, spec in named_code(config).items() if given.get(what) != spec}

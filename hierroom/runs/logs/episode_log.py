@@ -26,9 +26,7 @@ _COLUMNS = ("steps", "env", "graph", "success", "length", "return", "goals")
 class EpisodeLog:
     """Success, length and return of the last 500 episodes, and rows of those that just ended.
 
-    Args:
-        goals: the goals of the world.
-        clocks: [N] steps that the first episode of each environment counts as taken before its first.
+    ``clocks`` [N] are steps that the first episode of each environment counts as taken before its first.
 
     Attributes:
         episodes: number of episodes that have ended.

@@ -22,13 +22,9 @@ _NAME = "events.out.tfevents"
 
 
 class Events(Logger):
-    """Writes the events of a run, into one file for each session that trains it.
+    """Writes the events of a run into its folder, one file for each session, which the first event creates.
 
-    The first event creates the file.
-
-    Args:
-        path: the run's folder.
-        begins_after: steps before this session; later events, of sessions that were killed, are hidden. -1: all are.
+    Events after ``begins_after`` steps, of earlier sessions that were killed, are hidden; -1: all of them.
     """
 
     label = "TensorBoard"

@@ -118,12 +118,7 @@ def first_crossing(x: np.ndarray, values: np.ndarray, level: float) -> float:
 
     The values are measured, and one that is high by chance is no crossing: they are first made to rise by isotonic
     regression (the rising values that are nearest to them by least squares). So a level counts as reached where the
-    values stay that high on the whole.
-
-    Args:
-        x: [P] increasing, such as steps.
-        values: [P], NaN where there is none.
-        level: to be reached.
+    values stay that high on the whole. Both are [P]; x increases, and values may be NaN.
     """
     from scipy.optimize import isotonic_regression  # it loads slowly, and is needed at the end
 

@@ -43,9 +43,8 @@ class Logs:
     Args:
         path: the run's folder.
         config: the run's config.
-        begins_after: steps that were taken before this session, -1 before the first; see `Events`.
-        names: the loggers, as `logger_names` gives them. A folder is untrusted, so whoever resumes a run says where it
-            is shown.
+        begins_after: steps before this session, -1 before the first; see `Events`.
+        names: the loggers. A folder is untrusted, so whoever resumes a run says where it is shown.
     """
 
     def __init__(self, path: Path, config: TrainConfig, begins_after: int, names: Sequence[str] = DEFAULT) -> None:
