@@ -144,33 +144,22 @@ def load(
         if checkpoint is not None:
             raise InputError(f"{path} holds one agent, and no checkpoints")
         saved = SavedAgent.read(path)
-        config, states, steps, misfit = (
-            trusted(saved.config),
-            saved.agents,
-            saved.steps,
-            f"{path} does not fit its config",
-        )
+        config, misfit = trusted(saved.config), f"{path} does not fit its config"
     elif Path(run).exists():
         folder = RunFolder.open(run)
         path, config = folder.path, trusted(folder.config())
         state = folder.load_checkpoint(checkpoint)
         folder.require_same_config(config, state, ignored=("meta",) if has_other_meta else ())
-        states, steps, misfit = (
-            state["agents"],
-            state["steps"],
-            f"the checkpoint of {path} does not fit its config.json",
-        )
+        saved = SavedAgent(config, state["steps"], state["agents"])
+        misfit = f"the checkpoint of {path} does not fit its config.json"
     else:
         raise InputError(f"there is no run {run}, and the agents that ship with hierroom are {', '.join(SHIPPED)}")
-    try:
-        agents = _restore(config, states, meta)
-    except InputError as error:
-        raise InputError(f"{misfit}: {error}") from error
-    return TrainedAgent(config, *agents, steps, is_greedy=greedy, has_other_meta=has_other_meta, path=path)
+    agents = _restore(config, saved.agents, meta, misfit)
+    return TrainedAgent(config, *agents, saved.steps, is_greedy=greedy, has_other_meta=has_other_meta, path=path)
 
 
 def _restore(
-    config: TrainConfig, states: Mapping[str, dict[str, Any]], meta: Any
+    config: TrainConfig, states: Mapping[str, dict[str, Any]], meta: Any, misfit: str
 ) -> tuple[PPOAgent | ScriptedAgent, PPOAgent]:
     """Make the agents of a config with trained weights, and another meta-controller if one is given."""
     if meta is None:
@@ -178,9 +167,12 @@ def _restore(
     else:
         _, controller = make_agents(config.changed(meta="none"))
         meta_agent = ScriptedAgent(make_meta(meta))
-    controller.take_weights(states.get(CONTROLLER, {}))
-    if isinstance(meta_agent, PPOAgent):
-        meta_agent.take_weights(states.get(META, {}))
-    elif meta is None and META in states:
-        meta_agent.load_state_dict(states[META])
+    try:
+        controller.take_weights(states.get(CONTROLLER, {}))
+        if isinstance(meta_agent, PPOAgent):
+            meta_agent.take_weights(states.get(META, {}))
+        elif meta is None and META in states:
+            meta_agent.load_state_dict(states[META])
+    except InputError as error:
+        raise InputError(f"{misfit}: {error}") from error
     return meta_agent, controller
